@@ -18,9 +18,9 @@ from table import Table, percentile
 
 from kabo.geometry import (
     Budget,
-    Container,
     Enclosure,
     FixedGroup,
+    InnerSolid,
     Motion,
     MovingGroup,
     collides,
@@ -141,6 +141,6 @@ def small_bodies() -> dict[str, Callable[[], Any]]:
         "distance": lambda: distance(small, small),
         "a motion": motion,
         "sweep collides": lambda: sweep_collides(motion(), small, budget),
-        "includes": lambda: includes(Container(STANDING, 3 * corners, turned, 0.0), small, budget),
+        "includes": lambda: includes(InnerSolid(STANDING, 3 * corners, turned, 0.0), small, budget),
         "swept volume": lambda: swept_volume(motion(), 0.01).parts,
     }

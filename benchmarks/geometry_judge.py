@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.compilation import cache_folder
 
 HERE = Path(__file__).resolve().parent / "judge"
-Array = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int64]
 
 

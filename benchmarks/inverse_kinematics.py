@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 from table import Table, finish
 
+from kabo.arrays import Array
 from kabo.kinematics import project, stream_key
 from kabo.kinematics.closed_form import branches, end_poses
 from kabo.kinematics.inverse import pose_rows
@@ -30,7 +31,6 @@ from kabo.scene.urdf import load_robot
 MESHES = Path(__file__).resolve().parent.parent / "meshes"
 SEEDS, STEPS, EXACT = 10, 100, 1e-6
 AT_LEAST = 0.4  # s of the processor for each figure: some systems count it in steps of 10 ms
-Array = Any
 
 
 def robots() -> dict[str, Robot]:

@@ -24,14 +24,13 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from kernel_peers import Kinematics, coal_managers, geometry_data, geometry_model, plain, tree_broad_phase
 from kernel_scenes import Arrangement, scenes
 from table import Table, finish, interleave, percentile
 
+from kabo.arrays import Array
 from kabo.geometry import Budget, CollisionView, ExactView
 
-Array = npt.NDArray[np.float64]
 TURN = 100  # inputs in a row: whoever has a turn finds the caches full of the others' data; 1 % do, no percentile's worth
 EPSILONS = (0.02, 0.005, 0.0005)
 SAMPLED = 0.005  # the epsilon of the sampled contestants [m]

@@ -10,9 +10,9 @@ import pinocchio as pin
 from kernel_scenes import Arrangement, Thing
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.scene import REVOLUTE
 
-Array = npt.NDArray[np.float64]
 Ask = Callable[[tuple[Array, Array]], bool]  # of (q, values of all joints)
 STEPS = 128  # of a segment whose paths are measured
 

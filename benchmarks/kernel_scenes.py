@@ -11,14 +11,14 @@ import numpy.typing as npt
 import trimesh
 
 import kabo
+from kabo.arrays import Array
 from kabo.geometry import Enclosure, FixedGroup, MovingGroup, enclosing_parts
 from kabo.geometry.bounding.decomposition import proven_deviation
+from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, solid_points
 from kabo.geometry.bounding.pieces import parts_of_pieces
-from kabo.geometry.bounding.reduction import enclosing_polytope, solid_points
 from kabo.geometry.triangles.solids import Solid
 from kabo.scene import REVOLUTE, KinematicTree, Mesh, load_scene, world_T
 
-Array = npt.NDArray[np.float64]
 Triangles = tuple[Array, npt.NDArray[np.int64]]
 
 ROOT = Path(__file__).resolve().parent.parent

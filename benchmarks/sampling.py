@@ -19,15 +19,14 @@ from statistics import median
 from time import process_time
 
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 from sampling_tasks import APART, Panda, Task, tasks
 from table import Table, finish
 
+from kabo.arrays import Array
 from kabo.kinematics import FrameFeature, Rows, rows_of, sample, seeds, stacked, stream_key, values
 from kabo.scene import KinematicTree
 
-Array = npt.NDArray[np.float64]
 STEP, TOLERANCE, ITERATIONS = 0.5, 1e-6, 50
 BINS = 36
 

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from kernel_scenes import _panda_model, _tree
 
+from kabo.arrays import Array
 from kabo.kinematics import FrameFeature, Rows, joined, rows_of, stacked
 from kabo.scene import KinematicTree
 
-Array = npt.NDArray[np.float64]
 LEVER = 0.15  # metres per radian, as in kabo's rows
 REACH = 0.1034  # from the Panda's hand to between its finger tips [m]
 CENTRE, RADIUS, RIM = (

@@ -11,15 +11,14 @@ from typing import Any
 
 import coal
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.scene import Scene, link_poses, world_T
 from kabo.tasks import Solution
 from kabo.tasks.robots import Stretch, stretches
 
-Array = npt.NDArray[np.float64]
 Pair = frozenset[str]
 Held = Mapping[str, tuple[str, str, Array]]  # by object: robot, link, and the object's pose there
 STEP = 0.004  # rad or m: a joint moves no farther between two looks

@@ -1,7 +1,7 @@
-"""Collections of garbage while a plan is looked for: what was there before is not looked through again and again.
+"""Freezes existing objects while planning, so that the garbage collector skips them.
 
-A planner makes many objects that live until it ends, and with compiled kernels loaded half a million others are
-there already: a full collection walks through all of them to find nothing, for longer than a small problem takes.
+A planner makes many objects that live until it ends, and compiled kernels come with half a million more: a full
+collection walks through all of them and frees nothing, for longer than a small problem takes.
 """
 
 import gc
@@ -11,14 +11,14 @@ from threading import Lock
 
 
 class _PlanningThreads:
-    """How many threads plan now: the first sets objects apart, the last takes them back."""
+    """Counts the threads that plan: the first one freezes, the last one unfreezes."""
 
     def __init__(self) -> None:
         self._lock = Lock()
         self._inside = 0
 
     def enter(self) -> bool:
-        """Whether a visitor was counted, who has to leave."""
+        """Whether the thread was counted, and has to call `leave`."""
         with self._lock:
             if self._inside == 0:
                 if gc.get_freeze_count():
@@ -39,9 +39,9 @@ _threads = _PlanningThreads()
 
 @contextmanager
 def frozen_gc() -> Iterator[None]:
-    """Sets the objects that are there apart from collections, until the last thread that asked for it has left.
+    """Freezes the existing objects [gc.freeze] until the last thread inside has left.
 
-    Where the caller has set objects apart himself [gc.freeze], nothing is done: taking his back would be wrong.
+    If the caller has frozen objects already, nothing is done: unfreezing them would undo the caller's work.
     """
     entered = _threads.enter()
     try:

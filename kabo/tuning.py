@@ -5,14 +5,10 @@ something else: so a change costs or saves time, and may lead to another plan. R
 """
 
 # ------------------------------------------------------------------------- weak plans: one way to the goal
-MAX_SERIAL_EXPANSIONS = (
-    2000  # expansions for one more conjunct of the goal, before all conjuncts are searched at once
-)
+MAX_SERIAL_EXPANSIONS = 2000  # expansions for one more conjunct of the goal, before all are searched for at once
 PREFERRED_QUEUE_TURNS = 1000  # turns that the queue of preferred actions gets whenever the estimate improves
 EXPANSIONS_WITHOUT_BOUNDS = 200  # expansions of A* before it computes lower bounds: loading them takes as long
-VISITS_GROWTH = (
-    4  # factor by which depth-first search may visit a state of knowledge more often, after each failure
-)
+VISITS_GROWTH = 4  # factor of how often depth-first search may visit a state of knowledge, after each failure
 MAX_REMEMBERED_ESTIMATES = 20_000  # estimates of the delete relaxation that are kept
 
 # ------------------------------------------------------------ contingent plans: every outcome of sensing
@@ -26,9 +22,7 @@ MAX_DEAD_STATES = 200  # states without a plan that every new state is compared 
 # ---------------------------------------------------- finite-domain tasks, and what was learnt compiled into them
 MAX_ALTERNATIVES = 64  # alternatives of one condition: a task with more is left to the searches over knowledge
 MAX_DISJUNCTIONS = 4  # parts of one conjunction that have several alternatives each; likewise
-MAX_CHEAPEST_EXPANSIONS = (
-    20_000  # expansions for a plan of least cost, where refusals were learnt, before any plan
-)
+MAX_CHEAPEST_EXPANSIONS = 20_000  # expansions of A*, where refusals were learnt, before any plan is searched for
 ACTION_PRICE = 10  # what a unit of an action's cost counts beside the four prices below
 RETRY_PRICE = 7  # for each further attempt at a call
 SUSPICION_PRICE = 30  # for a call where what was in its way is still there
@@ -44,9 +38,7 @@ ATTEMPTS_PER_EFFORT = 4  # answers of one call that may be asked for, at each le
 BLOCKING_SHARE = 0.2  # share of all collisions from which on a body counts as in the way of a call
 FULL_DEPENDENCE_EFFORT = 2  # level of effort from which on every call is taken to depend on all components
 MIN_FAILED_CALLS = 60  # failed calls, and
-FAILED_CALL_SHARE = (
-    0.4  # their share of all calls, from which on geometry is asked while searching, if plans branch
-)
+FAILED_CALL_SHARE = 0.4  # their share of all calls, after which eager asking begins, if plans branch
 
 # ----------------------------------------------------------------------------------- asking geometry eagerly
 EAGER_EXPANSIONS = 100  # expansions before calls are asked for more answers each

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 
 import kabo
+from kabo.arrays import Array
 from kabo.geometry_server import Frame, tool_frame
 from kabo.kinematics import FrameFeature, Rows, jacobian, rows_of, sample, seeds, stacked, stream_key, values
 from kabo.kinematics.kernels import rows as columns
@@ -24,7 +24,6 @@ from kabo.scene import KinematicTree, Robot
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-Array = npt.NDArray[np.float64]
 ROOT = Path(__file__).resolve().parent.parent
 PROBLEM, ARM = ROOT / "domains" / "bartender" / "four_bottles.yaml", "left"
 SAMPLES, FEWER, BINS = 30_000, 8_000, 24

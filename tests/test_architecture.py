@@ -35,11 +35,11 @@ REMEMBERED = {
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
     "kabo/finite_domain/heuristics/relaxation.py": {"_load"},
-    "kabo/geometry/bounding/believed_parts.py": {"_PROVEN"},  # by content
-    "kabo/geometry/collision/exact.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
+    "kabo/geometry/bounding/verified_parts.py": {"_PROVEN"},  # by content
+    "kabo/geometry/collision/exact_view.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
-    "kabo/geometry_server/spreading.py": {"_TURNS"},  # by content
+    "kabo/geometry_server/open_turns.py": {"_TURNS"},  # by content
     "kabo/geometry_server/surroundings.py": {"_ENCLOSURES"},  # by content
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation

@@ -1,1 +1,1 @@
-"""Why there is no plan, and what would help: failed calls looked at again, changes of the scene that would do."""
+"""Why there is no plan, and what would help: failed calls are examined, and changes of the scene are tried."""

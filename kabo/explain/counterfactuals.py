@@ -1,4 +1,4 @@
-"""What one change would do: few changes, taken from what stood in the way, each solved from scratch."""
+"""Counterfactuals: a few changes of the problem that its failures suggest, each solved from scratch."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,23 +17,23 @@ from kabo.explain.findings import (
     SmallerEpsilon,
 )
 from kabo.explain.scene_changes import changed, removable
-from kabo.geometry_server import Situation, Surroundings, supports
+from kabo.geometry_server import SceneSurroundings, Situation, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
 from kabo.planner.solve import solve
 
-FINER = 4  # the part of epsilon that is tried
-MOST = 6  # changes that are tried
-BLAMED = 4  # calls whose failures suggest what to take out
-MARGINS = (0.03, 0.1)  # m: how much farther than it must a base is moved, for the arm to have room
-SHARE = 8  # the part of all samples and expansions that each change may use
-LEAST_SAMPLES, LEAST_EXPANSIONS = 5_000, 10_000  # that it may use of these at least, or
-TIMES = 4  # as many times what the problem itself took before it was given up, whichever is more
+EPSILON_DIVISOR = 4  # a smaller epsilon is tried, divided by this
+MAX_CHANGES = 6  # changes that are tried
+MAX_BLAMED_CALLS = 4  # failed calls that may suggest a body to take out
+MARGINS_M = (0.03, 0.1)  # metres beyond the least move of a base, so that the arm has room
+BUDGET_DIVISOR = 8  # each change may use samples and expansions divided by this, but at most the greater of
+MIN_SAMPLES, MIN_EXPANSIONS = 5_000, 10_000  # samples and expansions, and
+USED_FACTOR = 4  # times what the problem itself used
 
 
 @dataclass(frozen=True)
 class TrialBudget:
-    """What trying changes may cost: budgets and what was used of them; seconds for all only cut off."""
+    """The budget for trying changes: that of the problem, what it used of it, and the seconds left for all changes."""
 
     samples: int
     expansions: int
@@ -44,33 +44,35 @@ class TrialBudget:
 
     @property
     def share(self) -> tuple[int, int]:
-        """Samples and expansions of one change: a part of the budget, and no more than there is reason for."""
-        samples = min(self.samples // SHARE, max(LEAST_SAMPLES, TIMES * self.used_samples))
-        return samples, min(self.expansions // SHARE, max(LEAST_EXPANSIONS, TIMES * self.used_expansions))
+        """The samples and expansions that one change may use."""
+        samples = min(self.samples // BUDGET_DIVISOR, max(MIN_SAMPLES, USED_FACTOR * self.used_samples))
+        return samples, min(
+            self.expansions // BUDGET_DIVISOR, max(MIN_EXPANSIONS, USED_FACTOR * self.used_expansions)
+        )
 
 
 def candidates(
-    problem: Problem, surroundings: Surroundings, findings: Sequence[Finding], most: int = MOST
+    problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding], most: int = MAX_CHANGES
 ) -> list[Change]:
-    """The changes that what stood in the way suggests, the most promising first."""
+    """The changes that the failures suggest, the most promising first."""
     needed = [finding for finding in findings if not finding.dispensable] or list(findings)
     found = list(dict.fromkeys(_suggested(problem, surroundings, needed)))
     return found[:most]
 
 
-def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> Iterator[Change]:
-    for finding in findings[:BLAMED]:
+def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding]) -> Iterator[Change]:
+    for finding in findings[:MAX_BLAMED_CALLS]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
     if any(finding.because_of_epsilon for finding in findings):
-        yield SmallerEpsilon(round(surroundings.budget.epsilon / FINER, 9))
+        yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))
     farthest: dict[str, LeastMove] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
             move = finding.nearer[-1]  # the last one keeps the height, if that helps
             farthest[finding.robot] = max(move, farthest.get(finding.robot, move), key=lambda each: each.metres)
     for robot, move in farthest.items():
-        yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS if move.metres)
+        yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS_M if move.metres)
 
 
 def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
@@ -78,17 +80,21 @@ def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
     return BaseMoved(robot, (x, y, z))
 
 
-def _carries(surroundings: Surroundings, name: str) -> bool:
-    """Whether an object stands on a body at the start."""
+def _carries(surroundings: SceneSurroundings, name: str) -> bool:
+    """Whether something stands on a body at the start."""
     scene = surroundings.scene
     start = Situation.of(scene.start)
     return any(name in supports(surroundings, start, other) for other in scene.movable if other != name)
 
 
 def tried(
-    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: TrialBudget, **options: Any
+    problem: Problem,
+    surroundings: SceneSurroundings,
+    changes: Sequence[Change],
+    means: TrialBudget,
+    **options: Any,
 ) -> list[Counterfactual]:
-    """What came of each change; what solves the problem first, fewest actions first, else in their order.
+    """The result of each change: those with a plan first, by their number of actions, then the others in order.
 
     Args:
         problem: to be changed.
@@ -119,7 +125,7 @@ def _tried(
             certificate=False,
             cancelled=means.cancelled,
         )
-    except InputError:  # what is left is no problem: something else named what is gone
+    except InputError:  # without the body the problem is not valid: something else names it
         return None
     actions = None if result.plan is None else plan_statistics(result.plan).plan_actions
     return Counterfactual(change, result.status, actions)

@@ -1,9 +1,9 @@
-"""Why a problem has no plan, or what in it is of no use: sentences that a person can act on.
+"""Why a problem has no plan, and which parts of it are useless, as sentences for people.
 
-`explain` grounds the problem whole and asks the delete relaxation first: what can never hold even if nothing were
-ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search; and only where
-knowledge has a plan does it ask whether there are motions for one. If there are none, it looks at the procedures that
-failed, and at what one change would do.
+`explain` grounds the whole problem and uses the delete relaxation first: conjuncts of the goal that it does not reach are
+proven to be out of reach, whatever geometry says, and have root causes. Otherwise it searches; and only if there is a
+symbolic plan does it ask for motions. If there are none, it examines the failed calls, and tries what single changes of
+the problem would do.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 SECONDS = 60.0
 
-SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary names
+SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary lists
 
 SPENT = {
     "expansions": "as many nodes as allowed",
@@ -88,7 +88,7 @@ class Explanation:
         return "\n".join(lines)
 
     def nearest(self, goal: UnreachableGoal) -> str:
-        """How near the delete relaxation comes to a conjunct of the goal that it cannot reach."""
+        """How near the delete relaxation comes to a conjunct that it cannot reach, as text."""
         if not goal.layer:
             return "which nothing brings nearer"
         return f"which nothing brings nearer after layer {goal.layer} of {self.layers}"
@@ -106,20 +106,20 @@ def explain(
     geometry: bool = True,
     **options: "Unpack[ExplainOptions]",
 ) -> Explanation:
-    """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
+    """Why a problem has no plan, or that it has one, and which parts of it are useless.
 
     Args:
         problem: whose names have been checked.
-        search: how plans are looked for if the relaxation does not settle it; as for `solve`.
+        search: how plans are searched for if the relaxation reaches the goal; as for `solve`.
         max_expansions: nodes that this search expands at most.
         timeout: seconds after which it gives up.
         memory: bytes that this process may hold before it gives up (None: half of what there is).
-        cancelled: asked now and then; True ends it soon.
+        cancelled: called periodically; True ends the work soon.
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
-        geometry: whether to look for motions, too, if the problem has a scene; else procedures are taken to succeed.
-        options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of that looking, as
-            for `solve`; `changes`: how many of them are tried at most to see whether they help.
+        geometry: whether to ask for motions as well, if the problem has a scene; else calls are assumed to succeed.
+        options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of solving with
+            geometry; `changes`: the greatest number of changes that are tried.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
@@ -198,7 +198,7 @@ NO_PLAN_BUT_REACHABLE = (
 
 
 def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
-    """The explanation as the schema `kabo-explain-1` wants it."""
+    """The explanation as a JSON object of the schema `kabo-explain-1`."""
     return {
         "verdict": explanation.verdict,
         "summary": list(explanation.summary),

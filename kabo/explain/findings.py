@@ -22,7 +22,7 @@ class LeastMove:
 class Row:
     """Attempts that failed for one reason, between one pair of things.
 
-    `missing` [m]: how far out of reach; `because_of_epsilon`: how many of them exact geometry lets pass.
+    `missing`: how far out of reach [m]. `because_of_epsilon`: how many of them pass with exact geometry.
     """
 
     reason: str
@@ -34,11 +34,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of one call: attempts that were looked at, answers with a motion, failures by reason and pair.
+    """Why one call failed: attempts that were examined, answers with a motion, failures by reason and pair.
 
-    `proof`: no number of samples would help; `dispensable`: another robot could do it. `freed` counts, for each body
-    that blocked, the attempts that pass without it; `nearer` are moves [m] of the base of `robot` after which what is
-    out of reach is within reach, the last one at the same height.
+    `proof`: no number of samples would help. `dispensable`: another robot could do it. `freed`: for each body that
+    blocked, the number of attempts that pass without it. `nearer`: moves of the base of `robot` that bring the target
+    within reach, the last one at the same height.
     """
 
     call: GroundCall
@@ -59,7 +59,7 @@ class Finding:
 
     @property
     def because_of_epsilon(self) -> int:
-        """How many of them exact geometry lets pass."""
+        """How many of them pass with exact geometry."""
         return sum(row.because_of_epsilon for row in self.rows)
 
     @property
@@ -74,7 +74,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class BodyRemoved:
-    """Without a body."""
+    """A body is taken out of the scene."""
 
     body: str
 
@@ -82,13 +82,13 @@ class BodyRemoved:
         return f"without {self.body}"
 
     def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
+        """The JSON object of the schema `kabo-explain-1`."""
         return {"remove": self.body}
 
 
 @dataclass(frozen=True)
 class SmallerEpsilon:
-    """With another epsilon [m]."""
+    """Epsilon is smaller [m]."""
 
     epsilon: float
 
@@ -96,13 +96,13 @@ class SmallerEpsilon:
         return f"with epsilon = {self.epsilon:g}"
 
     def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
+        """The JSON object of the schema `kabo-explain-1`."""
         return {"epsilon": self.epsilon}
 
 
 @dataclass(frozen=True)
 class BaseMoved:
-    """With a robot's base moved by so much [m] in the world."""
+    """A robot's base is moved by a vector [m] in the world frame."""
 
     robot: str
     by: tuple[float, float, float]
@@ -112,7 +112,7 @@ class BaseMoved:
         return f"with the base of {self.robot} moved by ({x}, {y}, {z}) m"
 
     def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
+        """The JSON object of the schema `kabo-explain-1`."""
         return {"move_base": {"robot": self.robot, "by": list(self.by)}}
 
 
@@ -121,20 +121,20 @@ Change = BodyRemoved | SmallerEpsilon | BaseMoved
 
 @dataclass(frozen=True)
 class Counterfactual:
-    """A change and what came of solving the problem with it; `plan_actions` on the longest branch."""
+    """A change, and the result of solving the problem with it; `plan_actions` of the longest branch."""
 
     change: Change
     result: Literal["solved", "no_plan", "exhausted"]
     plan_actions: int | None = None
 
     def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
+        """The JSON object of the schema `kabo-explain-1`."""
         return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions}
 
 
 @dataclass(frozen=True)
 class Obstacles:
-    """Whether there are motions, and what stood in the way if there are none; the main finding comes first."""
+    """Whether there are motions; if not, why, with the main finding first."""
 
     verdict: Literal["solvable", "proved", "exhausted"]
     summary: tuple[str, ...]

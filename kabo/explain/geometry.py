@@ -1,11 +1,11 @@
-"""Why a plan of knowledge has no motions: solves with geometry, looks at what failed, tries what one change would do."""
+"""Why a symbolic plan has no motions: solves with geometry, examines the failed calls, and tries single changes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, Literal
 
-from kabo.explain.counterfactuals import MOST, TrialBudget, candidates, tried
+from kabo.explain.counterfactuals import MAX_CHANGES, TrialBudget, candidates, tried
 from kabo.explain.failed_calls import examined
 from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import main_finding, summary
@@ -14,26 +14,27 @@ from kabo.planner.result import Result
 from kabo.planner.solve import solve
 from kabo.tasks.procedures import GeometricProcedures
 
-SAMPLES = 40_000  # of procedures, by default; each change may use a part of as many
+MAX_SAMPLES = 40_000  # samples of procedures, if neither the caller nor the problem says otherwise
 KNOWN, OPEN = "There is a plan as far as knowledge goes", "; whether there are motions for it is open"
-SOLVING, LOOKING = 0.5, 0.65  # the parts of the time after which solving and looking are cut off
+SOLVING_SHARE = 0.5  # of the time, after which solving is cut off
+LOOKING_SHARE = 0.65  # of the time, after which the examination of failed calls is cut off
 
 
 @dataclass
 class _Clock:
-    """The time for everything; it only cuts off."""
+    """The time limit of an explanation."""
 
     seconds: float
     cancelled: Callable[[], bool] | None
     began: float = field(default_factory=perf_counter)
 
     def left(self, share: float = 1.0) -> float:
-        """Seconds until a part of the time has passed."""
+        """The seconds until a share of the time has passed."""
         return max(0.0, share * self.seconds - (perf_counter() - self.began))
 
     def stop(self) -> bool:
-        """Whether looking is to end."""
-        return not self.left(LOOKING) or (self.cancelled is not None and self.cancelled())
+        """Whether the examination of failed calls has to end."""
+        return not self.left(LOOKING_SHARE) or (self.cancelled is not None and self.cancelled())
 
 
 def obstacles(
@@ -41,15 +42,15 @@ def obstacles(
     seconds: float,
     cancelled: Callable[[], bool] | None,
     expansions: int,
-    changes: int = MOST,
+    changes: int = MAX_CHANGES,
     **options: Any,
 ) -> Obstacles:
-    """What asking geometry adds to a problem that knowledge can solve.
+    """Whether a problem with a symbolic plan has one with motions, and if not, why.
 
     Args:
         problem: with a scene.
-        seconds: for everything; where that is not enough, there is less to tell.
-        cancelled: asked now and then; True ends it soon.
+        seconds: the time limit; what does not fit into it is left out.
+        cancelled: called periodically; True ends the work soon.
         expansions: nodes that may be expanded; each change may use a part of as many.
         changes: how many are tried at most.
         options: of `solve`.
@@ -59,14 +60,14 @@ def obstacles(
     """
     clock = _Clock(seconds, cancelled)
     samples = next(
-        n for n in (options.get("max_samples"), problem.options.get("max_samples"), SAMPLES) if n is not None
+        n for n in (options.get("max_samples"), problem.options.get("max_samples"), MAX_SAMPLES) if n is not None
     )
     options = {**options, "max_samples": samples, "max_expansions": expansions}
     asked: list[GeometricProcedures] = []
     result = solve(
         problem,
         **options,
-        timeout=clock.left(SOLVING),
+        timeout=clock.left(SOLVING_SHARE),
         certificate=False,
         cancelled=cancelled,
         on_procedures=asked.append,

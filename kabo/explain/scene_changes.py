@@ -1,4 +1,4 @@
-"""One change of a problem, the rest left as it is: a body taken out, a smaller epsilon, a robot's base elsewhere."""
+"""Problems with one change: a body taken out, a smaller epsilon, a robot's base moved."""
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
@@ -13,7 +13,7 @@ from kabo.scene import Scene, world_T
 
 
 def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
-    """The problem with one change; its `epsilon` in the options, so that nothing overrules it.
+    """The problem with one change; a changed epsilon is set in its options, which come before the scene's.
 
     Args:
         problem: with a scene.
@@ -43,9 +43,9 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
 
 
 def removable(problem: Problem, body: str) -> bool:
-    """Whether a body may be thought away: neither the goal nor an action names it, and nothing stands on it.
+    """Whether a body may be taken out: neither the goal nor an action names it, and nothing stands on it.
 
-    What the goal quantifies over counts as named, and so does the support of a region.
+    The objects that the goal quantifies over count as named, and so does the support of a region.
     """
     scene = problem.scene
     if scene is None or body not in scene.bodies:
@@ -59,7 +59,7 @@ def removable(problem: Problem, body: str) -> bool:
 
 
 def _named(tree: Any, problem: Problem, *, own: bool = True) -> Iterator[str]:
-    """The objects that a tree names; with `own`, those of quantified types as well."""
+    """The objects that a formula tree names; with `own`, all objects of quantified types as well."""
     for each in _walk(tree):
         if isinstance(each, Constant):
             yield each.name
@@ -83,7 +83,7 @@ def _mentions(tree: Any, name: str) -> bool:
 
 
 def _without(name: str, effects: tuple[Effect, ...]) -> Iterator[Effect]:
-    """Effects without the facts that name an object; what else names it is left out whole."""
+    """The effects without the facts that name an object; other effects that name it are left out."""
     for effect in effects:
         if isinstance(effect, Facts):
             facts = tuple(fact for fact in effect.facts if not _mentions(fact, name))

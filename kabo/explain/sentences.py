@@ -1,4 +1,4 @@
-"""What stood in the way, and what one change would do, in sentences that a person can act on."""
+"""Findings and counterfactuals as sentences for people."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -18,7 +18,7 @@ RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, 
 
 
 def main_finding(findings: Sequence[Finding], counterfactuals: Sequence[Counterfactual]) -> Finding | None:
-    """The call to be told first: the first one that a change that helps is about; else the first of all."""
+    """The most important finding: the first one that a helpful change concerns, else the first of all."""
     for each in counterfactuals:
         about = [finding for finding in findings if _concerns(each.change, finding)]
         if each.result == "solved" and about:
@@ -37,7 +37,7 @@ def _concerns(change: Change, finding: Finding) -> bool:
 def summary(
     verdict: str, budget: str | None, finding: Finding, others: Sequence[Counterfactual], epsilon: float
 ) -> list[str]:
-    """Three sentences: which call never succeeded, why, and what would help; two if no change was tried."""
+    """Up to three sentences: which call never succeeded, why, and what would help, if changes were tried."""
     failed = "can never succeed" if finding.proof else "never succeeded"
     if finding.successes:
         failed = f"failed in a state that mattered (and succeeded {counted(finding.successes, 'time')} elsewhere)"
@@ -46,7 +46,7 @@ def summary(
 
 
 def why(finding: Finding, epsilon: float) -> str:
-    """What its attempts were refused for most often, as "It was blocked by crate in 388 of 400 samples (97 %)."."""
+    """The most frequent reason of its refused attempts, as "It was blocked by crate in 388 of 400 samples (97 %)."."""
     reasons = Counter[str]()
     for row in finding.rows:
         reasons[row.reason] += row.count
@@ -77,7 +77,7 @@ def blocking(finding: Finding) -> list[tuple[str, int]]:
 
 
 def best(others: Sequence[Counterfactual]) -> list[str]:
-    """The sentence about the change that helps most; or that none of those tried does."""
+    """The sentence about the change that helps most, or that none helps; no sentence if none was tried."""
     if not others:
         return []
     first = others[0]

@@ -1,4 +1,4 @@
-"""What a problem has in vain: actions that never apply, update rules that never fire, knowledge that nobody can gain."""
+"""Useless parts of a problem: actions that never apply, update rules that never fire, facts that are never known."""
 
 from collections.abc import Iterable, Iterator
 
@@ -115,7 +115,7 @@ class Unused:
         return listed(names, "and", 2) if names else "an update rule"
 
     def _unknown_symbols(self) -> Iterator[str]:
-        """Symbols that never change, of which nothing at all is known, though something asks for them."""
+        """Sentences about static symbols that are asked for, although nothing is known of them."""
         compiler = self.whole.compiler
         groups: dict[str, list[Group]] = {}
         for name, _, group in compiler.statics.named(""):

@@ -1,4 +1,4 @@
-"""How the epsilon that the user asked for is spent: the sum of all parts is the promise [K Def. 1, Table 4.1].
+"""The budget of epsilon: how the promised accuracy is divided among sources of error [K Def. 1, Table 4.1].
 
 Both sides of the collision predicate, for two bodies whose enclosing parts stick out by e_a, e_b <= `geometry`:
 
@@ -15,34 +15,35 @@ from dataclasses import dataclass
 from kabo.options import LARGEST_EPSILON as LARGEST
 from kabo.options import SMALLEST_EPSILON as SMALLEST
 
-LOWER_NUMERIC = 4e-10  # of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
+# [m] of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
+LOWER_NUMERIC = 4e-10
 
 
 @dataclass(frozen=True)
 class Budget:
-    """The parts of epsilon [m]."""
+    """The shares of epsilon [m]."""
 
     geometry: float  # how far the enclosing parts of ONE body may stick out; counts twice, for two bodies
-    sweep: float  # how far the hulls of moving parts may stick out of what they truly sweep, both together
-    clearance: float  # what a free answer keeps between the enclosing parts
-    numeric: float = 1e-9  # rounding and the stop rule of the search for an axis, with a factor to spare
+    sweep: float  # how far the hulls of moving parts may stick out of their swept volumes, both together
+    clearance: float  # the distance of the enclosing parts that "free" guarantees
+    numeric: float = 1e-9  # rounding, and where the search for an axis stops, with a safety factor
 
     @property
     def epsilon(self) -> float:
-        """The promise: bodies this far apart are reported free."""
+        """The promised accuracy: bodies this far apart are reported free."""
         return 2 * self.geometry + self.sweep + self.clearance + self.numeric
 
     @property
     def margin(self) -> float:
-        """What an evaluated gap must exceed for "free"."""
+        """The value that an evaluated gap must exceed for "free"."""
         return self.clearance + LOWER_NUMERIC
 
     @classmethod
     def share(cls, epsilon: float) -> "Budget":
-        """The default division: 0.4 for each body, a tenth for sweeps, a tenth as clearance.
+        """The default shares of an epsilon: 0.4 for each body, a tenth for sweeps, a tenth as clearance.
 
-        Sweeps get little because the adaptive check makes a small share almost free, and geometry buys fewer
-        vertices with what it gets.
+        Sweeps get little, since the adaptive check makes a small share almost free, while a larger share for
+        geometry saves vertices.
 
         Raises:
             ValueError: `epsilon` is not between a micrometre and 0.3 m.

@@ -1,4 +1,4 @@
-"""Bodies as convex parts: an enclosure, and groups of parts that hang on a joint or stand in the world."""
+"""Bodies as convex parts: enclosures, and groups of parts attached to a joint or standing in the world."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from kabo.arrays import Array, Integers
 
 Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
-COLUMNS = 24  # the most vertices of a part
+COLUMNS = 24  # vertices of a part at most
 
 
 class Packed(NamedTuple):
-    """The parts of an enclosure as the kernels want them; unused columns repeat the first vertex."""
+    """The parts of an enclosure as arrays for kernels; unused columns repeat the first vertex."""
 
     blocks: Array  # (B, 3, 24)
     sizes: Integers  # (B,) 8, 16 or 24: how many columns to read
@@ -24,13 +24,13 @@ class Packed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Enclosure:
-    """Convex parts whose union encloses a body; no point of them is farther than `deviation` [m] from the body."""
+    """Convex parts whose union encloses a body; none of their points is farther than `deviation` [m] from the body."""
 
     parts: tuple[Array, ...]  # each (V <= 24, 3) [m], in the body's frame
     deviation: float
 
     def __post_init__(self) -> None:
-        """Refuses a deviation that is no distance: it would lend epsilon what nobody has.
+        """Raises an error for a negative deviation, which would silently enlarge epsilon.
 
         Raises:
             ValueError: the deviation is negative, or no number.
@@ -40,12 +40,12 @@ class Enclosure:
 
     @property
     def nbytes(self) -> int:
-        """The bytes of the parts, and of their blocks for the kernels."""
+        """The memory of the parts and of their blocks for kernels [bytes]."""
         return sum(part.nbytes for part in self.parts) + len(self.parts) * 8 * (3 * COLUMNS + 2)
 
     @cached_property
     def packed(self) -> Packed:
-        """The parts in blocks.
+        """The parts as blocks for kernels.
 
         Raises:
             ValueError: a part is empty, not (V, 3) float64, has more than 24 vertices or a value that is not finite.
@@ -62,7 +62,7 @@ class Enclosure:
 
 
 def require_vertices(part: Array) -> None:
-    """Refuses what a kernel could not trust.
+    """Raises an error unless an array is a valid part for kernels, which do not validate their inputs.
 
     Raises:
         ValueError: as `Enclosure.packed` says.
@@ -78,7 +78,7 @@ def require_vertices(part: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class MovingGroup:
-    """A rigid body that hangs on a joint: a link, or what a gripper holds."""
+    """A rigid body attached to a joint: a link, or an object in a gripper."""
 
     joint: int
     joint_T_group: Array  # (12,)

@@ -1,25 +1,26 @@
-"""What a procedure answers: a motion and what it changed, or a reason for failure that names bodies."""
+"""Answers of geometric procedures: a motion and its effects, or a refusal that says why, with the bodies involved."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import Any, Protocol
 
 from kabo.plan import Segment
 from kabo.scene import Component
 
-Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
 
-MAX_EFFORT = 8  # how often more samples are drawn, each time four times as many: more than any budget has
+REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family")  # why a procedure may be refused
+
+MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the one before
 
 
 @dataclass(frozen=True)
 class Success:
     """A motion that is proven free, and the components that have new values after it.
 
-    `reads` are the components that were in the way of other samples before: with them elsewhere, one of those might have
-    been the answer.
+    `reads` names the components that blocked earlier samples: with other values of theirs, one of those samples
+    might have been the answer.
     """
 
     motion: tuple[Segment, ...]
@@ -27,30 +28,74 @@ class Success:
     reads: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class Failure:
-    """Why a procedure found no motion.
+class Askable(Protocol):
+    """A question about geometry that an attempt asked before it was refused, and that can be asked again."""
 
-    `between` counts refusals by the pair of things (`robot.link` or a body) that came too close. `reads` names the
-    components on which the failure rests: it holds wherever they have the same values. `proof`: no number of
-    samples would have helped. `missing` [m]: how far out of reach. `attempts`: how many of them were refused.
+    @property
+    def is_search(self) -> bool:
+        """Whether an answer takes a search for a way."""
+
+    @property
+    def streams(self) -> Sequence[Any]:
+        """The `Stream`s of candidates from which the attempt was drawn."""
+
+    def passes(self, context: Any, without: str | None = None) -> bool:
+        """Whether the answer is yes in another `Context`, or with a body out of the way; all else is the same."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why no motion was found: by one attempt of a stage, or by all those of a procedure.
+
+    Args:
+        reason: one of `REASONS`; a stage may have others. Counts are grouped by it.
+        comment: for people.
+        reads: the components on which the refusal rests: it holds wherever they have the same values.
+        pairs: how often which pair of things (`robot.link` or a body) came too close.
+        proof: no number of samples would have helped.
+        missing: how far out of reach [m].
+        attempts: how many refused attempts it sums up; 0: they were not counted.
+        question: what had been asked, so that it can be asked again elsewhere.
     """
 
-    reason: Reason
-    message: str
+    reason: str
+    comment: str = ""
     reads: frozenset[str] = frozenset()
-    between: tuple[tuple[Pair, int], ...] = ()
+    pairs: tuple[tuple[Pair, int], ...] = ()
     proof: bool = False
     missing: float | None = None
     attempts: int = 0
+    question: Askable | None = None
+
+    @classmethod
+    def collision(
+        cls,
+        pair: Pair,
+        comment: str = "",
+        *,
+        reads: frozenset[str] = frozenset(),
+        question: Askable | None = None,
+    ) -> "Refusal":
+        """The refusal of an attempt that brings two things too close."""
+        return cls("collision", comment or pair_text(pair), reads, ((pair, 1),), question=question)
 
 
-Answer = Success | Failure
+def pair_text(pair: Pair) -> str:
+    """Two things that come too close, in a message."""
+    return f"{pair[0]} – {pair[1]}"
+
+
+def owners(pair: Pair) -> tuple[str, str]:
+    """The robots or bodies that two things belong to: a link to its robot, a body to itself."""
+    return pair[0].partition(".")[0], pair[1].partition(".")[0]
+
+
+Answer = Success | Refusal
 
 
 @dataclass
-class Statistics:
-    """What the geometry did, in counts (docs/plans.md#the-result); the only thing of the server that changes."""
+class GeometryStatistics:
+    """Counts of the geometric work (docs/plans.md#the-result); the only part of the server that changes."""
 
     inverse_kinematics_calls: int = 0
     inverse_kinematics_s: float = 0.0
@@ -62,33 +107,33 @@ class Statistics:
     calls: Counter[str] = field(default_factory=Counter)
     failures: dict[str, Counter[str]] = field(default_factory=dict)
 
-    def drawn(self, samples: int) -> None:
-        """So many samples were drawn and projected on constraints, each an inverse kinematics of its own."""
+    def count_samples(self, samples: int) -> None:
+        """Counts samples that were drawn and projected onto constraints, each as a call of inverse kinematics."""
         self.samples += samples
         self.inverse_kinematics_calls += samples
 
     def record(self, procedure: str, answer: Answer) -> None:
-        """One call of a procedure and its answer."""
+        """Counts one call of a procedure, and its failure if it failed."""
         self.calls[procedure] += 1
-        if isinstance(answer, Failure):
+        if isinstance(answer, Refusal):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1
 
-    def copy(self) -> "Statistics":
-        """The counts as they are now."""
-        return Statistics().add(self)
+    def copy(self) -> "GeometryStatistics":
+        """A copy of the present counts."""
+        return GeometryStatistics().add(self)
 
-    def add(self, other: "Statistics") -> "Statistics":
-        """These counts, with those of work that was done elsewhere."""
+    def add(self, other: "GeometryStatistics") -> "GeometryStatistics":
+        """Adds the counts of work done in other processes; returns this object."""
         self._count(other, 1)
         return self
 
-    def since(self, before: "Statistics") -> "Statistics":
-        """What was counted after `before` was copied."""
+    def since(self, before: "GeometryStatistics") -> "GeometryStatistics":
+        """The counts since `before` was copied."""
         counted = self.copy()
         counted._count(before, -1)
         return counted
 
-    def _count(self, other: "Statistics", sign: int) -> None:
+    def _count(self, other: "GeometryStatistics", sign: int) -> None:
         for each in fields(self):
             value = getattr(other, each.name)
             if isinstance(value, (int, float)):

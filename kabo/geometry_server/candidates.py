@@ -1,8 +1,8 @@
 """Streams of candidates: configurations that grasp an object or put one down, by projection on constraints.
 
-A stream is keyed by what is sampled and nothing else: the robot, the object, the family, the values that its
-constraints read. So the same grasps and places are tried in the same order wherever the robot starts, and branches
-that meet on the knowledge level meet again in geometry (docs/plans.md#sharing).
+The key of a stream depends only on what is sampled: the robot, the object, the family, the values that its
+constraints read. So the same grasps and placements are tried in the same order wherever the robot starts, and
+branches of a plan with the same knowledge can reach the same geometric state (docs/plans.md#sharing).
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
-from kabo.geometry_server.spreading import open_turn
+from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import (
     OutOfReach,
     is_carried,
@@ -32,12 +32,12 @@ from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 
-BATCH = 64  # samples a kernel call; candidates of a batch are tried in order of preference
+BATCH_SAMPLES = 64  # in one kernel call; candidates of a batch are tried in order of preference
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A configuration (n,) of all joints of the robot, and the poses of its joints (J, 12) there."""
+    """A configuration (n,) of all joints of the robot, and the poses (J, 12) of its joints."""
 
     q: Array
     joints: Array
@@ -56,16 +56,16 @@ def joints_at(tree: KinematicTree, q: Array) -> Array:
 
 
 def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
-    """The candidate of a configuration."""
+    """The candidate with a given configuration."""
     values = np.array(q, dtype=np.float64)
     return Candidate(values, joints_at(robot.tree, values))
 
 
 @dataclass(frozen=True)
 class Stream:
-    """All configurations of a robot on a set of rows, in the order of the stream `key`.
+    """The configurations of a robot that fulfil a set of rows, in the order given by the stream's `key`.
 
-    `hand` are the values of the gripper's joints, which stay.
+    `hand` holds the values of the gripper's joints, which stay fixed.
     """
 
     robot: Robot
@@ -73,12 +73,12 @@ class Stream:
     key: np.uint64
     hand: tuple[float, ...]
 
-    def batch(self, number: int, size: int = BATCH, along: Array | None = None) -> list[Candidate]:
-        """The valid samples of batch `number` of so many samples, in order of their number.
+    def batch(self, number: int, size: int = BATCH_SAMPLES, along: Array | None = None) -> list[Candidate]:
+        """The valid samples of batch `number`, of `size` samples, in order of their index.
 
-        They are spread evenly along the rows `along`, as far as the arm reaches, and over bounds of the rows.
-        In closed form each sample has branches: every other batch has the one nearest to home of each of its
-        samples, the next one the others. Hands are often in the way, and then are so for every branch.
+        Samples are spread evenly along the rows `along`, as far as the arm reaches, and over the intervals of the
+        rows. In closed form a sample has several branches: batches alternate between the branch nearest to home of
+        each sample, and all its other branches, since a hand in collision collides for every branch.
         """
         if self._structure is None:
             return self.samples(number * size, size, along)
@@ -88,15 +88,15 @@ class Stream:
         return self._candidates(_distinct(found[~nearest if others else nearest]))
 
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
-        """The valid ones of `count` samples from number `first` on, in order of their number; `along` as in `batch`.
+        """The valid ones of `count` samples from index `first` on, in order; `along` as in `batch`.
 
-        In closed form each stands for all branches of the arm with the hand at the same place: elbow up and down,
-        wrist turned over.
+        In closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and down,
+        wrist flipped.
         """
         return self._candidates(self._branches(first, count, along)[0])
 
     def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
-        """The valid samples (M, n), in closed form with the branches of each, and of which of them each is (M,)."""
+        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,)."""
         tree, structure = self.robot.tree, self._structure
         base = np.concatenate([np.zeros(self.robot.planned), self.hand])
         low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
@@ -110,7 +110,7 @@ class Stream:
 
     @cached_property
     def _structure(self) -> Structure | None:
-        """By which closed form branches are found; None: by none, or the constraints name more than the hand."""
+        """The closed form that gives branches; None without one, or if rows constrain other joints than the hand's."""
         robot, structure = self.robot, closed_form_of(self.robot)
         joints = {int(j) for j in self.rows[:, (columns.FIRST, columns.SECOND)].ravel()} - {0}
         if structure is None or not all(is_carried(robot, structure, joint) for joint in joints):
@@ -118,7 +118,7 @@ class Stream:
         return structure
 
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
-        """The one candidate to which a configuration (n,) leads; none if it leads nowhere."""
+        """The candidate that a configuration (n,) is projected to; an empty list if that fails."""
         tree = self.robot.tree
         found, valid = project(
             tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self._active
@@ -126,9 +126,9 @@ class Stream:
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
-        """Every candidate with a frame of the tree at a pose (4, 4), or what is in the way, in closed form.
+        """Every candidate with a frame of the tree at a pose (4, 4), by the closed form, or why there is none.
 
-        None where there is no closed form, or it leaves a choice, as that of seven axes does.
+        None without a closed form, or if it leaves a choice, as for seven axes.
         """
         robot, structure = self.robot, closed_form_of(self.robot)
         if structure is None or structure.lock >= 0 or not is_carried(robot, structure, frame.joint):
@@ -144,13 +144,13 @@ class Stream:
 
 
 def closed_form_of(robot: Robot) -> Structure | None:
-    """The structure by which the scene wants a robot's inverse kinematics to be solved; None: by projection."""
+    """The closed form that the scene asks for a robot's inverse kinematics; None if it is solved by projection."""
     structure = robot.structure if robot.inverse_kinematics == "analytic" else None
     return structure if isinstance(structure, Structure) else None
 
 
 def _unlimited(tree: KinematicTree, structure: Structure) -> tuple[Array, Array]:
-    """Limits without those of the joints that a closed form turns: where one is outside, a branch may be within."""
+    """The limits, infinite for the joints of a closed form: if a sample exceeds them, another branch may not."""
     low, high = tree.lower.copy(), tree.upper.copy()
     turning = [int(tree.source[j]) for i, j in enumerate(structure.joints) if i != structure.lock]
     low[turning], high[turning] = -np.inf, np.inf
@@ -158,13 +158,13 @@ def _unlimited(tree: KinematicTree, structure: Structure) -> tuple[Array, Array]
 
 
 def _distinct(found: Array) -> Array:
-    """The configurations (M, n) without those that came before: some constraints leave a few poses only."""
+    """The configurations (M, n) without repetitions, which occur where constraints leave a few poses only."""
     kept = np.unique(np.round(found, 5), axis=0, return_index=True)[1]
     return found[np.sort(kept)]
 
 
 def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np.bool_]:
-    """Which of the branches (M, n) is the nearest to home of all that have its owner, of equals the first, (M,)."""
+    """Which of the branches (M, n) is the nearest to home among those of its sample (M,); the first of equals."""
     home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
     away = np.round(np.linalg.norm(found[:, : robot.planned] - home, axis=1), 6)
     order = np.lexsort((away, owner))
@@ -174,14 +174,14 @@ def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np
 
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:
-    """The candidates, those near to the robot's home configuration first: they leave room to move."""
+    """The candidates, sorted by distance from the robot's home configuration, near which there is room to move."""
     home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
     return sorted(found, key=lambda c: (round(float(np.linalg.norm(c.q[: robot.planned] - home)), 6), *c.q))
 
 
 @dataclass(frozen=True)
 class GraspStream:
-    """The grasps of one family of a standing object by one robot."""
+    """The grasps of a standing object by one robot, of one grasp family."""
 
     stream: Stream
     family: GraspFamily
@@ -196,12 +196,12 @@ class GraspStream:
 
     @cached_property
     def turn(self) -> Array | None:
-        """The turn about the object that the family leaves open, as a row (1, W); None if there is none."""
+        """The rotation about the object that the family leaves open, as a row (1, W); None if there is none."""
         return open_turn(self.stream.rows, self.tool)
 
 
 def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Array) -> Roles | None:
-    """The roles of a grasp family with a standing object, or None if the family is not for this robot."""
+    """The frames of a grasp family's roles for a standing object, or None if the family does not fit this robot."""
     if family.robots is not None and robot.name not in family.robots:
         return None
     roles = {"tool": tool_frame(robot), "this": standing_frame(body, world_T_body), "world": WORLD}
@@ -211,7 +211,7 @@ def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Arr
 def grasp_stream(
     robot: Robot, body: Body, family: GraspFamily, world_T_body: Array, hand: tuple[float, ...], seed: int
 ) -> GraspStream | None:
-    """The stream of grasps, or None if the family is not for this robot."""
+    """The stream of grasps, or None if the family does not fit this robot."""
     roles = grasp_roles(robot, body, family, world_T_body)
     if roles is None:
         return None
@@ -222,12 +222,12 @@ def grasp_stream(
 
 @dataclass(frozen=True)
 class PlacementStream:
-    """The ways of one robot to put down what it holds, by one placement family, on a support and in a region."""
+    """The placements of what a robot holds on a support and in a region, of one placement family."""
 
     stream: Stream
     family: PlacementFamily
     this: Frame
-    others: tuple[Array, ...]  # where the bases of the other robots are (3,)
+    others: tuple[Array, ...]  # positions (3,) of the other robots' bases
 
     def __iter__(self) -> Iterator[list[Candidate]]:
         number = 0
@@ -236,7 +236,7 @@ class PlacementStream:
             number += 1
 
     def _ordered(self, found: list[Candidate]) -> list[Candidate]:
-        """Far from the robot first: places fill up from the back, and others may reach what lies there."""
+        """The candidates, farthest from the robot first: so a support fills up from the back, and others may reach it."""
         base = base_position(self.stream.robot)
 
         def preference(c: Candidate) -> tuple[float, ...]:
@@ -249,7 +249,7 @@ class PlacementStream:
 
 
 def base_position(robot: Robot) -> Array:
-    """Where the first moving joint of a robot is, in the world (3,)."""
+    """The position (3,) of a robot's first moving joint in the world."""
     joint = next((j for j in range(1, len(robot.tree.parent)) if robot.tree.ratio[j] != 0.0), 0)
     lower = np.clip(0.0, robot.tree.lower, robot.tree.upper)
     return np.array(joints_at(robot.tree, lower)[joint, 9:])
@@ -269,7 +269,7 @@ def placement_stream(
 ) -> PlacementStream | None:
     """The stream of placements, or None if the family does not fit the support.
 
-    `support` is the body stood on and its pose; the body's box stays `margin` away from the region's walls.
+    `support` is the supporting body and its pose; the body's box stays `margin` away from the region's walls.
     """
     this = carried_frame(robot, body, held)
     roles = {"this": this, "world": WORLD}
@@ -290,7 +290,7 @@ def placement_stream(
 
 
 def within(this: Frame, body: Body, region: Region, margin: float) -> Array:
-    """Rows that keep the middle of the body so far inside the region's box that the body is likely to fit."""
+    """Rows that keep the body's centre far enough inside the region's box for the body to fit, probably."""
     low, high = body.mesh.vertices.min(axis=0), body.mesh.vertices.max(axis=0)
     middle = Feature("point", tuple(float(v) for v in (low + high) / 2))  # type: ignore[arg-type]
     thickness = float(np.min(high - low)) / 2 + margin

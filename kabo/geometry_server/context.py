@@ -1,4 +1,4 @@
-"""What every procedure is given beside its arguments: the scene around, the seed, and how much to try."""
+"""What every procedure gets beside its arguments: the surroundings, the seed, and how much to try."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -7,32 +7,32 @@ from time import perf_counter
 from weakref import WeakValueDictionary
 
 from kabo.errors import CutOff
-from kabo.geometry_server.candidates import BATCH, Candidate
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 
-_SHARED: "WeakValueDictionary[int, Context]" = WeakValueDictionary()
+_SHARED: "WeakValueDictionary[int, ProcedureContext]" = WeakValueDictionary()
 _NUMBERS = count()
 
 
-def shared(number: int) -> "Context":
-    """The context of a number: in the process that made it, and in those that were forked from it since.
+def shared(number: int) -> "ProcedureContext":
+    """The context with an index, in the process that made it and in processes forked from that one later.
 
     Raises:
-        KeyError: it was made elsewhere.
+        KeyError: the context was made in another process.
     """
     return _SHARED[number]
 
 
 @dataclass(frozen=True)
-class Context:
+class ProcedureContext:
     """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
 
-    `patience`: how many candidates in a row may be blocked by what can be moved away; None: any number.
-    `stop` says that time or budget is spent.
+    `patience`: how many candidates in a row may be blocked by movable objects; None: any number. `stop` tells
+    whether time or budget is spent.
     """
 
-    surroundings: Surroundings
+    surroundings: SceneSurroundings
     seed: int
     batches: int
     path_samples: int
@@ -40,11 +40,11 @@ class Context:
     patience: int | None = None
 
     def __post_init__(self) -> None:
-        """Scenes of tasks travel between processes; what is around them does not."""
+        """Registers the context under a new index, by which it is pickled: forked workers already hold its surroundings."""
         object.__setattr__(self, "_number", next(_NUMBERS))
         _SHARED[self._number] = self  # type: ignore[attr-defined]
 
-    def __reduce__(self) -> "tuple[Callable[[int], Context], tuple[int]]":
+    def __reduce__(self) -> "tuple[Callable[[int], ProcedureContext], tuple[int]]":
         return shared, (self._number,)  # type: ignore[attr-defined]
 
     @property
@@ -52,11 +52,11 @@ class Context:
         """The scene."""
         return self.surroundings.scene
 
-    def drawn(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
-        """The candidates of a stream, batch by batch, as many as are to be tried; counts the samples.
+    def candidates(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
+        """The candidates of the first `batches` batches of a stream; counts the samples.
 
         Raises:
-            CutOff: time or budget is spent: that there are no more candidates would be no answer.
+            CutOff: time or budget is spent, which is different from having no more candidates.
         """
         batches, statistics = islice(stream, self.batches), self.surroundings.statistics
         while True:
@@ -65,12 +65,12 @@ class Context:
             statistics.inverse_kinematics_s += perf_counter() - began
             if batch is None:
                 return
-            statistics.drawn(BATCH)
+            statistics.count_samples(BATCH_SAMPLES)
             for candidate in batch:
                 self.look()
                 yield candidate
 
     def look(self) -> None:
-        """Raises CutOff: time or budget is spent."""
+        """Raises CutOff if time or budget is spent."""
         if self.stop():
             raise CutOff

@@ -1,4 +1,4 @@
-"""Extra bodies: geometry that is there for some stages of a task only, added by hand or as padding around a thing."""
+"""Extra bodies: geometry that exists for some stages of a task only, given by hand or as padding around a thing."""
 
 from dataclasses import dataclass, field
 
@@ -12,9 +12,9 @@ from kabo.scene.transforms import transform
 
 @dataclass(frozen=True)
 class Extra:
-    """A body that hangs on `parent` (`world`, a body or `robot.link`) at a pose there.
+    """A body attached to `parent` (`world`, a body or `robot.link`) at a pose in its frame.
 
-    `pads`: it stands for the parent with some air around it, and may touch what the parent may touch.
+    `pads`: whether it is padding, which represents its parent and may touch what the parent may touch.
     """
 
     name: str
@@ -27,7 +27,7 @@ class Extra:
 
     @property
     def parent_T(self) -> Array:  # noqa: N802
-        """Its pose (4, 4) in the parent's frame."""
+        """The pose (4, 4) of this body in its parent's frame."""
         return transform(self.position, self.quaternion)
 
 
@@ -44,7 +44,7 @@ def extra(
 
 
 def padding(name: str, parent: str, vertices: Array, distance: float) -> Extra:
-    """A cylinder about the z axis of a thing that holds every point within `distance` [m] of its vertices (V, 3)."""
+    """A cylinder about a thing's z axis that contains every point within `distance` [m] of its vertices (V, 3)."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     middle = (low + high) / 2
     radius = float(np.linalg.norm(vertices[:, :2] - middle[:2], axis=1).max()) + distance

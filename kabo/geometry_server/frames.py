@@ -1,4 +1,4 @@
-"""Features where they are: the names of constraints become points, lines and planes on the joints of one robot."""
+"""Frames and their features: names in constraints become points, lines and planes on the joints of one robot."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -27,11 +27,11 @@ class Frame:
     features: Mapping[str, Feature]
 
     def feature(self, name: str) -> FrameFeature:
-        """A feature of this frame, in the joint's frame."""
+        """A feature of this frame by name, expressed in the joint's frame."""
         return self.moved(self.features[name])
 
     def moved(self, feature: Feature) -> FrameFeature:
-        """Any feature given in this frame, in the joint's frame."""
+        """A feature given in this frame, expressed in the joint's frame."""
         turn, shift = self.joint_T_frame[:3, :3], self.joint_T_frame[:3, 3]
         x, y, z = (float(v) for v in turn @ np.asarray(feature.origin) + shift)
         if feature.direction is None:
@@ -47,7 +47,7 @@ WORLD = Frame(0, np.eye(4), WORLD_FEATURES)
 
 
 def tool_frame(robot: Robot) -> Frame:
-    """The tool of a robot.
+    """The frame of a robot's tool.
 
     Raises:
         ValueError: the robot has no tool.
@@ -59,12 +59,12 @@ def tool_frame(robot: Robot) -> Frame:
 
 
 def standing_frame(body: Body, world_T_body: Array) -> Frame:
-    """A body that stands in the world."""
+    """The frame of a body that stands in the world."""
     return Frame(0, world_T_body, body.features)
 
 
 def carried_frame(robot: Robot, body: Body, held: Attachment) -> Frame:
-    """A body in the robot's hand."""
+    """The frame of a body in the robot's hand."""
     link = robot.links[held.parent.partition(".")[2]]
     return Frame(link.joint, link.joint_T_link @ transform(held.position, held.quaternion), body.features)
 
@@ -75,7 +75,7 @@ def has(roles: Roles, name: FeatureName) -> bool:
 
 
 def rows(constraints: Iterable[Constraint], roles: Roles) -> Array:
-    """The rows (R, W) of all constraints between features; `inside` is a predicate, checked after projection."""
+    """The rows (R, W) of all constraints between features; `inside` has none: it is checked after projection."""
     parts = []
     for constraint in constraints:
         if constraint.kind != "inside":

@@ -1,8 +1,8 @@
 """The symbolic-geometric map: every geometric state has one identifier, and so has every component [K Def. 5].
 
-Near-equality is not transitive, so it is settled once for each number: a number takes the nearest representative
-seen so far within the tolerance, or becomes one. States whose numbers have the same representatives are equal; on
-representatives the order is total. Finding one costs O(log n), looking a state up by identifier O(1).
+Near-equality is not transitive, so it is decided once for each number: a number maps to the nearest representative
+within the tolerance, or becomes a representative itself. States whose numbers have the same representatives are
+equal; representatives are totally ordered. Finding one costs O(log n), looking a state up by identifier O(1).
 """
 
 from bisect import bisect_left, insort
@@ -10,18 +10,18 @@ from collections.abc import Hashable
 
 from kabo.scene import Attachment, Component, GeometricState
 
-TOLERANCE = 1e-6  # m, rad: states nearer than this in every number are one state
+STATE_TOLERANCE = 1e-6  # [m, rad]: states that differ less than this in every number are equal
 
 
 class Representatives:
-    """Numbers seen so far, sorted; each stands for everything within the tolerance of it."""
+    """Sorted numbers, each of which represents all numbers within the tolerance of it."""
 
     def __init__(self, tolerance: float) -> None:
         self._tolerance = tolerance
         self._sorted: list[float] = []
 
     def of(self, number: float) -> float:
-        """The nearest representative within the tolerance; `number` itself becomes one if there is none."""
+        """The nearest representative within the tolerance; without one, `number` becomes a representative."""
         i = bisect_left(self._sorted, number)
         near = [x for x in self._sorted[max(0, i - 1) : i + 1] if abs(x - number) <= self._tolerance]
         if near:
@@ -33,7 +33,7 @@ class Representatives:
 class IdentifierMap:
     """Identifiers of components and states, numbered from 0 in the order in which they were first met."""
 
-    def __init__(self, tolerance: float = TOLERANCE) -> None:
+    def __init__(self, tolerance: float = STATE_TOLERANCE) -> None:
         self._tolerance = tolerance
         self._numbers: dict[Hashable, Representatives] = {}
         self._components: dict[Hashable, int] = {}

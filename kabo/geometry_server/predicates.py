@@ -1,6 +1,6 @@
-"""The predicates of [K Def. 1] by the names of a scene: bodies, links and motions in a geometric state.
+"""The predicates of [K Def. 1] for things of a scene by name: bodies, links and motions in a geometric state.
 
-`kabo.geometry` answers; here names become parts, meshes and poses. With `exact` the original meshes are asked.
+Names become parts, meshes and poses, on which `kabo.geometry` decides; with `exact` it uses the original meshes.
 """
 
 from collections.abc import Sequence
@@ -9,36 +9,34 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array
-from kabo.geometry import Bounds, Container, Enclosure, FixedGroup, Motion, MovingGroup, SweptVolume, includes
+from kabo.geometry import Bounds, Enclosure, FixedGroup, InnerSolid, Motion, MovingGroup, SweptVolume, includes
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.standing import lies_inside
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.support_relations import lies_inside
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 
-SOLE = 1e-3  # m: what is no higher above the lowest point of a body is taken to touch what it stands on
-FAN = 20  # corners of a hull that one convex part has beside the one that all share
-DEPTHS = (
-    2e-4,
-    1e-3,
-    2e-3,
-)  # m: how far below its sole a support is looked for: it need not touch to the last digit
-FEW = 2000  # triangles: a container of no more is asked itself, not through an inner bounding mesh
+SOLE_HEIGHT = 1e-3  # [m] above a body's lowest point: vertices up to there touch the support
+FAN_CORNERS = 20  # corners of a polygon in one convex part, beside the corner that all parts share
+# [m] below a body's sole at which its support is tested: contact is never exact.
+SOLE_DEPTHS = (2e-4, 1e-3, 2e-3)
+MAX_EXACT_TRIANGLES = 2000  # a container of no more is used itself, without an inner bounding mesh
 
 
 @dataclass(frozen=True)
 class ScenePredicates:
-    """Predicates on the things of a scene as they are in one state.
+    """Predicates on the things of a scene in one state.
 
-    A thing is the name of a body, or `robot.link`. Contacts that a scene allows are not looked at.
+    A thing is the name of a body, or `robot.link`. Allowed collisions of the scene are ignored.
     """
 
-    surroundings: Surroundings
+    surroundings: SceneSurroundings
     state: GeometricState
 
     def thing(self, name: str) -> FixedGroup:
-        """A body or link where it is.
+        """A body or link at its pose in the state.
 
         Raises:
             ValueError: it has no geometry. KeyError: no thing has this name.
@@ -55,7 +53,7 @@ class ScenePredicates:
         return world_T(self.surroundings.scene, self.state, name)
 
     def motion(self, robot: str, waypoints: Sequence[Sequence[float]]) -> Motion:
-        """A robot and what it holds on their way from waypoint to waypoint (W, n), straight in joint space."""
+        """The motion of a robot and what it holds along waypoints (W, n), straight in joint space."""
         chosen, groups = self.surroundings.scene.robots[robot], []
         for link in chosen.links.values():
             if link.mesh is not None:
@@ -74,24 +72,16 @@ class ScenePredicates:
     def collide(self, first: str, second: str) -> bool:
         """Whether two things may collide [K Def. 1.1]."""
         if self.surroundings.exact:
-            from kabo.geometry import exact_collides
-
-            return exact_collides(self.thing(first), self.thing(second))
-        from kabo.geometry import collides
-
-        return collides(self.thing(first), self.thing(second), self.surroundings.budget)
+            return geometry.exact_collides(self.thing(first), self.thing(second))
+        return geometry.collides(self.thing(first), self.thing(second), self.surroundings.budget)
 
     def sweeps(self, motion: Motion, other: Motion | str) -> bool:
-        """Whether what a motion sweeps may meet a thing, or what another motion sweeps, at any times [K Def. 1.2, 1.3]."""
+        """Whether a motion's swept volume may meet a thing, or that of another motion at any times [K Def. 1.2, 1.3]."""
         against = self.thing(other) if isinstance(other, str) else other
         budget = self.surroundings.budget
         if self.surroundings.exact:
-            from kabo.geometry import exact_sweep_collides
-
-            return exact_sweep_collides(motion, against, 2.0 * budget.epsilon)
-        from kabo.geometry import sweep_collides
-
-        return sweep_collides(motion, against, budget)
+            return geometry.exact_sweep_collides(motion, against, 2.0 * budget.epsilon)
+        return geometry.sweep_collides(motion, against, budget)
 
     def included(self, container: str, body: str) -> bool:
         """Whether a body is proven to lie inside a region, or inside the solid of another thing [K Def. 1.4]."""
@@ -99,22 +89,20 @@ class ScenePredicates:
         if container in regions:
             return lies_inside(self.surroundings, body, self.pose(body), regions[container])
         if self.surroundings.exact:
-            from kabo.geometry import exact_includes
-
-            return exact_includes(self.thing(container), self.thing(body))
+            return geometry.exact_includes(self.thing(container), self.thing(body))
         return includes(self._container(container), self.thing(body), self.surroundings.budget)
 
     def stands_on(self, support: str, body: str, pose: Array) -> bool:
-        """Whether all that a body at a pose (4, 4) touches from above is proven to lie on a support.
+        """Whether the whole sole of a body at a pose (4, 4) is proven to lie on a support.
 
-        What it touches is the hull of its vertices within a millimetre of its lowest one: moved down by one of `DEPTHS`
-        it must be proven to lie inside the support.
+        The sole is the hull of the vertices within a millimetre of the lowest one: moved down by one of
+        `SOLE_DEPTHS` it must be proven to lie inside the support.
         """
         mesh = self.surroundings.mesh(body)
         if mesh is None:
             raise ValueError(f"{body} has no geometry")
         points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-        touching = points[points[:, 2] <= points[:, 2].min() + SOLE]
+        touching = points[points[:, 2] <= points[:, 2].min() + SOLE_HEIGHT]
         container = self.surroundings.remembered(
             ("container", support, self.pose(support).tobytes()), lambda: self._container(support)
         )
@@ -122,37 +110,35 @@ class ScenePredicates:
             includes(
                 container, FixedGroup(flat(np.eye(4)), _flat(touching - (0.0, 0.0, d))), self.surroundings.budget
             )
-            for d in DEPTHS
+            for d in SOLE_DEPTHS
         )
 
-    def _container(self, name: str) -> Container:
+    def _container(self, name: str) -> InnerSolid:
         mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
-        if len(mesh.faces) <= FEW:
-            return Container(pose, mesh.vertices, mesh.faces, 0.0)
-        return Container.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
+        if len(mesh.faces) <= MAX_EXACT_TRIANGLES:
+            return InnerSolid(pose, mesh.vertices, mesh.faces, 0.0)
+        return InnerSolid.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
 
     def distance(self, first: str, second: str) -> Bounds:
         """Proven bounds of the signed distance of two things [m]: negative where they overlap."""
-        from kabo.geometry import signed_distance
-
-        return signed_distance(self.thing(first), self.thing(second))
+        return geometry.signed_distance(self.thing(first), self.thing(second))
 
     def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
-        """Polyhedra that contain what a motion sweeps; `tolerance` [m] is the sweep's share of epsilon if None."""
-        from kabo.geometry import swept_volume
-
-        return swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
+        """Polyhedra that contain a motion's swept volume, within `tolerance` [m]; None: the sweep's share of epsilon."""
+        return geometry.swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
 
 
 def _flat(points: Array) -> Enclosure:
-    """Convex parts whose union is the hull of points (V, 3) seen from above, at the height of the lowest."""
+    """Convex parts whose union is the hull of points (V, 3) projected to the height of the lowest."""
     low, across = points[:, 2].min(), points[:, :2]
     try:
         corners = across[ConvexHull(across).vertices]
     except QhullError:  # a point, or all on one line
         corners = across
     ring = np.column_stack([corners, np.full(len(corners), low)])
-    fans = [np.vstack([ring[:1], ring[k : k + FAN + 1]]) for k in range(0, max(1, len(ring) - 1), FAN)]
+    fans = [
+        np.vstack([ring[:1], ring[k : k + FAN_CORNERS + 1]]) for k in range(0, max(1, len(ring) - 1), FAN_CORNERS)
+    ]
     return Enclosure(tuple(np.ascontiguousarray(fan) for fan in fans), 0.0)

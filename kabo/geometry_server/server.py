@@ -1,7 +1,6 @@
 """The geometry server: predicates and samples over one scene, as pure functions with a memory.
 
-Nothing here changes but caches and counters: the same question has the same answer, whenever and however often it
-is asked.
+Only caches and counters change: the same question has the same answer, whenever and however often it is asked.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,25 +11,25 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import CutOff
 from kabo.geometry import Budget
-from kabo.geometry_server.answers import Statistics
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.answers import GeometryStatistics
+from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.identifiers import IdentifierMap
 from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.geometry_server.teams import Team, TeamStream
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import stream_key
 from kabo.language.scene_description import Constraint
 from kabo.scene import GeometricState, Scene
 
-BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
-PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
+BATCHES, BATCHES_GROWTH = 4, 4  # of candidates: at effort 0, and the factor of each further level
+PATH_SAMPLES, PATH_SAMPLES_GROWTH = 400, 3  # of one path search, likewise
 
-HASTY = 60  # samples of a path search where others are still to be tried: most ways that are found need fewer
+HASTY_PATH_SAMPLES = 60  # of a path search while other candidates are left: most paths that are found need fewer
 # Candidates in a row that movable things block, at effort 0: these had better be moved. After n in a row, with 95 %
 # confidence fewer than 3 / n are free (the rule of three): less than one in thirteen.
-PATIENCE = 40
+MAX_BLOCKED_IN_A_ROW = 40
 
 
 @dataclass
@@ -42,26 +41,26 @@ class GeometryServer:
     seed: int = 0
     exact: bool = False
     stop: Callable[[], bool] = lambda: False
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
 
     def __post_init__(self) -> None:
         self.budget = Budget.share(self.scene.epsilon if self.epsilon is None else self.epsilon)
-        self.surroundings = Surroundings(self.scene, self.budget, self.exact, self.statistics)
+        self.surroundings = SceneSurroundings(self.scene, self.budget, self.exact, self.statistics)
         self.surroundings.look = self.look
         self.identifiers = IdentifierMap()
 
     def look(self) -> None:
-        """Raises CutOff: time or budget is spent."""
+        """Raises CutOff if time or budget is spent."""
         if self.stop():
             raise CutOff
 
     # ---------------------------------------------------------------------------------------------- predicates
     def collides(self, first: str, second: str | Sequence[float], state: GeometricState | None = None) -> bool:
-        """Whether a robot at q (n,) may hit anything, or two things (bodies, `robot.link`) each other [K Def. 1].
+        """Whether a robot at q (n,) may collide with anything, or two things (bodies, `robot.link`) may collide [K Def. 1].
 
         Args:
             first: a robot, or a thing. second: the robot's configuration, or the other thing.
-            state: where everything else is; the first one if None.
+            state: the poses of everything else; the scene's first state if None.
         """
         if isinstance(second, str):
             return self.predicates(state).collide(first, second)
@@ -70,7 +69,7 @@ class GeometryServer:
     def sweep_collides(
         self, robot: str, start: Sequence[float], goal: Sequence[float], state: GeometricState | None = None
     ) -> bool:
-        """Whether a robot may hit anything on the straight joint segment from `start` to `goal` (n,) each."""
+        """Whether a robot may collide with anything on the straight joint segment from `start` to `goal`, (n,) each."""
         ends = np.array(start, dtype=np.float64), np.array(goal, dtype=np.float64)
         return self._workspace(robot, state).segment_hit(*ends) >= 0
 
@@ -98,11 +97,12 @@ class GeometryServer:
         Args:
             constraints: between features of `world`, `robot.tool`, `robot.<link>`, bodies and regions, or of the
                 roles in `names`. With one robot, `tool` is its tool.
-            robots: one name, or several: then a line of the answer holds their configurations one after another.
-            this: the body that the role `this` stands for.
-            state: where everything is (the first one if None); what hangs on one of the robots moves with it.
+            robots: one name, or several: then a row of the result holds their configurations one after another.
+            this: the body in the role `this`.
+            state: the poses of everything (the first one if None); objects attached to one of the robots move with
+            it.
             names: {role: name of a thing}.
-            free: bodies that may be anywhere; six values for each follow those of the robots, see `Team.poses`.
+            free: bodies that may be anywhere; their six values each follow those of the robots, see `Team.poses`.
             batches: of 64 samples each; only valid ones come back.
 
         Raises:
@@ -130,12 +130,12 @@ class GeometryServer:
         return self.identifiers.state(identifier)
 
     # -------------------------------------------------------------------------------------------------- effort
-    def context(self, effort: int = 0, hasty: bool = False) -> Context:
-        """What procedures and stages are given to work with, with more to try at each level of effort.
+    def context(self, effort: int = 0, hasty: bool = False) -> ProcedureContext:
+        """The context of procedures and stages, with more batches and samples at each level of effort.
 
-        `hasty`: path searches give up early, because there are other candidates.
+        `hasty`: path searches give up early, since there are other candidates.
         """
-        batches = BATCHES * MORE_BATCHES**effort
-        samples = HASTY if hasty else PATH_SAMPLES * MORE_PATH_SAMPLES**effort
-        patience = PATIENCE if effort == 0 else None
-        return Context(self.surroundings, self.seed, batches, samples, self.stop, patience)
+        batches = BATCHES * BATCHES_GROWTH**effort
+        samples = HASTY_PATH_SAMPLES if hasty else PATH_SAMPLES * PATH_SAMPLES_GROWTH**effort
+        patience = MAX_BLOCKED_IN_A_ROW if effort == 0 else None
+        return ProcedureContext(self.surroundings, self.seed, batches, samples, self.stop, patience)

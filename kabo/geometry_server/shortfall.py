@@ -1,8 +1,8 @@
-"""How far out of reach something is: the least way that a robot's base would have to move until it is within reach.
+"""How far out of reach something is: the shortest displacement of a robot's base that brings it within reach.
 
-The base is let glide: three slides before the robot's first joint join the projection, so that its solutions are
-places of the base with a configuration that fulfils all constraints, joint limits included. Of many, the one with the
-least way is pulled in as far as it goes. It is not a proof, but an upper bound that seldom is off by a millimetre.
+Three prismatic joints are put before the robot's first joint, so that projection finds displacements of the base
+together with configurations that fulfil all constraints, joint limits included. The shortest displacements of many
+are then shortened as far as possible. The result is an upper bound, rarely off by more than a millimetre.
 """
 
 from dataclasses import dataclass
@@ -16,91 +16,92 @@ from kabo.kinematics import project, sample, stream_key
 from kabo.kinematics.kernels.rows import FIRST, SECOND
 from kabo.scene import PRISMATIC, KinematicTree
 
-SLIDES = 3
-RANGES = (0.03, 0.1, 0.3, 1.0, 3.0, 9.0)  # m: how far the base may glide, tried in this order
-SAMPLES, KEPT = 64, 6  # samples within each range, and how many of them are pulled in
-ROUNDS, PULLS = 3, 16  # of looking again nearer by, and steps of pulling in
-LEAST_STEP = 1e-3  # share of the way: with smaller steps nothing comes of it
-NEARLY = 0.9  # share of the way that is tried first with fresh samples
-ENOUGH = 2e-3  # share of the way that is not worth another round
+BASE_SLIDES = 3
+# [m] of the base's displacement along each axis, tried in this order.
+BASE_RANGES = (0.03, 0.1, 0.3, 1.0, 3.0, 9.0)
+RANGE_SAMPLES, SOLUTIONS_KEPT = 64, 6  # in each range, and how many of these are shortened
+REFINEMENT_ROUNDS, PULL_STEPS = 3, 16  # rounds of sampling again within the best, and steps of shortening
+MIN_STEP_SHARE = 1e-3  # of the displacement: smaller steps gain nothing
+FIRST_SHARE = 0.9  # of the displacement, which fresh samples try first
+NEGLIGIBLE_SHARE = 2e-3  # of the displacement, not worth another round
 
 
 @dataclass(frozen=True)
 class Shortfall:
-    """How far out of reach: the length [m] of the move `by` (x, y, z) of the base, in the world, that it would take."""
+    """How far out of reach: the displacement `by` (x, y, z) of the base, in the world, and its length [m]."""
 
     metres: float
     by: tuple[float, float, float]
 
 
 def shortfall_of(stream: Stream, *, level: bool = False) -> Shortfall | None:
-    """The least move of a robot's base found, after which the constraints of a stream can be fulfilled.
+    """The shortest displacement found of a robot's base that makes the constraints of a stream feasible.
 
     Args:
         stream: the robot, the rows of the constraints, its gripper's values; its key is that of the samples' seeds.
         level: the base keeps its height.
 
     Returns:
-        A length of zero if the constraints can be fulfilled as things are; None if no move was found to help.
+        A length of zero if the constraints are feasible as they are; None if no displacement was found.
     """
-    if stream.samples(0, SAMPLES):
+    if stream.samples(0, RANGE_SAMPLES):
         return Shortfall(0.0, (0.0, 0.0, 0.0))
     base = _Base(stream, level)
-    span = next((span for span in RANGES if base.look(span)), None)
+    span = next((span for span in BASE_RANGES if base.look(span)), None)
     if span is None:
         return None
-    for _ in range(ROUNDS):  # what was found anew, within less, may be pulled in farther
+    for _ in range(REFINEMENT_ROUNDS):  # what was found anew, within less, may be pulled in farther
         before = base.way
         base.pull_in()
         base.look(0.9 * base.way)
         base.push_on()
-        if base.way > (1.0 - ENOUGH) * before:
+        if base.way > (1.0 - NEGLIGIBLE_SHARE) * before:
             break
-    x, y, z = (round(float(v), 6) + 0.0 for v in base.best[:SLIDES])
+    x, y, z = (round(float(v), 6) + 0.0 for v in base.best[:BASE_SLIDES])
     return Shortfall(round(base.way, 6), (x, y, z))
 
 
 class _Base:
-    """A base that glides, with the solutions (N, 3 + n) found that are nearest to where it stands."""
+    """A robot on a movable base, and the solutions (N, 3 + n) found with the shortest displacements."""
 
     def __init__(self, stream: Stream, level: bool) -> None:
         self.tree, self.rows, self.key = gliding(stream.robot.tree), glided(stream.rows), int(stream.key)
-        self.arm = np.arange(self.tree.size) < SLIDES + stream.robot.planned
-        self.arm[:SLIDES] = False
+        self.arm = np.arange(self.tree.size) < BASE_SLIDES + stream.robot.planned
+        self.arm[:BASE_SLIDES] = False
         self.all = self.arm.copy()
-        self.all[:SLIDES] = (True, True, not level)
+        self.all[:BASE_SLIDES] = (True, True, not level)
         self.hand = np.concatenate([np.zeros(stream.robot.planned), stream.hand])
         self.found, self.drawn = np.empty((0, self.tree.size)), 0
 
     @property
     def best(self) -> Array:
-        """The solution with the least way."""
+        """The solution with the shortest displacement."""
         return np.asarray(self.found[0])
 
     @property
     def way(self) -> float:
-        """The least way [m]."""
-        return float(np.linalg.norm(self.best[:SLIDES]))
+        """The length of the shortest displacement [m]."""
+        return float(np.linalg.norm(self.best[:BASE_SLIDES]))
 
     def look(self, span: float) -> bool:
-        """Whether a sample with the base up to `span` [m] aside along each axis is a solution."""
-        return self._sampled(self.all, np.zeros(SLIDES), span) > 0
+        """Whether a sample is a solution with the base displaced by up to `span` [m] along each axis."""
+        return self._sampled(self.all, np.zeros(BASE_SLIDES), span) > 0
 
     def push_on(self) -> None:
-        """Bisects the way of the best solution with fresh samples of the arm alone."""
-        by, low, high = self.best[:SLIDES].copy(), 0.0, 1.0
-        share = NEARLY
-        while high - low > ENOUGH:
+        """Bisects the displacement of the best solution, with fresh samples of the arm alone."""
+        by, low, high = self.best[:BASE_SLIDES].copy(), 0.0, 1.0
+        share = FIRST_SHARE
+        while high - low > NEGLIGIBLE_SHARE:
             low, high = (low, share) if self._reaches(share * by) else (share, high)
             share = 0.5 * (low + high)
 
     def pull_in(self) -> None:
-        """Pulls every solution towards no way at all, as far as it goes."""
+        """Shortens the displacement of every solution, as far as projection succeeds."""
         Q = self.found
         step = np.full(len(Q), 0.5)
-        for _ in range(PULLS):
+        for _ in range(PULL_STEPS):
             seeds, nearer = Q.copy(), np.zeros(len(Q), dtype=np.bool_)
-            seeds[:, :SLIDES] *= 1.0 - step[:, None]
+            seeds[:, :BASE_SLIDES] *= 1.0 - step[:, None]
             for moving in (self.arm, self.all):  # the base stays where it is pulled to, or slides aside
                 pulled, valid = project(
                     self.tree, self.rows, seeds, self.tree.lower, self.tree.upper, moving, hold_limits=True
@@ -109,31 +110,31 @@ class _Base:
                 Q[better] = pulled[better]
                 nearer |= better
             step = np.where(nearer, np.minimum(1.6 * step, 1.0), 0.5 * step)
-            if np.all(step < LEAST_STEP):
+            if np.all(step < MIN_STEP_SHARE):
                 break
         self._keep(Q)
 
     def _reaches(self, by: Array) -> bool:
-        """Whether a sample of the arm alone is a solution, with the base moved."""
-        return self._sampled(self.arm, by, RANGES[-1]) > 0
+        """Whether a sample of the arm alone is a solution with the base displaced."""
+        return self._sampled(self.arm, by, BASE_RANGES[-1]) > 0
 
     def _sampled(self, moving: npt.NDArray[np.bool_], by: Array, span: float) -> int:
         lower, upper = self.tree.lower.copy(), self.tree.upper.copy()
-        lower[:SLIDES], upper[:SLIDES] = -span, span
+        lower[:BASE_SLIDES], upper[:BASE_SLIDES] = -span, span
         start, key = np.concatenate([by, self.hand]), stream_key("shortfall", self.key)
-        Q, valid = sample(self.tree, self.rows, key, self.drawn, SAMPLES, lower, upper, moving, base=start)
-        self.drawn += SAMPLES
+        Q, valid = sample(self.tree, self.rows, key, self.drawn, RANGE_SAMPLES, lower, upper, moving, base=start)
+        self.drawn += RANGE_SAMPLES
         self._keep(np.concatenate([self.found, Q[valid]]))
         return int(np.count_nonzero(valid))
 
     def _keep(self, Q: Array) -> None:
-        self.found = Q[np.argsort(_ways(Q), kind="stable")[:KEPT]]
+        self.found = Q[np.argsort(_ways(Q), kind="stable")[:SOLUTIONS_KEPT]]
 
 
 def gliding(tree: KinematicTree) -> KinematicTree:
-    """The tree with slides along x, y and z of the world before all of its joints; their values come first."""
+    """The tree with prismatic joints along x, y and z of the world before all its joints; their values come first."""
     turns = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
-    slides, before = np.zeros((SLIDES, 12)), np.eye(3)
+    slides, before = np.zeros((BASE_SLIDES, 12)), np.eye(3)
     for row, turn in zip(slides, turns, strict=True):
         row[:9], before = (before.T @ turn).ravel(), turn
     first, rest = (
@@ -141,25 +142,25 @@ def gliding(tree: KinematicTree) -> KinematicTree:
         slice(1, None),
     )  # joint 0 is the world; the last slide stands upright as the world does
     return KinematicTree(
-        np.concatenate([[0, 0, 1, 2], tree.parent[rest] + SLIDES]),
-        np.concatenate([tree.kind[first], [PRISMATIC] * SLIDES, tree.kind[rest]]),
-        np.concatenate([[0, 0, 1, 2], tree.source[rest] + SLIDES]),
-        np.concatenate([tree.ratio[first], np.ones(SLIDES), tree.ratio[rest]]),
-        np.concatenate([tree.shift[first], np.zeros(SLIDES), tree.shift[rest]]),
+        np.concatenate([[0, 0, 1, 2], tree.parent[rest] + BASE_SLIDES]),
+        np.concatenate([tree.kind[first], [PRISMATIC] * BASE_SLIDES, tree.kind[rest]]),
+        np.concatenate([[0, 0, 1, 2], tree.source[rest] + BASE_SLIDES]),
+        np.concatenate([tree.ratio[first], np.ones(BASE_SLIDES), tree.ratio[rest]]),
+        np.concatenate([tree.shift[first], np.zeros(BASE_SLIDES), tree.shift[rest]]),
         np.concatenate([tree.placement[first], slides, tree.placement[rest]]),
-        np.concatenate([np.full(SLIDES, -RANGES[-1]), tree.lower]),
-        np.concatenate([np.full(SLIDES, RANGES[-1]), tree.upper]),
-        np.concatenate([np.ones(SLIDES), tree.velocity]),
+        np.concatenate([np.full(BASE_SLIDES, -BASE_RANGES[-1]), tree.lower]),
+        np.concatenate([np.full(BASE_SLIDES, BASE_RANGES[-1]), tree.upper]),
+        np.concatenate([np.ones(BASE_SLIDES), tree.velocity]),
     )
 
 
 def glided(rows: Array) -> Array:
-    """The rows of a tree, for the same tree behind slides: what belongs to the world stays there."""
+    """The rows of a tree, with joint numbers for the tree of `gliding`; features of the world stay there."""
     moved: Array = rows.copy()
     for column in (FIRST, SECOND):
-        moved[:, column] += SLIDES * (rows[:, column] > 0)
+        moved[:, column] += BASE_SLIDES * (rows[:, column] > 0)
     return moved
 
 
 def _ways(Q: Array) -> Array:
-    return np.asarray(np.linalg.norm(Q[:, :SLIDES], axis=1))
+    return np.asarray(np.linalg.norm(Q[:, :BASE_SLIDES], axis=1))

@@ -1,7 +1,8 @@
 """A situation: for every component of the geometric state, the values it may have.
 
-Where branches of a plan have met, components that nobody moves there may have several values (docs/plans.md#sharing);
-a procedure answers for all of them at once. With one value each, a situation is a geometric state.
+Where branches of a plan meet, components that are not moved afterwards may have several values
+(docs/plans.md#sharing); a procedure answers for all of them at once. A situation with one value for each component is
+a geometric state.
 """
 
 from collections.abc import Iterable, Mapping
@@ -14,7 +15,7 @@ from kabo.scene.transforms import quaternion, transform
 
 @dataclass(frozen=True)
 class Situation:
-    """The possible values of every robot and movable object, in order of the scene, each value once."""
+    """The possible values of every robot and movable object, in the scene's order, without repetitions."""
 
     robots: Mapping[str, tuple[Configuration, ...]]
     objects: Mapping[str, tuple[Attachment, ...]]
@@ -39,12 +40,12 @@ class Situation:
         return only
 
     def carried(self, robot: str) -> tuple[str, ...]:
-        """The objects that the robot may be holding, and those that hang on them."""
+        """The objects that the robot may be holding, and those attached to them."""
         prefix = robot + "."
         return tuple(name for name in self.objects if any(end.startswith(prefix) for end in self._ends(name)))
 
     def held(self, name: str) -> Attachment:
-        """What the group of an object hangs on (`world`, `robot.link` or a body that stands), and its pose there."""
+        """The root of an object's group (`world`, `robot.link` or a standing body), and the object's pose in its frame."""
         own = self.attachment(name)
         if own.parent not in self.objects:
             return own
@@ -54,29 +55,29 @@ class Situation:
         return Attachment(below.parent, (x, y, z), quaternion(pose))
 
     def root(self, name: str) -> str:
-        """The object of a group on which the others hang: it stands, or is held."""
+        """The object to which the others of its group are attached, which stands or is held."""
         parent = self.attachment(name).parent
         return self.root(parent) if parent in self.objects else name
 
     def group(self, name: str) -> tuple[str, ...]:
-        """An object, and all that may hang together with it, in order of the scene."""
+        """All objects that may be attached, directly or not, to the root of an object, in the scene's order."""
         if not self.nested:
             return (name,)
         root = self.root(name)
         return tuple(other for other in self.objects if root in self._above(other))
 
     def _above(self, name: str) -> tuple[str, ...]:
-        """An object, and every one on which it may hang, directly or not."""
+        """An object, and all objects to which it may be attached, directly or not."""
         parents = (a.parent for a in self.objects[name] if a.parent in self.objects)
         return (name, *(above for parent in dict.fromkeys(parents) for above in self._above(parent)))
 
     def _ends(self, name: str) -> tuple[str, ...]:
-        """What is not an object itself and carries an object, directly or through others."""
+        """The links, fixed bodies or `world` to which an object is attached, directly or through other objects."""
         ends = (a.parent for each in self._above(name) for a in self.objects[each])
         return tuple(end for end in ends if end not in self.objects)
 
     def carriers(self, names: Iterable[str]) -> frozenset[str]:
-        """The objects on which some of these hang, directly or not, and the robots that hold them: they move these."""
+        """The objects to which any of these are attached, directly or not, and the robots that hold them."""
         objects = [name for name in names if name in self.objects]
         above = {carrier for name in objects for carrier in self._above(name)}
         holding = {end.partition(".")[0] for name in objects for end in self._ends(name)}
@@ -84,11 +85,11 @@ class Situation:
 
     @cached_property
     def nested(self) -> bool:
-        """Whether an object may hang on another one."""
+        """Whether any object may be attached to another one."""
         return any(a.parent in self.objects for values in self.objects.values() for a in values)
 
     def replace(self, changes: Mapping[str, Component]) -> "Situation":
-        """This situation with some components set to one value."""
+        """A copy of this situation with some components set to one value each."""
         robots = {n: (changes[n],) if n in changes else v for n, v in self.robots.items()}
         objects = {n: (changes[n],) if n in changes else v for n, v in self.objects.items()}
         return Situation(robots, objects)  # type: ignore[arg-type]
@@ -101,14 +102,14 @@ class Situation:
 
     @property
     def first(self) -> GeometricState:
-        """The state of the first value of every component."""
+        """The geometric state with the first value of every component."""
         return GeometricState(
             {n: v[0] for n, v in self.robots.items()}, {n: v[0] for n, v in self.objects.items()}
         )
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What tells situations apart, whatever the order in which values were met."""
+        """A key by which situations are compared, independent of the order of their values."""
         robots = ((n, frozenset(v)) for n, v in self.robots.items())
         objects = ((n, frozenset(v)) for n, v in self.objects.items())
         return (*robots, *objects)

@@ -1,6 +1,6 @@
-"""Stretches of motion, each proven free before it is offered: to a configuration, along a line, of the gripper.
+"""Stretches of motion: ways to a configuration, proven free and shortened, and straight lines of the tool.
 
-Way points are rounded as plans keep them *before* they are proven, so that what is written is what was proven.
+Way points are rounded as in plans *before* they are proven, so that the plan holds what was proven.
 """
 
 from collections.abc import Sequence
@@ -10,37 +10,26 @@ from functools import cached_property
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.answers import Refusal, pair_text
+from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key, values
 from kabo.kinematics.kernels import rows as columns
-from kabo.motion import Blocked, connect, shortcut
+from kabo.motion import NoPath, connect, shortcut
 from kabo.scene import Robot
 
-LINE, LINE_TILT = 1e-3, 5e-3  # m, rad: how far a straight stretch may leave its line, and how far it may turn
-SHORTCUTS, PATIENCE = 40, 8  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
-KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A stretch that was not found, and the pairs in its way with counts; `waypoints` of the one that was blocked.
-
-    `unkept` counts the pieces that were not proven to keep the motion constraint, `broken` says where an end breaks it.
-    """
-
-    pairs: tuple[tuple[Pair, int], ...] = ()
-    waypoints: tuple[Array, ...] = ()
-    unkept: int = 0
-    broken: str = ""
+LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
+LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch
+SHORTCUT_ATTEMPTS = 40  # to shorten a path; a plan's motion is refined later
+MAX_VAIN_SHORTCUTS = 8  # failed attempts in a row
+CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the verifier grants
 
 
 @dataclass(frozen=True)
 class Keep:
-    """A motion constraint, as rows of the robot's tree, that holds all along a motion."""
+    """A motion constraint, as rows of the robot's tree, to hold all along a motion."""
 
     name: str
     robot: Robot
@@ -48,14 +37,14 @@ class Keep:
 
     def keeps(self, start: Array, goal: Array) -> bool:
         """Whether the constraint is proven to hold on the straight joint segment."""
-        return keeps(self.robot.tree, self.rows, start, goal, KEPT)
+        return keeps(self.robot.tree, self.rows, start, goal, CONSTRAINT_TOLERANCE)
 
     def holds_along(self, waypoints: Sequence[Array]) -> bool:
         """Whether the constraint is proven to hold along a path."""
         return all(self.keeps(a, b) for a, b in zip(waypoints, waypoints[1:], strict=False))
 
     def broken(self, q: Array) -> str | None:
-        """What is found and what is permitted where the constraint does not hold at q (n,); None: it holds."""
+        """The actual and the permitted value of a row that is violated at q (n,); None if the constraint holds."""
         if self.keeps(q, q):
             return None
         found = values(self.rows, q, self.robot.tree)
@@ -63,7 +52,7 @@ class Keep:
         return _told(self.rows[int(excess.argmax())], float(found[excess.argmax()]))
 
     def pull_planned(self, hand: Array) -> Projector:
-        """A function that pulls the planned joints onto the constraint, with the gripper's at `hand`."""
+        """A function that projects the planned joints onto the constraint, with the gripper's joints at `hand`."""
         n = self.robot.planned
 
         def pull(q: Array) -> Array | None:
@@ -80,7 +69,7 @@ class Keep:
 
 
 def _told(row: Array, found: float) -> str:
-    """The value of a row against its bounds, angles as angles."""
+    """The value of a row and its bounds, with cosines as angles."""
     kind, low, high = int(row[columns.KIND]), float(row[columns.LOWER]), float(row[columns.UPPER])
     if kind == columns.DIRECTION:  # cosines
         low, high, found = (float(np.arccos(np.clip(v, -1.0, 1.0))) for v in (high, low, found))
@@ -90,11 +79,11 @@ def _told(row: Array, found: float) -> str:
 
 
 def keep_constraint(
-    context: Context, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
+    context: ProcedureContext, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
 ) -> Keep | None:
-    """The motion constraint of that name for what the robot holds; None if there is none, or it does not fit.
+    """The motion constraint of a name for a held object; None if there is none, or it does not fit.
 
-    `held` names the objects that it may be about; None: anything that the robot has in its hand.
+    `held` names the objects it may apply to; None: any object in the robot's hand.
     """
     constraints = context.scene.motion_constraints.get(name)
     if constraints is None:
@@ -110,39 +99,34 @@ def keep_constraint(
 
 
 def rounded(q: Array) -> Array:
-    """A configuration as plans keep it."""
+    """A configuration rounded as in plans."""
     return np.round(q, 9) + 0.0
 
 
 def line(
-    workspace: Workspace,
+    robot: Robot,
     q: Array,
     tool: Frame,
     translation: Array,
-    deviation: float = LINE,
+    deviation: float = LINE_DEVIATION,
     tilt: float = LINE_TILT,
-) -> list[Array] | Refused:
-    """The way points of a straight, proven motion of the tool by `translation` (3,) [m] from q, without a turn.
+) -> list[Array] | None:
+    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, without rotation; or None.
 
-    It leaves the line by no more than `deviation` [m], and turns by no more than `tilt` [rad].
+    The tool deviates from the line by at most `deviation` [m], and rotates by at most `tilt` [rad]. Collisions are not
+    checked.
     """
-    robot = workspace.robot
-    active = np.arange(robot.tree.size) < robot.planned
     found = straight_line(
         robot.tree,
         q,
         tool.joint,
         tool.joint_T_frame,
         translation,
-        active=active,
+        active=np.arange(robot.tree.size) < robot.planned,
         deviation=deviation,
         tilt=tilt,
     )
-    if isinstance(found, OffLine):
-        return Refused()
-    waypoints = [rounded(w) for w in found]
-    hit = workspace.path_hit(waypoints)
-    return waypoints if hit is None else Refused(((hit, 1),), tuple(waypoints))
+    return None if isinstance(found, OffLine) else [rounded(w) for w in found]
 
 
 def way_to(
@@ -152,8 +136,8 @@ def way_to(
     key: tuple[str | int | float, ...],
     samples: int,
     keep: Keep | None = None,
-) -> list[Array] | Refused:
-    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along.
+) -> list[Array] | Refusal:
+    """The way points of a shortened motion from start to goal (n,), proven free and to fulfil `keep` throughout.
 
     Raises:
         CutOff: time or budget is spent.
@@ -162,7 +146,8 @@ def way_to(
     for q, where in ((start, "where it begins"), (goal, "where it ends")):
         broken = None if keep is None else keep.broken(q)
         if keep is not None and broken is not None:
-            return Refused(broken=f"{keep.name} does not hold {where}: {broken}")
+            text = f"{keep.name} does not hold {where}: {broken}"
+            return Refusal("constraint", text, frozenset({robot.name}))
     n = robot.planned
     hand = start[n:]
 
@@ -183,11 +168,22 @@ def way_to(
     bounds = robot.tree.lower[:n], robot.tree.upper[:n]
     free = free_segment, free_configurations
     path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
-    if isinstance(path, Blocked):
+    if isinstance(path, NoPath):
         workspace.surroundings.statistics.samples += path.samples
-        pairs = workspace.pairs
-        hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))
-        return Refused(hits, unkept=path.hits.get(len(pairs), 0))
+        return _blocked(workspace, path, keep)
     # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
-    short = shortcut(path, free_segment, stream, SHORTCUTS, projection=project, patience=PATIENCE)
+    short = shortcut(
+        path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=MAX_VAIN_SHORTCUTS
+    )
     return [whole(q) for q in short]
+
+
+def _blocked(workspace: Workspace, path: NoPath, keep: Keep | None) -> Refusal:
+    """No way was found: the pairs in the way with counts, or the constraint, where it was met more often than they."""
+    pairs = workspace.pairs
+    hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))
+    unkept = path.hits.get(len(pairs), 0)
+    text = pair_text(hits[0][0]) if hits else ""
+    if keep is not None and unkept > max((count for _, count in hits), default=0):
+        text = f"{keep.name} would not be kept on {unkept} pieces of ways"
+    return Refusal("no_path", text, frozenset({workspace.robot.name}), hits)

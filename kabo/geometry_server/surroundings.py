@@ -1,70 +1,66 @@
-"""What is around every robot of a scene: bodies as convex parts, and poses of what stands still, made once."""
+"""The surroundings of all robots of a scene: bodies as convex parts and poses of links, computed once."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
+from kabo.arrays import Array, Integers
 from kabo.children import never
 from kabo.content_cache import ContentCache
 from kabo.errors import InputError
-from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
-from kabo.geometry_server.answers import Pair, Statistics
+from kabo.geometry import Budget, CollisionChecker, Enclosure, FixedGroup, MovingGroup
+from kabo.geometry_server.answers import GeometryStatistics, Pair
 from kabo.geometry_server.situation import Situation
 from kabo.meshes import hull_of
-from kabo.scene import Configuration, Mesh, Scene, link_poses
+from kabo.scene import Configuration, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
-REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
+MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
 
 
 _ENCLOSURES: ContentCache[Enclosure] = ContentCache(16 << 20, lambda made: made.nbytes)
 
 
 def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
-    """The parts of a mesh: scenes come and go, meshes stay, and what lies beside their files may change."""
-    from kabo.geometry import digest_beside, enclosing_parts  # mesh libraries load only where parts are made
-
-    key = mesh.digest, digest_beside(mesh.path), tolerance
+    """The parts of a mesh, kept across scenes, by the content of the mesh and of the parts file beside it."""
+    key = mesh.digest, geometry.digest_beside(mesh.path), tolerance
     return _ENCLOSURES.get_or_make(
-        key, lambda: enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
+        key, lambda: geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
     )
 
 
-class Surroundings:
-    """The bodies of a scene as convex parts, made when first asked for, and poses of links that stand still."""
+class SceneSurroundings:
+    """The bodies of a scene as convex parts, made on first use, and poses of links."""
 
-    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
+    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: GeometryStatistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
-        self.look: Callable[[], None] = never  # called while parts are made; what it raises ends that
-        # Parts are made once for a scene: servers come and go with seeds.
+        self.look: Callable[[], None] = never  # called while parts are made; an exception ends that
+        # The scene keeps parts, since each seed has a server of its own.
         self._enclosures: dict[str, Enclosure] = scene.memory.setdefault(("enclosures", budget.geometry), {})
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
 
-    @cached_property
-    def view(self) -> Any:
-        """The kind of view that answers: on convex parts, or on the original meshes."""
-        if not self.exact:
-            return CollisionView
-        from kabo.geometry import ExactView  # python-fcl is loaded only for `--geometry exact`
-
-        return ExactView
+    def checker(
+        self,
+        tree: KinematicTree,
+        moving: Sequence[MovingGroup],
+        fixed: Sequence[FixedGroup],
+        pairs: Integers,
+    ) -> CollisionChecker:
+        """A collision checker for these bodies: on convex parts, or on the original meshes if `exact`."""
+        kind = geometry.ExactView if self.exact else geometry.CollisionView
+        return kind(tree, moving, fixed, pairs, self.budget)
 
     def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
         """Whether two standing bodies may collide."""
         if self.exact:
-            from kabo.geometry import exact_collides
-
-            return exact_collides(first, second)
-        from kabo.geometry import collides
-
-        return collides(first, second, self.budget)
+            return geometry.exact_collides(first, second)
+        return geometry.collides(first, second, self.budget)
 
     def mesh(self, name: str) -> Mesh | None:
         """The mesh of a body or `robot.link`, in its own frame."""
@@ -88,7 +84,7 @@ class Surroundings:
             raise self._named(name, error) from None
 
     def _named(self, name: str, error: InputError) -> InputError:
-        """The error about a mesh, told where people know it: at the body's shape, or at the link in its URDF."""
+        """The error about a mesh, at the place that people know: the body's shape, or the link in its URDF."""
         robot, dot, link = name.partition(".")
         place = self.scene.robots[robot].links[link].place if dot else self.scene.bodies[name].shape.place
         thing = f'link "{link}" of robot "{robot}"' if dot else f'body "{name}"'
@@ -107,19 +103,19 @@ class Surroundings:
         return self._enclosures[mesh.digest]
 
     def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
-        """The pose (4, 4) of every link of a robot that stands at q."""
+        """The pose (4, 4) of every link of a robot at q."""
         if (robot, q) not in self._links:
             self._links[robot, q] = link_poses(self.scene.robots[robot], q)
         return self._links[robot, q]
 
     def never_collide(self, first: str, second: str) -> bool:
-        """As the scene says, remembered."""
+        """`Scene.never_collide`, with its answers kept."""
         if (first, second) not in self._apart:
             self._apart[first, second] = self.scene.never_collide(first, second)
         return self._apart[first, second]
 
     def poses(self, situation: Situation, name: str) -> list[Array]:
-        """Every pose (4, 4) in the world that a body may have in a situation, each once."""
+        """The poses (4, 4) in the world that a body may have in a situation, without repetitions."""
         if name in self.scene.fixed_poses:
             return [self.scene.fixed_poses[name]]
         found = {}
@@ -130,11 +126,11 @@ class Surroundings:
         return list(found.values())
 
     def remembered(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
-        """What `make` gives, or gave lately for this key."""
+        """The result of `make`, kept for this key for some time."""
         known = self._memory.pop(key, None)
         if known is None:
             known = make()
-            if len(self._memory) >= REMEMBERED:
+            if len(self._memory) >= MAX_REMEMBERED:
                 self._memory.popitem(last=False)
         self._memory[key] = known
         return known

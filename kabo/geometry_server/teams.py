@@ -1,7 +1,7 @@
-"""Teams: constraints over several robots, and bodies that may be anywhere, as one joint vector [K Eq. 5.1].
+"""Teams: constraints over several robots and free bodies, with one joint vector [K Eq. 5.1].
 
-A name says which frame is meant: `world`, `left.tool`, `left.<link>`, a body or a region. What hangs on a robot of
-the team, directly or through other bodies, moves with it; everything else stands where it is.
+Frames have names: `world`, `left.tool`, `left.<link>`, a body or a region. Objects attached to a robot of the
+team, directly or through other bodies, move with it; everything else stands still.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import BATCH, Candidate, joints_at
+from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, joints_at
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
 from kabo.kinematics import FREE_BODY, JoinedTree, Key, joined, sample
 from kabo.language.scene_description import Constraint, Feature
@@ -22,7 +22,7 @@ from kabo.scene.transforms import transform, unflat
 
 @dataclass(frozen=True)
 class Team:
-    """Robots of a scene that constraints speak of together, and `free` bodies that may be anywhere.
+    """Robots of a scene that share constraints, and `free` bodies that may be anywhere.
 
     A configuration of the team is that of each robot, in their order, then six values for each free body.
     """
@@ -36,7 +36,7 @@ class Team:
         """The team of robots by name.
 
         Raises:
-            ValueError: the scene has no such robot or body, a name comes twice, or there is none.
+            ValueError: the scene has no such robot or body, a name is repeated, or no robot is named.
         """
         names, bodies = tuple(robots), tuple(free)
         for name, known in (*((n, scene.robots) for n in names), *((n, scene.bodies) for n in bodies)):
@@ -53,7 +53,7 @@ class Team:
 
     @property
     def tree(self) -> KinematicTree:
-        """The one tree that constraints on the team work on."""
+        """The joined tree, which constraints of the team refer to."""
         return self.joined.tree
 
     @cached_property
@@ -63,19 +63,19 @@ class Team:
 
     @cached_property
     def moving(self) -> npt.NDArray[np.bool_]:
-        """Which values of a configuration are planned for; grippers stay (n,)."""
+        """Which values of a configuration may change (n,): all but the grippers'."""
         parts = [np.arange(robot.tree.size) < robot.planned for robot in self.robots]
         return np.concatenate([*parts, np.ones(FREE_BODY.size * len(self.free), np.bool_)])
 
     def frame(self, member: str, frame: Frame) -> Frame:
-        """A frame of a robot's own tree (as `tool_frame` gives it) as one of the team's."""
+        """A frame of a robot's own tree (as of `tool_frame`) as a frame of the team's tree."""
         return replace(frame, joint=self.joined.joint(self.members.index(member), frame.joint))
 
     def named(self, name: str, state: GeometricState) -> Frame:
-        """The frame of a name, where things are in `state`.
+        """The frame with a name, with things at their poses in `state`.
 
         Raises:
-            ValueError: nothing in the scene has the name.
+            ValueError: the scene has nothing of this name.
         """
         if name == "world":
             return WORLD
@@ -97,7 +97,7 @@ class Team:
     def roles(
         self, state: GeometricState, constraints: Iterable[Constraint], names: Mapping[str, str] | None = None
     ) -> Roles:
-        """The frame of every owner that the constraints name: by `names` {role: thing}, else as the thing itself.
+        """The frame of every owner in the constraints: a role in `names` {role: thing}, or a thing itself.
 
         `tool` needs no name in a team of one robot.
 
@@ -119,16 +119,16 @@ class Team:
         return found
 
     def configurations(self, q: Sequence[float] | Array) -> dict[str, Configuration]:
-        """What a configuration (n,) of the team means for each of its robots, rounded as states keep it."""
+        """The part of a team's configuration (n,) for each of its robots, rounded as in states."""
         parts = zip(self.robots, self.joined.values, strict=False)
         return {robot.name: tuple(round(float(v), 9) + 0.0 for v in q[place]) for robot, place in parts}
 
     def poses(self, at: Candidate) -> dict[str, Array]:
-        """Where the free bodies are at a candidate: world_T_body (4, 4)."""
+        """The poses world_T_body (4, 4) of the free bodies at a candidate."""
         return {name: at.pose(self.frame(name, Frame(FREE_BODY.size, np.eye(4), {}))) for name in self.free}
 
     def base(self, state: GeometricState) -> Array:
-        """The configuration of the robots in a state, zeros for free bodies: what does not move keeps it (n,)."""
+        """The team's configuration (n,) in a state, with zeros for free bodies; values that may not change keep it."""
         parts = [np.array(state.robots[robot.name]) for robot in self.robots]
         return np.concatenate([*parts, np.zeros(FREE_BODY.size * len(self.free))])
 
@@ -149,9 +149,9 @@ class Team:
 
 @dataclass(frozen=True)
 class TeamStream:
-    """All configurations of a team on a set of rows, in the order of the stream `key`; see `TeamStream.of`.
+    """The configurations of a team that fulfil a set of rows, in the order given by the stream's `key`.
 
-    `base` (n,) are the values of what does not move: the grippers.
+    `base` (n,) holds the values that stay fixed: those of grippers.
     """
 
     team: Team
@@ -168,7 +168,7 @@ class TeamStream:
         key: Key,
         names: Mapping[str, str] | None = None,
     ) -> "TeamStream":
-        """The stream of constraints between frames that `Team.roles` finds, where everything else is in `state`.
+        """The stream for constraints between the frames that `Team.roles` finds, with everything else as in `state`.
 
         Raises:
             ValueError: a name or a feature does not exist, or a constraint has no meaning for its features.
@@ -176,12 +176,12 @@ class TeamStream:
         roles = team.roles(state, constraints, names)
         return cls(team, rows(constraints, roles), key, team.base(state))
 
-    def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
-        """The valid samples of batch `number` of so many samples, in order of their number."""
+    def batch(self, number: int, size: int = BATCH_SAMPLES) -> list[Candidate]:
+        """The valid samples of batch `number`, of `size` samples, in order of their index."""
         return self.samples(number * size, size)
 
     def samples(self, first: int, count: int) -> list[Candidate]:
-        """The valid ones of `count` samples from number `first` on, in order of their number, from one kernel call."""
+        """The valid ones of `count` samples from index `first` on, in order, from one kernel call."""
         tree = self.team.tree
         found, valid = sample(
             tree, self.rows, self.key, first, count, tree.lower, tree.upper, self.team.moving, base=self.base
@@ -189,7 +189,7 @@ class TeamStream:
         return [self.candidate(q) for q in found[valid]]
 
     def candidate(self, q: Sequence[float] | Array) -> Candidate:
-        """A configuration (n,) of the team, rounded as states keep it, and the poses of all its joints."""
+        """The candidate of a configuration (n,) of the team, rounded as in states."""
         rounded = np.array(np.round(q, 9) + 0.0, np.float64)
         return Candidate(rounded, joints_at(self.team.tree, rounded))
 

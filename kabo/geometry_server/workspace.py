@@ -1,66 +1,67 @@
-"""The workspace of one robot in a situation: everything that moves with it, and everything that it may hit.
+"""The workspace of one robot in a situation: everything that moves with it, and all possible obstacles.
 
-What the robot carries hangs on its joints; what others may be, in any of the values that the situation leaves
-open, stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
+Carried objects are attached to the robot's joints; all other things stand still, at every pose that the situation
+leaves open. Collisions are checked for pairs of things, so all values of other components are covered at once.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
-from kabo.geometry import Enclosure, FixedGroup, MovingGroup
+from kabo.geometry import CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Attachment, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
 Contacts = frozenset[frozenset[str]]
-View = Any  # a CollisionView, or an ExactView with the same questions
 _Answer = TypeVar("_Answer")
-TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
+BOX_TOLERANCE = 1e-9  # [m]: far more than rounding of box coordinates
 
 
 def contacts(pairs: Iterable[Pair]) -> Contacts:
-    """Pairs of things as a set that does not care for order."""
+    """The pairs of things as a set of unordered pairs."""
     return frozenset(frozenset(pair) for pair in pairs)
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """One robot, what it carries, and what is around it, with the contacts that are permitted meanwhile."""
+    """One robot, what it carries, and all other things, with the contacts that are permitted."""
 
-    surroundings: Surroundings
+    surroundings: SceneSurroundings
     robot: Robot
     situation: Situation
     carried: Mapping[str, Attachment]
     permitted: Contacts = frozenset()
     extras: tuple[Extra, ...] = ()
-    base: "Workspace | None" = field(default=None, compare=False, repr=False)  # the same with nothing permitted
+    base: "Workspace | None" = field(
+        default=None, compare=False, repr=False
+    )  # the same without permitted contacts
 
     @classmethod
     def of(
         cls,
-        surroundings: Surroundings,
+        surroundings: SceneSurroundings,
         robot: str,
         situation: Situation,
         permitted: Contacts = frozenset(),
         extras: tuple[Extra, ...] = (),
     ) -> "Workspace":
-        """The workspace of a robot with what it holds in the situation, and what hangs on that."""
+        """The workspace of a robot with everything that it carries in the situation."""
         carried = {name: situation.held(name) for name in situation.carried(robot)}
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
-    def felt(self, permitted: Contacts) -> Contacts:
-        """Those of the permitted contacts that make a difference here: of what moves, and not touched anyway."""
+    def relevant(self, permitted: Contacts) -> Contacts:
+        """Those permitted contacts that matter here: they involve a moving thing and are not permitted anyway."""
         if not permitted:
             return permitted
         own = self.robot.name + "."
@@ -74,7 +75,7 @@ class Workspace:
         return contacts(pair for name in self.carried for pair in self.touching(name))
 
     def touching(self, name: str) -> tuple[Pair, ...]:
-        """The contacts of the gripper's touch links with an object in it; what hangs on that is not touched."""
+        """The contacts of the gripper's touch links with a held object; none for objects attached to a held one."""
         gripper = self.robot.gripper
         if gripper is None or self.situation.root(name) != name:
             return ()
@@ -90,12 +91,11 @@ class Workspace:
         return self._asked(lambda view: view.configurations_hit(configurations))
 
     def segment_hit(self, start: Array, goal: Array) -> int:
-        """-1 if the straight joint segment is proven free, else the index of the pair that is in the way."""
-        hit: int = self._asked(lambda view: view.segment_hit(start, goal))
-        return hit
+        """-1 if the straight joint segment is proven free, else the index of a pair that is not."""
+        return self._asked(lambda view: view.segment_hit(start, goal))
 
     def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
-        """The first pair in the way of a path of straight joint segments, or None if it is proven free."""
+        """The first pair not proven free on a path of straight joint segments, or None."""
         for start, goal in zip(waypoints, waypoints[1:], strict=False):
             index = self.segment_hit(start, goal)
             if index >= 0:
@@ -107,8 +107,8 @@ class Workspace:
         """The names of all pairs that are checked, in the order of their indices."""
         return self._view[1]
 
-    def _asked(self, question: Callable[[View], _Answer]) -> _Answer:
-        """The answer of the view, counted: once for the robot and once for each thing that it carries."""
+    def _asked(self, question: Callable[[CollisionChecker], _Answer]) -> _Answer:
+        """The answer of the collision checker; counts it once for the robot and once for each thing that it carries."""
         view, began = self._view[0], perf_counter()
         before = replace(view.counters)
         answer = question(view)
@@ -124,12 +124,12 @@ class Workspace:
         return answer
 
     def hand_hit(self, world_T_joint: Array, joint: int, joints: Sequence[int], q: Array) -> Pair | None:
-        """The first pair of what hangs on some joints and a standing thing that is not proven apart.
+        """The first pair of a body on some joints and a standing thing that is not proven apart.
 
         Args:
-            world_T_joint: (4, 4) where the first of the joints is put, whatever the arm does.
-            joint: the joint that is put there.
-            joints: it, and those that it carries.
+            world_T_joint: (4, 4) the pose of the first of the joints, independent of the arm.
+            joint: the joint at this pose.
+            joints: this joint and those that it carries.
             q: (n,) the values of the joints between them.
         """
         moving, fixed, indices, pairs = self._bodies
@@ -141,7 +141,9 @@ class Workspace:
             if own.joint in joints:
                 pose = shift @ unflat(at[own.joint]) @ unflat(own.joint_T_group)
                 box = corners[i] @ pose[:3, :3].T + pose[:3, 3]
-                near = ((box.min(axis=0) <= high + TOUCHING) & (box.max(axis=0) >= low - TOUCHING)).all(axis=1)
+                near = ((box.min(axis=0) <= high + BOX_TOLERANCE) & (box.max(axis=0) >= low - BOX_TOLERANCE)).all(
+                    axis=1
+                )
                 placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh), near
         for (i, k), pair in zip(indices, pairs, strict=True):
             if i in placed and k >= len(moving):
@@ -172,11 +174,10 @@ class Workspace:
         return moving, fixed, *self._pairs(moving_names, fixed_names)
 
     @cached_property
-    def _view(self) -> tuple[View, list[Pair]]:
+    def _view(self) -> tuple[CollisionChecker, list[Pair]]:
         moving, fixed, indices, pairs = self._bodies
         chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
-        view = self.surroundings.view(self.robot.tree, moving, fixed, chosen, self.surroundings.budget)
-        return view, pairs
+        return self.surroundings.checker(self.robot.tree, moving, fixed, chosen), pairs
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
         groups, names = [], []
@@ -199,7 +200,7 @@ class Workspace:
         return groups, names
 
     def _hung(self, extra: Extra) -> tuple[int, Array] | None:
-        """The joint of the robot's tree on which the parent of an extra body hangs, and its pose there."""
+        """The joint that carries the parent of an extra body, and the parent's pose in its frame; None if there is none."""
         robot, dot, own = extra.parent.partition(".")
         if dot:
             link = self.robot.links[own] if robot == self.robot.name else None
@@ -282,7 +283,7 @@ class Workspace:
         return not self.surroundings.never_collide(first, second)
 
     def _checked_extra(self, extra: Extra, other: str) -> bool:
-        """Whether an extra body is checked against a thing: padding takes over what its parent may touch."""
+        """Whether an extra body is checked against a thing; padding may touch what its parent may touch."""
         if other == extra.parent:
             return False
         if extra.parent == "world":
@@ -294,26 +295,28 @@ class Workspace:
 
 
 def workspace_of(
-    surroundings: Surroundings,
+    surroundings: SceneSurroundings,
     robot: str,
     situation: Situation,
     permitted: Contacts = frozenset(),
     extras: tuple[Extra, ...] = (),
 ) -> "Workspace":
-    """The workspace of a robot in a situation; one that was made lately is made once.
+    """The workspace of a robot in a situation; recent workspaces are kept.
 
-    Where the robot itself stands does not matter to it.
+    It does not depend on the configuration of the robot itself.
     """
     others = tuple(item for item in situation.robots.items() if item[0] != robot)
     key = robot, others, tuple(situation.objects.items()), extras
     plain: Workspace = surroundings.remembered(
         (*key, None), lambda: Workspace.of(surroundings, robot, situation, extras=extras)
     )
-    felt = plain.felt(permitted)
-    if not felt:
+    relevant = plain.relevant(permitted)
+    if not relevant:
         return plain
     base = None if extras else plain
-    found: Workspace = surroundings.remembered((*key, felt), lambda: replace(plain, permitted=felt, base=base))
+    found: Workspace = surroundings.remembered(
+        (*key, relevant), lambda: replace(plain, permitted=relevant, base=base)
+    )
     return found
 
 

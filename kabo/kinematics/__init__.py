@@ -1,8 +1,9 @@
 """Kinematics: constraints between features, configurations that fulfil them, straight lines of the tool.
 
 A constraint becomes flat scalar rows (`rows_of`), rows are sampled and projected onto by one kernel (`sample`,
-`project`), and a motion is proven to keep them (`keeps`). A pose becomes configurations (`solutions`), in closed form
-where the axes allow it. Knows trees of joints; knows no obstacles and no goals.
+`project`), and a motion is proven to fulfil them throughout (`keeps`). The configurations that reach a pose are
+its `solutions`, in closed form where the axes allow it. The room knows trees of joints; it knows no obstacles and
+no goals.
 """
 
 from kabo.lazy import lazy_names

@@ -1,7 +1,8 @@
 """Inverse kinematics in closed form: every configuration that brings the end of an arm to a pose [K A.3].
 
-Six axes with a spherical wrist, or with three parallel axes; five axes, which reach any point with any pitch and
-roll; seven with one of them held. Every answer has been put to forward kinematics. "Not reachable" is an answer too.
+Covered are six axes with a spherical wrist, or with three parallel axes; five axes, which reach any point with any
+pitch and roll; seven with one of them locked. Every solution is confirmed by forward kinematics. If there is none,
+the answer says why.
 """
 
 import math
@@ -17,7 +18,7 @@ from kabo.kinematics.projection import arrays_of
 from kabo.scene.structure import Structure
 from kabo.scene.tree import KinematicTree
 
-AGREES = kernels.AGREES
+POSE_TOLERANCE = kernels.POSE_TOLERANCE
 _FREE = {
     forms.ON_FIRST_AXIS: "on the first axis",
     forms.ON_SECOND_AXIS: "on the second axis",
@@ -28,10 +29,11 @@ _FREE = {
 
 @dataclass(frozen=True)
 class Reached:
-    """Configurations (N, n) that reach a pose, N > 0, in a fixed order.
+    """Configurations (N, n) that reach a pose, in a fixed order; N > 0.
 
-    `singular[i]` says where turns of configuration i could be changed with no effect on the pose ("wrist aligned",
-    "on the first axis"): it then stands for a whole family. Empty: it stands for itself.
+    `singular[i]` names the singularities of configuration i ("wrist aligned", "on the first axis"), where joints
+    can move without changing the pose: the configuration then represents a whole family. It is empty for isolated
+    solutions.
     """
 
     configurations: Array
@@ -40,11 +42,11 @@ class Reached:
 
 @dataclass(frozen=True)
 class OutOfReach:
-    """Why no configuration reaches a pose; what does not apply is zero or None.
+    """Why no configuration reaches a pose; fields that do not apply are zero or None.
 
-    `missing`: what the link lengths lack [m], as the first step that cannot be made sees it: a measure, no bound.
-    `tilt`: five axes would have to turn the end by so much [rad]. `joint`: number of the value whose limits are the
-    least exceeded, by `beyond` [rad].
+    `missing`: by how much the links are too short [m], as measured at the first step that fails: an estimate, no
+    bound. `tilt`: the rotation of the end that five axes cannot make [rad]. `joint`: index of the value whose
+    limits are exceeded least, by `beyond` [rad].
     """
 
     missing: float = 0.0
@@ -64,9 +66,9 @@ class OutOfReach:
 
 @dataclass(frozen=True)
 class Branches:
-    """What a closed form says of N poses: `configurations` (N, 8, n), of which the first `counts` (N,) are filled.
+    """The closed-form solutions for N poses: `configurations` (N, 8, n), of which the first `counts` (N,) are filled.
 
-    `free` (N, 8) are bits of what is singular, `short` (N, 4) what is missing: see kernels/closed_form.py.
+    `free` (N, 8) holds a bit for each singularity, `short` (N, 4) what is missing: see kernels/closed_form.py.
     """
 
     configurations: Array
@@ -75,7 +77,7 @@ class Branches:
     short: Array
 
     def answer(self, i: int, tree: KinematicTree, structure: Structure) -> Reached | OutOfReach:
-        """The answer for one pose."""
+        """The configurations of pose i, or why there are none."""
         count = int(self.counts[i])
         if count:
             marks = tuple(
@@ -95,13 +97,13 @@ class Branches:
 def branches(
     tree: KinematicTree, structure: Structure, goals: Array, base: Array, locked: Array | None = None
 ) -> Branches:
-    """All configurations, up to whole turns, that bring the last joint of a structure to each pose, within limits.
+    """All configurations within limits, up to whole turns, that bring the last joint of a structure to each pose.
 
     Args:
         tree, structure: from `structure_of`.
         goals: (N, 12) poses world_T_joint of `structure.end`, rotation row-major, then translation.
         base: (n,) the values of the joints off the chain.
-        locked: (N,) of seven axes, the value at which one is held for each pose.
+        locked: (N,) for seven axes, the value of the locked joint for each pose.
 
     Raises:
         ValueError: shapes do not fit, or a number is not finite.
@@ -114,8 +116,8 @@ def branches(
         raise ValueError("a pose or a value of a joint is not finite")
     if structure.lock >= 0 and locked is None:
         raise ValueError("of seven axes one must be held: give its value for each pose")
-    found = np.empty((len(poses), kernels.MOST, tree.size))
-    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), kernels.MOST), np.int64)
+    found = np.empty((len(poses), kernels.MAX_SOLUTIONS, tree.size))
+    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), kernels.MAX_SOLUTIONS), np.int64)
     short = np.empty((len(poses), 4))
     kernels.solve_poses(
         poses,
@@ -146,10 +148,10 @@ def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
 
 
 def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> tuple[Array, Integers]:
-    """All configurations (M, n) that bring the end to where one of Q (N, n) brings it, and of which one each is (M,).
+    """All configurations (M, n) with the same end pose as one of Q (N, n), and the index of that one for each (M,).
 
-    Of seven axes, the held one keeps its value. Q need not be within limits; what is returned is. Joints off the
-    chain are as in the first of Q.
+    Of seven axes, the locked one keeps its value. Q may exceed the limits, results do not. Joints outside the
+    chain have the values of the first of Q.
     """
     values = np.array(Q, np.float64, order="C", ndmin=2)
     if not len(values):
@@ -163,7 +165,7 @@ def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> t
 
 
 def with_turns(tree: KinematicTree, structure: Structure, q: Array, most: int = 64) -> Array:
-    """A configuration and those that differ by whole turns within limits (N, n): at most so many, the nearest first."""
+    """A configuration and those that differ from it by whole turns, within limits (N, n): at most `most`, nearest first."""
     places = [int(tree.source[j]) for j in structure.joints]
     choices = [_turns(float(q[i]), float(tree.lower[i]), float(tree.upper[i])) for i in places]
     every = sorted(product(*choices), key=lambda shifts: (sum(abs(k) for k in shifts), shifts))[:most]
@@ -173,7 +175,7 @@ def with_turns(tree: KinematicTree, structure: Structure, q: Array, most: int = 
 
 
 def _turns(value: float, low: float, high: float) -> list[int]:
-    """The whole turns that may be added to a value."""
+    """The numbers of whole turns that can be added to a value within its limits."""
     turn = 2.0 * math.pi
     return list(range(math.ceil((low - value) / turn - 1e-11), math.floor((high - value) / turn + 1e-11) + 1)) or [
         0

@@ -1,4 +1,4 @@
-"""Geometric constraints as flat scalar rows, what projection and proofs work on [K Table 5.1, docs/sampling.md].
+"""Geometric constraints as flat scalar rows, the form that projection and proofs use [K Table 5.1, docs/sampling.md].
 
 Every constraint between two features becomes as many scalar rows as it takes degrees of freedom, so that the
 Jacobian shows the whole null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
@@ -14,16 +14,15 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.kernels import rows as columns
+from kabo.language.constraint_kinds import CONSTRAINT_KINDS, DIMENSION, ConstraintKind
 
 Numbers = Sequence[float] | Array
 Vector = tuple[float, float, float]
 Rows = Array  # (R, WIDTH): columns in kernels/rows.py
 
-LEVER = 0.15  # metres per radian, the size of what a gripper holds: then no row outweighs another
-TOLERANCE = 1e-6  # metres or radians: how exactly a row counts as fulfilled
-_SIZE = {"point": 0, "line": 1, "plane": 2}
-_BOUNDED = frozenset({"distance", "height", "angle"})
-_NEEDS_DIRECTIONS = frozenset({"parallel", "aligned", "opposed", "perpendicular", "angle", "azimuth"})
+LEVER_ARM = 0.15  # [m/rad] the size of objects in a gripper, so that angular rows weigh as much as the others
+ROW_TOLERANCE = 1e-6  # [m or rad] within which a row counts as fulfilled
+_AZIMUTH = ConstraintKind(frozenset({("line", "line"), ("line", "plane"), ("plane", "plane")}), directed=True)
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,11 @@ class FrameFeature:
 
     @property
     def along(self) -> Vector:
-        """The direction; a point has none (ValueError)."""
+        """The direction of a line or plane.
+
+        Raises:
+            ValueError: the feature is a point.
+        """
         if self.direction is None:
             raise ValueError("a point has no direction")
         return self.direction
@@ -62,30 +65,31 @@ def rows_of(
     Args:
         kind: coincident, parallel, aligned, opposed, perpendicular, distance, height, angle, or azimuth (the angle
             of the first direction about the second line, which no language names: it spreads samples).
-        first, second: in the order of the language; only `height` and `azimuth` tell them apart.
+        first, second: in the order of the language; the order matters for `height` and `azimuth` only.
         lower, upper: bounds of distance, height [m] and angle [rad]; None is unbounded.
 
     Raises:
         ValueError: the kind has no meaning for these shapes, or bounds are missing, needless or crossed.
     """
-    if kind not in _BOUNDED | {"azimuth"} and (lower is not None or upper is not None):
-        raise ValueError(f"{kind} takes no bounds")
-    if kind in _BOUNDED:
+    if kind not in _MAKERS:
+        raise ValueError(f"unknown constraint {kind}")
+    known = _AZIMUTH if kind == "azimuth" else CONSTRAINT_KINDS[kind]
+    if known.quantity is not None:
         if lower is None and upper is None:
             raise ValueError(f"{kind} needs a bound")
         if lower is not None and upper is not None and not lower <= upper:
             raise ValueError(f"the bounds of {kind} are crossed: {lower} > {upper}")
-    if kind in _NEEDS_DIRECTIONS and "point" in (first.kind, second.kind):
+    elif kind != "azimuth" and (lower is not None or upper is not None):
+        raise ValueError(f"{kind} takes no bounds")
+    if known.needs_directions and "point" in (first.kind, second.kind):
         raise ValueError(f"{kind} needs directions; a point has none")
-    if kind not in ("height", "azimuth") and _SIZE[first.kind] > _SIZE[second.kind]:
+    if not known.directed and DIMENSION[first.kind] > DIMENSION[second.kind]:
         first, second = second, first
-    if kind not in _MAKERS:
-        raise ValueError(f"unknown constraint {kind}")
     return np.array(_MAKERS[kind](first, second, lower, upper))
 
 
 def stacked(parts: Sequence[Rows]) -> Rows:
-    """The conjunction of several constraints: all their rows, (R, WIDTH); none gives (0, WIDTH)."""
+    """The conjunction of several constraints: all their rows, (R, WIDTH); (0, WIDTH) for no constraint."""
     return np.ascontiguousarray(np.concatenate([np.empty((0, columns.WIDTH)), *parts]))
 
 
@@ -100,9 +104,10 @@ def _row(
 ) -> Array:
     origin, target = origins or (first.origin, second.origin)
     along, normal = directions or (first.direction or (0.0,) * 3, second.direction or (0.0,) * 3)
-    scale = 1.0 if kind < columns.DIRECTION else LEVER
+    scale = 1.0 if kind < columns.DIRECTION else LEVER_ARM
     return np.array(
-        [kind, first.joint, *origin, *along, second.joint, *target, *normal, *bounds, scale, TOLERANCE], np.float64
+        [kind, first.joint, *origin, *along, second.joint, *target, *normal, *bounds, scale, ROW_TOLERANCE],
+        np.float64,
     )
 
 
@@ -116,12 +121,12 @@ def normals(direction: ArrayLike) -> Array:
 
 
 def _on_planes(first: FrameFeature, second: FrameFeature, directions: Array) -> list[Array]:
-    """The origin of the first lies on the planes through the second's origin with the given normals."""
+    """Rows that hold where the first origin lies on the planes through the second origin with given normals."""
     return [_row(columns.PLANE, first, second, directions=(first.direction or (0.0,) * 3, n)) for n in directions]
 
 
 def _span(b: FrameFeature) -> Array:
-    """The directions in which a point that coincides with a line or plane cannot move."""
+    """The directions in which a point on this line or plane cannot move: normals (k, 3)."""
     return normals(b.along) if b.kind == "line" else np.array([b.along])
 
 

@@ -1,4 +1,4 @@
-"""Inverse kinematics of any robot: in closed form where its axes allow it, of redundant ones sampled, else projected."""
+"""Inverse kinematics: in closed form where the axes allow it, with a sampled joint for seven axes, else by projection."""
 
 import numpy as np
 
@@ -13,28 +13,28 @@ from kabo.scene.robots import Robot
 from kabo.scene.structure import Structure
 from kabo.scene.transforms import flat, inverse, unflat
 
-FAR = 1e-6  # rad or m: projections that lie nearer to each other are one solution
-SQUARE = 1e-6  # how far a rotation may be from one
+SAME_SOLUTION_DISTANCE = 1e-6  # [rad or m] within which projections count as one solution
+ROTATION_TOLERANCE = 1e-6  # of the entries of a rotation matrix
 
 
 def solutions(
     robot: Robot, world_T_tool: Array, key: Key, number: int, *, hand: tuple[float, ...] = ()
 ) -> Reached | OutOfReach:
-    """Configurations (N, n) at which the tool of a robot is at a pose, or what is in the way.
+    """Configurations (N, n) at which the tool of a robot is at a pose, or why there are none.
 
-    In closed form they are all, with whole turns where limits allow several, and neither key nor number matters. Of
-    seven axes, one is held at `number` values, evenly spread. Other robots are projected from `number` random
-    seeds: then "out of reach" is what was found, not what is so.
+    A closed form gives all of them, with whole turns where limits allow several, and ignores key and number. For
+    seven axes, one is locked at `number` evenly spread values. Other robots are projected from `number` random
+    seeds: then "out of reach" means that none was found, not that there is none.
 
     Args:
         robot: with a tool.
         world_T_tool: (4, 4), a rotation within 1e-6 [m].
         key: of the stream of random numbers, from `stream_key`.
         number: how many values, or seeds, are tried.
-        hand: the values of the gripper's joints; zeros, or what is next to them within limits, if empty.
+        hand: the values of the gripper's joints; if empty, zeros clipped to the limits.
 
     Raises:
-        ValueError: the robot has no tool, or the pose is none.
+        ValueError: the robot has no tool, or the matrix is not a pose.
     """
     if robot.tool is None:
         raise ValueError(f"robot {robot.name} has no tool")
@@ -77,7 +77,7 @@ def reaching(
 
 
 def lock_values(robot: Robot, structure: Structure, key: Key, first: int, count: int) -> Array:
-    """Values (count,) of the joint of seven that is held, evenly spread over its limits, from number `first` on."""
+    """Values (count,) of the locked joint of seven, evenly spread over its limits: numbers `first` … of a sequence."""
     i = int(robot.tree.source[structure.joints[structure.lock]])
     low, high = robot.tree.lower[i], robot.tree.upper[i]
     shares = [streams.stratified(key, first + k, 0, 1) for k in range(count)]
@@ -85,7 +85,7 @@ def lock_values(robot: Robot, structure: Structure, key: Key, first: int, count:
 
 
 def is_carried(robot: Robot, structure: Structure, joint: int) -> bool:
-    """Whether a joint is the last of the chain, or hangs on it."""
+    """Whether a joint is the last of the chain, or rigidly attached to it."""
     while joint > structure.end:
         joint = int(robot.tree.parent[joint])
     return joint == structure.end
@@ -94,7 +94,7 @@ def is_carried(robot: Robot, structure: Structure, joint: int) -> bool:
 def end_goal(
     robot: Robot, structure: Structure, joint: int, joint_T_frame: Array, world_T_frame: Array, base: Array
 ) -> Array:
-    """Where the last joint of the chain is (12,) when a frame that hangs on it is at a pose."""
+    """The pose (12,) of the chain's last joint at which a frame attached to it has a given pose."""
     world_T = np.zeros((len(robot.tree.parent), 12))
     world_T[0, [0, 4, 8]] = 1.0
     forward_kinematics(base, *arrays_of(robot.tree), world_T)
@@ -103,7 +103,7 @@ def end_goal(
 
 
 def as_pose(matrix: Array) -> Array:
-    """The pose (4, 4), its rotation put right where rounding has hurt it.
+    """The pose (4, 4) with its rotation made exactly orthogonal.
 
     Raises:
         ValueError: it is not (4, 4), not finite, or no rotation within 1e-6.
@@ -113,7 +113,7 @@ def as_pose(matrix: Array) -> Array:
         raise ValueError(f"a pose is (4, 4) and finite, not {pose.shape}")
     left, _, right = np.linalg.svd(pose[:3, :3])
     turn = left @ right
-    if np.max(np.abs(turn - pose[:3, :3])) > SQUARE or np.linalg.det(turn) < 0.0:
+    if np.max(np.abs(turn - pose[:3, :3])) > ROTATION_TOLERANCE or np.linalg.det(turn) < 0.0:
         raise ValueError("the upper left of a pose is a rotation within 1e-6")
     pose[:3, :3] = turn
     return pose
@@ -143,7 +143,7 @@ def _projected(
     found, valid = sample(tree, rows, key, 0, number, *limits, active, base=base)
     kept: list[Array] = []
     for q in found[valid]:
-        if all(np.max(np.abs(q - other)) > FAR for other in kept):
+        if all(np.max(np.abs(q - other)) > SAME_SOLUTION_DISTANCE for other in kept):
             kept.append(q)
     return Reached(np.array(kept), ((),) * len(kept)) if kept else OutOfReach()
 

@@ -1,6 +1,6 @@
-"""What constraints leave free at a configuration: rank and null space of their Jacobian [K 5.2.2].
+"""The degrees of freedom that constraints leave at a configuration: rank and null space of their Jacobian [K 5.2.2].
 
-An interval that is not at its bound takes nothing away: only the active rows count.
+Rows with an interval count only if a bound is reached: then they are active.
 """
 
 from collections.abc import Sequence
@@ -10,20 +10,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.kinematics.constraints import TOLERANCE, Rows
+from kabo.kinematics.constraints import ROW_TOLERANCE, Rows
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.projection import jacobian, values
 from kabo.scene.tree import KinematicTree
 
-CUT = 1e-6  # singular values below [m/rad, m/m] count as zero: ten times what tolerances of 1e-6 m make of them
+SINGULAR_CUTOFF = 1e-6  # [m/rad, m/m] of singular values: ten times what row tolerances of 1e-6 m cause
 
 
 @dataclass(frozen=True)
 class Tangent:
-    """The linear view of a constraint manifold at one of its points.
+    """The tangent space of a constraint manifold at one of its points.
 
-    `basis` (n, k) spans, orthonormal, the velocities that keep every active row; `rank` is n_active - k;
-    `active` (R,) says which rows hold something there; `singular_values` descend [m per rad or m].
+    `basis` (n, k) is an orthonormal basis of the velocities that keep every active row; `rank` is n_active - k;
+    `active` (R,) says which rows are active there; `singular_values` descend [m per rad or m].
     """
 
     rank: int
@@ -43,16 +43,16 @@ def tangent(
     q: ArrayLike,
     moving: Sequence[bool] | NDArray[np.bool_] | None = None,
     *,
-    tolerance: float = TOLERANCE,
-    cut: float = CUT,
+    tolerance: float = ROW_TOLERANCE,
+    cut: float = SINGULAR_CUTOFF,
 ) -> Tangent:
-    """Rank and null space at q (n,) of the rows that hold something there: equalities, and bounds that are reached.
+    """Rank and null space at q (n,) of the active rows: equalities, and intervals at one of their bounds.
 
     Args:
         tree, rows, q: as for `values`; q should fulfil the rows.
-        moving: (n,) the values that may change, so not those at a limit that they were clamped to; default all.
+        moving: (n,) the values that may change, without those that were clamped to a limit; default all.
         tolerance: how near to its bound [m or rad] an interval counts as having reached it.
-        cut: singular values up to this are zero: rows that say the same twice, and singular poses.
+        cut: singular values up to this count as zero, as at redundant rows and singular poses.
     """
     at = np.asarray(q, np.float64)
     free = np.ones(tree.size, np.bool_) if moving is None else np.asarray(moving, np.bool_)

@@ -1,4 +1,4 @@
-"""Projecting configurations onto constraints: the doors to the Gauss-Newton kernel [K Algorithm 3]."""
+"""Projection of configurations onto constraints: the interface of the Gauss-Newton kernel [K Algorithm 3]."""
 
 from collections.abc import Sequence
 
@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.kinematics.constraints import TOLERANCE, Rows
+from kabo.kinematics.constraints import ROW_TOLERANCE, Rows
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene.tree import KinematicTree
 
-NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries for projections that aim at nothing
-ITERATIONS = 50  # what does not arrive by then almost never does
+NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries of projections without aims
+MAX_ITERATIONS = 50  # projections that do not succeed by then almost never do
 
 
 def project(
@@ -23,18 +23,18 @@ def project(
     upper: ArrayLike,
     active: Sequence[bool] | NDArray[np.bool_],
     *,
-    inset: float = 2 * TOLERANCE,
+    inset: float = 2 * ROW_TOLERANCE,
     hold_limits: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """The configurations near the seeds at which every row holds, (N, n), and which of them are right, (N,).
+    """The configurations (N, n) near the seeds at which every row holds, and which of them are valid (N,).
 
     Args:
         tree: the kinematic tree that the rows refer to.
         rows: (R, W) from `rows_of`; a row is fulfilled within its own tolerance, 1e-6 m or rad.
         seeds: (N, n) [rad or m].
-        lower, upper: (n,) limits; a joint outside is brought back by whole turns if that helps.
+        lower, upper: (n,) limits; a joint outside is moved back by whole turns if that suffices.
         active: (n,) which values may change; the others keep the seed's.
-        inset: a violated interval is aimed at so far inside [m or rad], at most in its middle.
+        inset: how far inside a violated interval the projection aims [m or rad], at most at its middle.
         hold_limits: joints that leave their limits are stopped there instead of failing the seed.
 
     Raises:
@@ -60,15 +60,15 @@ def project(
         high,
         moving,
         *arrays_of(tree),
-        ITERATIONS,
+        MAX_ITERATIONS,
         policy,
         *NO_AIMS,
     )
     return Q, succeeded
 
 
-def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = TOLERANCE) -> bool:
-    """Whether every row holds at q within `tolerance` [m or rad], upside-down solutions excluded."""
+def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = ROW_TOLERANCE) -> bool:
+    """Whether every row holds at q within `tolerance` [m or rad]; solutions with a direction reversed do not count."""
     v = values(rows, q, tree)
     return bool(np.all((v >= rows[:, columns.LOWER] - tolerance) & (v <= rows[:, columns.UPPER] + tolerance)))
 
@@ -86,7 +86,7 @@ def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
 
 
 def storable_limits(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """The limits rounded inwards to 1e-9: a joint stopped there is still within them once a plan rounds it."""
+    """The limits rounded inwards to 1e-9, so that a joint at a limit stays within it when plans round its value."""
     return np.ceil(lower * 1e9) / 1e9, np.floor(upper * 1e9) / 1e9
 
 
@@ -104,7 +104,11 @@ def checked(
     upper: ArrayLike,
     active: Sequence[bool] | NDArray[np.bool_],
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Limits and mask as kernels take them; ValueError says what does not fit."""
+    """Limits and mask as arrays for kernels.
+
+    Raises:
+        ValueError: shapes do not fit, or a limit is not a number.
+    """
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     moving = np.array(active, np.bool_)
     if not low.shape == high.shape == moving.shape == (tree.size,):

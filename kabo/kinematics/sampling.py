@@ -1,4 +1,4 @@
-"""Samples of constraints, each a pure function of a key and its number: any worker may draw any of them."""
+"""Samples of constraints, each a pure function of a key and its index, so that any worker can draw any of them."""
 
 import hashlib
 import struct
@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.kinematics.constraints import TOLERANCE, Rows, stacked
+from kabo.kinematics.constraints import ROW_TOLERANCE, Rows, stacked
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
-from kabo.kinematics.projection import ITERATIONS, arrays_of, checked
+from kabo.kinematics.projection import MAX_ITERATIONS, arrays_of, checked
 from kabo.scene.tree import KinematicTree
 
 Key = np.uint64
-TRIES = 4  # seeds from which a sample tries to meet its aims: nine of ten that can be met are
+AIM_TRIES = 4  # seeds from which a sample tries to reach its aims: nine of ten reachable aims are then reached
 
 
 def stream_key(*parts: str | int | float | bytes) -> Key:
-    """The key of a stream of random numbers, from what names it: seed, procedure, arguments, attempt.
+    """The key of a stream of random numbers, a hash of its parts: seed, procedure, arguments, attempt.
 
     The same parts give the same key on every machine; parts of different types never coincide.
     """
@@ -63,18 +63,18 @@ def sample(
     *,
     base: ArrayLike | None = None,
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Configurations that fulfil the rows, samples `first` … (count, n), and which of them are right, (count,).
+    """Configurations (count, n) that fulfil the rows, from sample `first` on, and which of them are valid (count,).
 
-    Seeds are uniform between the limits. A joint that ends outside its limits, after whole turns, goes back to its
-    seed and stays there, and the others make up for it: no sample piles up on a limit. A row with an interval aims
-    at a value inside it, evenly spread over the samples, and so does each row of `free`, which need not hold in the
-    end. Sample i depends on (key, i) only.
+    Seeds are uniform between the limits. A joint that ends outside its limits, after whole turns, is fixed at its
+    seed, and the others compensate; so samples do not accumulate at limits. A row with an interval aims at a value
+    inside it, evenly spread over the samples, and so does each row of `free`, which need not hold in the end.
+    Sample i depends on (key, i) only.
 
     Args:
         tree, rows, lower, upper, active: as for `project`.
         key: of the stream, from `stream_key`.
         free: rows that spread the samples along what the constraints leave free, such as an azimuth.
-        base: (n,) the values of the joints that are not active; default zero, or the limit next to it.
+        base: (n,) the values of the joints that are not active; default zero, clipped to the limits.
 
     Raises:
         ValueError: shapes do not fit, or a number is not finite.
@@ -88,9 +88,9 @@ def sample(
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
-    rule = ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, TRIES
+    rule = MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, AIM_TRIES
     kernels.project_seeds(
-        Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), *rule
+        Q, succeeded, every, len(rows), aims, 2 * ROW_TOLERANCE, low, high, moving, *arrays_of(tree), *rule
     )
     return Q, succeeded
 

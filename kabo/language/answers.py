@@ -9,7 +9,7 @@ from kabo.language.problem import Answer, Problem
 
 
 def checked_answer(problem: Problem, call: GroundCall, answer: Any) -> Answer:
-    """The answer as kabo works with it: of a test its truth, a number as float, an object's name; None is no value.
+    """The answer in kabo's form: True or False of a test, a float, an object's name; None if there is no value.
 
     Procedures that the domain does not declare are those of geometry: they succeed or fail.
 

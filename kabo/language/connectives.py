@@ -1,4 +1,4 @@
-"""Formulas joined and turned around, kept in the simplest form that says the same."""
+"""Conjunction, disjunction and negation of formulas, each simplified."""
 
 from collections.abc import Iterable
 
@@ -8,7 +8,7 @@ OPPOSITE = {"=": "!=", "!=": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 
 
 def conjunction(parts: Iterable[f.Formula], place: f.Place | None = None) -> f.Formula:
-    """All of the parts, without nesting and without what is true anyway."""
+    """The conjunction of the parts, flattened, without those that are `true`."""
     flat: list[f.Formula] = []
     for part in parts:
         flat.extend(part.parts if isinstance(part, f.And) else [part])
@@ -21,7 +21,7 @@ def conjunction(parts: Iterable[f.Formula], place: f.Place | None = None) -> f.F
 
 
 def disjunction(parts: Iterable[f.Formula], place: f.Place | None = None) -> f.Formula:
-    """Any of the parts, without nesting and without what is false anyway."""
+    """The disjunction of the parts, flattened, without those that are `false`."""
     flat: list[f.Formula] = []
     for part in parts:
         flat.extend(part.parts if isinstance(part, f.Or) else [part])
@@ -34,14 +34,14 @@ def disjunction(parts: Iterable[f.Formula], place: f.Place | None = None) -> f.F
 
 
 def denied(claim: f.Claim) -> f.Claim:
-    """The claim that holds where this one does not."""
+    """The negation of a claim: the claim that holds exactly where this one does not."""
     if isinstance(claim, f.Literal):
         return f.Literal(claim.atom, not claim.positive, claim.place)
     return f.Comparison(OPPOSITE[claim.operator], claim.left, claim.right, claim.place)  # type: ignore[arg-type]
 
 
 def negated(formula: f.Formula) -> f.Formula:
-    """The negation of a condition in which everything is known."""
+    """The negation of a condition, pushed inwards to its claims; right only where everything is known."""
     match formula:
         case f.Know(claim=claim):
             return f.Know(denied(claim), formula.place)

@@ -1,4 +1,4 @@
-"""What a file of another format defines: domains and problems, before they are put together."""
+"""Domains and problems as PDDL and PKS files define them, before a problem and its domain are joined."""
 
 from collections.abc import Mapping
 from typing import Protocol
@@ -18,7 +18,7 @@ class Definition(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name in the file."""
+        """The name that the file gives it."""
 
     @property
     def source(self) -> SourceFile:
@@ -26,18 +26,18 @@ class Definition(Protocol):
 
     @property
     def place(self) -> Place:
-        """Where its name stands."""
+        """The place of its name."""
 
     @property
     def wanted(self) -> tuple[str, Place] | None:
-        """The domain that a problem names, and where."""
+        """The domain that a problem names, and the place of that name; None for a domain."""
 
 
 class Format(Protocol):
-    """How files of one format are read."""
+    """A reader of one file format."""
 
     def definitions(self, source: SourceFile, findings: Findings) -> list[Definition]:
-        """All definitions in a file; what is none is reported."""
+        """All definitions in a file; anything else in it is reported."""
 
     def read(
         self, domain: Definition, problem: Definition | None, findings: Findings, files: Mapping[str, str]

@@ -1,10 +1,12 @@
-"""Everything found wrong while reading: collected, never raised one by one, so that all is reported at once."""
+"""Findings: all errors and warnings of one reading, collected so that they are reported at once."""
 
+import os
 from collections.abc import Collection, Mapping
+from pathlib import Path
 
 from kabo.errors import Diagnostic, did_you_mean
 from kabo.language.formulas import Place
-from kabo.language.source import SourceFile
+from kabo.language.source import SourceFile, UnreadableError, lies_within
 
 _MOST_FINDINGS = 1000
 _MOST_SUGGESTIONS = 200  # looking for near names costs up to the product of both lists
@@ -13,7 +15,7 @@ _FEW = 12
 
 
 class Findings:
-    """The diagnostics of one reading; the same finding at the same place is kept once."""
+    """The diagnostics of one reading, without duplicates."""
 
     def __init__(self) -> None:
         self._found: dict[tuple[str, int, int, str], Diagnostic] = {}
@@ -22,7 +24,7 @@ class Findings:
         self._last: Place | None = None  # where the end of the list is said
 
     def know(self, source: SourceFile) -> None:
-        """Makes the lines of `source` available to findings in it."""
+        """Registers a source, so that findings in it can quote its lines."""
         self._sources[source.name] = source
 
     def add(self, place: Place, message: str, hint: str | None = None, *, warning: bool = False) -> None:
@@ -68,9 +70,23 @@ class Findings:
         signature, place = declared.get(remedy.split('"')[1], ("", None))
         return remedy if place is None else f"{remedy} {signature} is declared at {spell_place(place)}"
 
+    def near_file(self, path: Path, within: Path | None = None) -> str | None:
+        """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
+        try:
+            if not lies_within(path.parent, within) or path.exists():
+                return None
+            beside_it = sorted(os.listdir(path.parent))
+        except (OSError, ValueError):
+            return None
+        return self.near(path.name, beside_it, all_if_few=False)
+
+    def add_unreadable(self, name: str, error: UnreadableError, within: Path | None = None) -> None:
+        """Records that the file called `name` cannot be read; the remedy may be a similar name beside it."""
+        self.add(error.place(name), error.message, error.hint or self.near_file(Path(name), within))
+
     @property
     def may_suggest(self) -> bool:
-        """Whether near names are still looked for; after many findings it would take too long."""
+        """Whether similar names are still looked for: not after many findings, which would take too long."""
         return self._suggestions <= _MOST_SUGGESTIONS
 
     @property

@@ -146,7 +146,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Test:
-    """A call of a geometric test, or of an external procedure that is one: true or false, advances nothing."""
+    """A call of a geometric test, or of an external procedure that answers true or false; it changes no state."""
 
     call: "ProcedureCall | External"
     place: Place | None = _place
@@ -162,7 +162,7 @@ class Not:
 
 @dataclass(frozen=True)
 class And:
-    """All of the parts, short-circuit in their order."""
+    """All of the parts, evaluated in their order up to the first that is false."""
 
     parts: tuple["Formula", ...]
     place: Place | None = _place
@@ -170,7 +170,7 @@ class And:
 
 @dataclass(frozen=True)
 class Or:
-    """Any of the parts."""
+    """At least one of the parts."""
 
     parts: tuple["Formula", ...]
     place: Place | None = _place
@@ -218,7 +218,7 @@ Formula = Know | KnowWhether | KnowValue | Truth | Test | Not | And | Or | Xor |
 # ----------------------------------------------------------------------------------------------------- effects
 @dataclass(frozen=True)
 class FactAll:
-    """A conjunction as one fact (Kw, LCW)."""
+    """A conjunction as one fact, of the databases Kw and LCW."""
 
     parts: tuple["Fact", ...]
     place: Place | None = _place
@@ -226,7 +226,7 @@ class FactAll:
 
 @dataclass(frozen=True)
 class FactForall:
-    """`forall(t x) fact` as one fact (Kf, Kw, LCW)."""
+    """`forall(t x) fact` as one fact, of the databases Kf, Kw and LCW."""
 
     variables: tuple[Variable, ...]
     body: "Fact"
@@ -235,7 +235,7 @@ class FactForall:
 
 @dataclass(frozen=True)
 class ExactlyOne:
-    """`exactly_one(t x) fact` as one exclusive set (Kx)."""
+    """`exactly_one(t x) fact` as one set of the database Kx, of whose members exactly one holds."""
 
     variables: tuple[Variable, ...]
     body: "Fact"
@@ -244,7 +244,7 @@ class ExactlyOne:
 
 @dataclass(frozen=True)
 class TermFact:
-    """A function term as a fact of Kv."""
+    """A function term as a fact of the database Kv: its value is known."""
 
     term: Application
     place: Place | None = _place
@@ -267,7 +267,7 @@ class Change:
 
 @dataclass(frozen=True)
 class WorldEffect:
-    """`when C then E`: conjunctions of claims about the world, whatever the agent knows."""
+    """`when C then E`: where C holds in the world E holds afterwards, whatever the agent knows."""
 
     conditions: tuple[Claim, ...]
     outcomes: tuple[Claim, ...]
@@ -276,7 +276,7 @@ class WorldEffect:
 
 @dataclass(frozen=True)
 class Conditional:
-    """`query => updates`: conditional on knowledge in the state before."""
+    """`query => updates`: the updates happen if the query holds in the state before."""
 
     condition: Formula
     updates: tuple["Effect", ...]

@@ -1,4 +1,4 @@
-"""Names of other languages in kabo's spelling, one to one; who took which name is kept for messages.
+"""Names of other languages in kabo's spelling, one to one; the original names are kept for messages.
 
 kabo's names are `[a-z][a-z0-9_]*`. Every other character becomes `_`; what would then be a word of the language
 gets the suffix `_1`, and what is taken already `_2`, `_3`, … in the order of the file.
@@ -17,14 +17,14 @@ _LONGEST = 200
 
 
 class Names:
-    """One namespace: kabo's name for every name that was asked for."""
+    """A namespace: kabo's name for each name of a file."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = {*RESERVED, *taken}
         self.originals: dict[str, str] = {}  # kabo's name -> the name in the file
 
     def take(self, original: str) -> str:
-        """A name that nobody else has."""
+        """A free name, which is taken from now on."""
         name = self.free(original)
         self._taken.add(name)
         self.originals[name] = original
@@ -39,7 +39,7 @@ class Names:
         return stem if stem in RESERVED else spelled
 
     def free(self, original: str, also_taken: Iterable[str] = ()) -> str:
-        """A name that is free here and not among `also_taken`; not taken yet."""
+        """A name that is free here and not among `also_taken`; it stays free."""
         taken = set(also_taken)
         stem = self.plain(original)
         name, number = (f"{stem}_1", 2) if stem in RESERVED else (stem, 2)

@@ -11,7 +11,7 @@ from kabo.options import SolveOptions
 
 @dataclass(frozen=True)
 class Function:
-    """A function's signature. Exactly one of `value_type` and `values` is set, or neither: then it is a number."""
+    """A function's signature: its value is an object of `value_type`, one of `values`, or (with neither) a number."""
 
     name: str
     arguments: tuple[str, ...]
@@ -21,7 +21,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Procedure:
-    """An external procedure's signature; a test, or else its value is as a function's."""
+    """An external procedure's signature: it is a test, or has a value as a function has."""
 
     name: str
     arguments: tuple[str, ...]
@@ -41,7 +41,7 @@ Answer = bool | str | float | None  # of a test, with an object, with a number; 
 
 @dataclass(frozen=True)
 class Answers:
-    """Asks the external procedures that are `given`; equal calls have equal answers."""
+    """The answers of the external procedures that are `given`; equal calls have equal answers."""
 
     given: frozenset[str]
     ask: Callable[[GroundCall], Answer]
@@ -49,7 +49,7 @@ class Answers:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of an action: of a type, or a run-time variable (`value_of` is the term whose value it is)."""
+    """A parameter of an action: an object of a type, or a run-time variable, whose value is that of the term `value_of`."""
 
     name: str
     type: str
@@ -59,7 +59,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Action:
-    """An action schema; `sense` lists what its run-time component delivers (Kw atoms, Kv terms)."""
+    """An action schema; `sense` lists the atoms and terms whose values it observes when it is executed."""
 
     name: str
     parameters: tuple[Parameter, ...]
@@ -133,7 +133,7 @@ class Problem:
         return None if declared.value_type is None else self.of_type(declared.value_type)
 
     def answers_of(self, procedure: str) -> tuple[str, ...]:
-        """All objects that an external procedure can answer, in order of declaration; none for numbers and tests."""
+        """All objects that an external procedure can return, in order of declaration; none for numbers and tests."""
         declared = self.domain.procedures[procedure]
         if declared.values is not None:
             return declared.values

@@ -1,6 +1,6 @@
-"""From paths of any format to a Problem: told by their endings, with the files that belong together.
+"""From paths to a Problem, in any format: the ending of a file says its format; domains are found beside problems.
 
-YAML files go to the language room; PDDL and PKS files are read here.
+YAML files are read by kabo.language.yaml; those of PDDL and PKS are put together here.
 """
 
 import os
@@ -12,8 +12,7 @@ from kabo.language.definitions import Definition, Format
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.problem import Problem
-from kabo.language.source import SourceFile, UnreadableError, read_source
-from kabo.language.yaml.paths import OUTSIDE, beside, lies_within, near_file
+from kabo.language.source import SourceFile, UnreadableError, beside, lies_within, read_source
 
 MAX_BYTES = 8_000_000
 PDDL = (".pddl",)
@@ -21,7 +20,7 @@ PKS = (".xml", ".pks")
 
 
 def is_imported(path: str | Path) -> bool:
-    """Whether the file is of another format than kabo's own."""
+    """Whether the file is of PDDL or PKS, by its ending."""
     return Path(path).suffix.lower() in PDDL + PKS
 
 
@@ -74,7 +73,7 @@ class Reading:
         self._within = within
 
     def problem(self, named: Sequence[str]) -> Problem | None:
-        """The only problem of the files, with its domain."""
+        """The problem of the files with its domain; None after a report, also if there are several problems or none."""
         if len({type(_format_of(name)) for name in named}) > 1:
             self.findings.add(Place(named[-1], 1, 1), "the two files are of different formats")
             return None
@@ -115,16 +114,9 @@ class Reading:
 
     def _source(self, name: str) -> SourceFile | None:
         try:
-            if not lies_within(Path(name), self._within):
-                raise UnreadableError(OUTSIDE)
-            return read_source(Path(name), name, MAX_BYTES)
+            return read_source(Path(name), name, MAX_BYTES, within=self._within)
         except UnreadableError as error:
-            place = Place(name, 1, 1)
-            if error.offset is not None:
-                before = error.text[: error.offset]
-                place = Place(name, before.count("\n") + 1, error.offset - before.rfind("\n"))
-            hint = error.hint or near_file(self.findings, Path(name), self._within)
-            self.findings.add(place, error.message, hint)
+            self.findings.add_unreadable(name, error, self._within)
             return None
 
     def _report_number(
@@ -187,7 +179,7 @@ def _endings_like(name: str) -> tuple[str, ...]:
 
 
 def _format_of(name: str) -> Format:
-    """The format of a file; only what is needed is loaded."""
+    """The reader of a file's format; only that one is loaded."""
     if Path(name).suffix.lower() in PDDL:
         from kabo.language.pddl.problem import Pddl
 

@@ -19,7 +19,7 @@ Typed = tuple[f.Term, Kind]
 
 
 class Dialect:
-    """What a syntax permits, and how it tells what is wrong with names and types; as here where it says nothing else.
+    """A syntax's rules for names and types, and its wording of faults; the defaults are those of PDDL and PKS.
 
     Attributes:
         one_namespace: variables, objects, predicates and functions share names.
@@ -32,7 +32,7 @@ class Dialect:
     longest_quote: int | None = 60
 
     def unknown_term(self, here: "NameResolver", node: Expression) -> None:
-        """Reports a word or call in the place of a term that nothing is known of."""
+        """Reports an unknown word or call in the place of a term."""
         raise NotImplementedError
 
     def no_value(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
@@ -56,7 +56,7 @@ class Dialect:
         here.report(part, f'"{node.kind}" compares numbers, "{here.quote(part)}" is none')
 
     def never_equal(self, here: "NameResolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
-        """What a comparison says whose sides can never be equal; None after a report."""
+        """The truth value of a comparison whose sides can never be equal; None after a report."""
         return f.Truth(node.kind == "!=", here.place(node))
 
     def wrong_count(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
@@ -95,7 +95,7 @@ def one_of(kind: Kind) -> str:
 
 @dataclass(frozen=True)
 class NameResolver:
-    """What is known around a piece of a formula.
+    """Resolves names and types of expressions in one scope of one file.
 
     Attributes:
         source: the file in which it stands.
@@ -123,7 +123,7 @@ class NameResolver:
 
     @property
     def findings(self) -> Findings:
-        """Where findings go."""
+        """The collection that receives findings."""
         return self.vocabulary.findings
 
     def report(self, piece: Span, message: str, hint: str | None = None, *, warning: bool = False) -> None:
@@ -151,7 +151,7 @@ class NameResolver:
         return bound or self.vocabulary.symbols.get(name)
 
     def _find_value(self, node: Expression, wanted: Kind) -> Symbol | None:
-        """What a word or call in the place of a term is, whether or not it may stand there."""
+        """The symbol that a word or call in the place of a term names, whether or not it may stand there."""
         if node.kind == "call":
             return self.find(node.text)
         name = node.text
@@ -170,7 +170,7 @@ class NameResolver:
 
     # ------------------------------------------------------------------------------------------------------- terms
     def term(self, node: Expression, wanted: Kind = ANY) -> Typed | None:
-        """A term, and what its values are; `wanted` is what a variable that nobody binds would have to be."""
+        """A term and its kind; a variable that nothing binds gets the kind `wanted`."""
         if node.kind in ARITHMETIC:
             return self._arithmetic(node)
         symbol = self._find_value(node, wanted)
@@ -292,7 +292,7 @@ class NameResolver:
         return None if arguments is None else f.Atom(symbol.name, arguments, self.place(node))
 
     def claim(self, node: Expression) -> f.Claim | f.Truth | None:
-        """A literal or a comparison; what can never be equal is a fault, or false."""
+        """A literal or a comparison; for the dialect, sides that can never be equal are a fault, or just false."""
         if node.kind in COMPARISONS:
             return self.comparison(node)
         inner = node.parts[0] if node.kind == "!" else node
@@ -305,7 +305,7 @@ class NameResolver:
         return None if atom is None else f.Literal(atom, node.kind != "!", self.place(node))
 
     def comparison(self, node: Expression) -> f.Comparison | f.Truth | None:
-        """Two terms compared: any values for equality, numbers by size."""
+        """A comparison: any values by equality, numbers by size."""
         sides = replace(self, in_update=False) if self.in_update else self  # a value may be a run-time variable
         left = sides.term(node.parts[0])
         if left is not None and isinstance(

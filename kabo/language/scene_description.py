@@ -1,4 +1,4 @@
-"""A scene as its file says it: no mesh is opened, no URDF is read, nothing is computed but defaults.
+"""A scene as its file describes it: no mesh is opened, no URDF is read, only defaults are filled in.
 
 Lengths in metres, angles in radians, quaternions (x, y, z, w). Models are already copied into what uses them, and
 a problem's own bodies and regions are already merged in.
@@ -50,9 +50,9 @@ class FeatureName:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A constraint between two features; `lower` and `upper` bound distance, height, angle (None: unbounded)."""
+    """A constraint between two features; `lower` and `upper` bound the quantity of its kind (None: unbounded)."""
 
-    kind: str  # coincident parallel aligned opposed perpendicular distance height angle inside
+    kind: str  # a name in CONSTRAINT_KINDS
     first: FeatureName
     second: FeatureName
     lower: float | None = None
@@ -104,7 +104,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class BodyDescription:
-    """An object of the scene or a body that a problem adds. `features` include those given for nothing."""
+    """An object of the scene or a body that a problem adds. `features` includes the implicit ones (origin, axes)."""
 
     name: str
     shape: Shape

@@ -1,4 +1,4 @@
-"""Text files as they lie on disk: decoded once, with the place of every character.
+"""Text files with the place (line and column) of every character.
 
 A place is computed from an offset and only when a finding needs it, so reading costs nothing for correct files.
 """
@@ -16,20 +16,26 @@ from kabo.language.formulas import Place
 
 MAX_BYTES = 1_000_000
 _LONGEST_LINE = 400
+OUTSIDE = "the file lies outside of the folder that may be read"
 _LINE_BREAK = re.compile(r"\r\n|\n|\r")
 
 
 class UnreadableError(Exception):
-    """A file that cannot be read as text: says why, the remedy, and where if the place is known."""
+    """A file that cannot be read as text; carries the reason, a remedy and, if known, the offset."""
 
     def __init__(self, message: str, hint: str | None = None, offset: int | None = None, text: str = "") -> None:
         super().__init__(message)
         self.message, self.hint, self.offset, self.text = message, hint, offset, text
 
+    def place(self, name: str) -> Place:
+        """The place of the fault in the file called `name`: its beginning if no offset is known."""
+        before = self.text[: self.offset or 0]
+        return Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
+
 
 @dataclass(frozen=True, eq=False)
 class SourceFile:
-    """A text file: `name` as people see it in messages, `digest` the SHA-256 of its bytes."""
+    """A text file: `name` is its name in messages, `digest` the SHA-256 of its bytes."""
 
     path: Path
     name: str
@@ -58,7 +64,7 @@ class SourceFile:
         return begin, end
 
     def shown_line(self, number: int) -> str | None:
-        """The line if it is short enough to be shown: a file may be a single line of megabytes."""
+        """The line, or None if it is too long to be shown: a file may be a single line of megabytes."""
         if not 1 <= number <= len(self._starts):
             return None
         begin, end = self.bounds(number)
@@ -72,12 +78,27 @@ class SourceFile:
         return self.text[begin:end]
 
 
-def read_source(path: Path, name: str, most: int = MAX_BYTES) -> SourceFile:
+def beside(folder: str, written: str) -> str:
+    """The path `written` in a file that lies in `folder`, with `..` resolved by name."""
+    return os.path.normpath(os.path.join(folder, written))
+
+
+def lies_within(path: Path, folder: Path | None) -> bool:
+    """Whether `path` lies in `folder` once links are followed; always if there is no folder."""
+    try:
+        return folder is None or path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):  # a null character, a circle of links
+        return False
+
+
+def read_source(path: Path, name: str, most: int = MAX_BYTES, *, within: Path | None = None) -> SourceFile:
     """The file `path` of at most `most` bytes as text, called `name` in messages; a byte order mark is dropped.
 
     Raises:
-        UnreadableError: it is missing, a folder, no ordinary file, too large, or not UTF-8.
+        UnreadableError: it is missing, a folder, no ordinary file, too large, not UTF-8, or not in the folder `within`.
     """
+    if not lies_within(path, within):
+        raise UnreadableError(OUTSIDE)
     data = _read_bytes(path, most)
     digest = "sha256:" + hashlib.sha256(data).hexdigest()
     try:
@@ -87,6 +108,11 @@ def read_source(path: Path, name: str, most: int = MAX_BYTES) -> SourceFile:
         offset = len(data[: error.start].decode("utf-8-sig", errors="replace"))
         raise UnreadableError("this is not UTF-8 text", "save the file as UTF-8", offset, readable) from None
     return SourceFile(path, name, text, digest)
+
+
+def reason_of(error: OSError | ValueError) -> str:
+    """Why a path cannot be opened; of a null character in it Python says so in words that depend on its version."""
+    return (error.strerror or str(error)) if isinstance(error, OSError) else "embedded null byte"
 
 
 def _read_bytes(path: Path, most: int) -> bytes:
@@ -101,21 +127,20 @@ def _read_bytes(path: Path, most: int) -> bytes:
     except FileNotFoundError:
         raise UnreadableError("there is no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise UnreadableError(f"the file cannot be read: {reason}") from None
+        raise UnreadableError(f"the file cannot be read: {reason_of(error)}") from None
     if len(data) > most:
         raise UnreadableError(f"the file is larger than {most // 1_000_000} MB")
     return data
 
 
 def missing_file_reason(path: Path) -> str | None:
-    """Why `path` cannot be opened as a file, or None if it seems that it can; reads nothing."""
+    """The reason why `path` cannot be opened as a file, or None; the file is not read."""
     try:
         mode = os.stat(path).st_mode
     except FileNotFoundError:
         return "there is no such file"
     except (OSError, ValueError) as error:
-        return f"the file cannot be read: {getattr(error, 'strerror', None) or error}"
+        return f"the file cannot be read: {reason_of(error)}"
     if stat.S_ISDIR(mode):
         return "this is a folder, not a file"
     return None if os.access(path, os.R_OK) else "the file cannot be read: Permission denied"

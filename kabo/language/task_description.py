@@ -18,7 +18,7 @@ KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean", "any")  # of a task's 
 
 @dataclass(frozen=True)
 class Word:
-    """A scalar; `quoted` text is never taken for a number, however it looks."""
+    """A scalar; text that is `quoted` is never read as a number."""
 
     text: str
     quoted: bool
@@ -109,7 +109,7 @@ class StageDescription:
 
 @dataclass(frozen=True)
 class TaskDescription:
-    """A task file: what may be asked of it, and its stages below `root`, a serial container of the task's name."""
+    """A task file: its inputs, and its stages below `root`, a serial container with the task's name."""
 
     name: str
     inputs: tuple[Input, ...]

@@ -1,4 +1,4 @@
-"""Formula trees seen as trees: which symbols they mention, and terms put in the place of variables."""
+"""Traversal and substitution of formula trees."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -13,7 +13,7 @@ _SPARED = (f.Place, str, float, int, bool, type(None))
 
 
 def nodes(tree: object) -> Iterator[Any]:
-    """The tree and all trees inside of it, in the order in which they are written."""
+    """The tree and all its subtrees, in the order in which they are written."""
     waiting: list[object] = [tree]
     while waiting:
         here = waiting.pop()
@@ -42,7 +42,7 @@ def variable_names(tree: object) -> set[str]:
 
 
 def substituted(tree: _Tree, terms: Mapping[str, f.Term]) -> _Tree:
-    """The tree with terms in the place of free variables; bound variables that would catch one are renamed."""
+    """The tree with terms substituted for free variables; bound variables are renamed where they would capture one."""
     if not terms:
         return tree
     if isinstance(tree, f.Variable):
@@ -69,7 +69,7 @@ def _inside_binder(tree: _Binder, terms: Mapping[str, f.Term]) -> _Binder:
 
 
 def rebound(tree: _Tree, avoided: set[str]) -> _Tree:
-    """The tree with other names for the variables that it binds and whose names are avoided."""
+    """The tree with its bound variables renamed if their names are among `avoided`."""
     if isinstance(tree, tuple):
         return tuple(rebound(part, avoided) for part in tree)  # type: ignore[return-value]
     if isinstance(tree, _SPARED) or not is_dataclass(tree):

@@ -1,4 +1,4 @@
-"""The types of a domain as a tree, and kinds: what the values of a term are."""
+"""The tree of types of a domain, and kinds: the sets of values that terms may have."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ NUMBER = "number"
 
 @dataclass(frozen=True)
 class Values:
-    """The range of a function that lists its values."""
+    """An enumeration: the values that a function lists."""
 
     names: tuple[str, ...]
 

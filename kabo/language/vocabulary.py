@@ -23,7 +23,7 @@ Role = Literal[
 
 @dataclass(frozen=True)
 class Symbol:
-    """What a name stands for.
+    """The meaning of a name.
 
     Attributes:
         role: what it is.
@@ -118,7 +118,7 @@ class Vocabulary:
         return False
 
     def report_renamed(self) -> None:
-        """Warns of every name that is not what its spelling lets expect."""
+        """Warns of every name that kabo spells otherwise than the file in an unexpected way."""
         places = {each.written: each.place for each in self.all_of("predicate", "function")}
         places |= {name: each.place for name, each in self.objects.items()}
         for names, at in ((self.types.names, self.types.places), (self.names, places)):
@@ -142,7 +142,7 @@ class Vocabulary:
         return (symbol for symbol in self.symbols.values() if symbol.role in roles)
 
     def is_predicate(self, name: str) -> bool:
-        """Whether a predicate of that name is declared, whatever the word means otherwise."""
+        """Whether a predicate of that name is declared, which may also be a keyword."""
         symbol = self.symbols.get(name)
         return symbol is not None and symbol.role == "predicate"
 

@@ -1,13 +1,13 @@
 """The meshes room: triangle meshes as arrays and files, what is wrong with them, safe repairs, pictures.
 
-It knows arrays, metres and file formats; it knows nothing of epsilon, convex parts, robots or scenes. What is read is
-checked and told in one sentence; what is written is read back and compared bit by bit.
+It knows arrays, metres and file formats; it knows nothing of epsilon, convex parts, robots or scenes. A file that
+cannot be used is described in one sentence; a file that was written is read back and compared bit by bit.
 """
 
 from kabo.meshes.hulls import hull_faces, hull_of
 from kabo.meshes.mesh import Mesh
+from kabo.meshes.mesh_errors import refuse, require_numbers, unusable
 from kabo.meshes.reading import FORMATS, load_mesh
-from kabo.meshes.refusals import refuse, require_numbers, unusable
 from kabo.meshes.repair import outwards, repaired
 from kabo.meshes.requirements import require_closed, require_solid, units_warning
 from kabo.meshes.soundness import Soundness, examine

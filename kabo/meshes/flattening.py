@@ -1,22 +1,23 @@
-"""Faces without area, removed without opening the surface: their long side is flipped, so that no edge is left over.
+"""Removes faces without area and keeps the surface closed, by flipping their longest edge.
 
 A face whose corner b lies on its long side from a to c cannot just be dropped: the neighbour over that side would
-stay with an edge that nobody shares. Flipped with it, it becomes two faces with area on the same neighbour.
+keep an edge that belongs to no other face. So the edge a-c is flipped: the flat face and its neighbour become two
+faces with area.
 """
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.soundness import flat
-from kabo.meshes.words import counted
 
-_ROUNDS = 8
+_MAX_ROUNDS = 8
 
 
 def without_flat_faces(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
-    """The faces, those without area flipped away where the mesh stays a manifold; the others stay."""
+    """The faces after faces without area were flipped away, as far as the mesh stays a manifold."""
     gone = 0
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         wrong = np.flatnonzero(flat(vertices, faces))
         if not len(wrong):
             break
@@ -30,7 +31,7 @@ def without_flat_faces(vertices: Vertices, faces: Faces, done: list[str]) -> Fac
 
 
 def _flipped(vertices: Vertices, faces: Faces, wrong: Faces) -> tuple[Faces, int]:
-    """One round: every flat face whose neighbour is not touched yet."""
+    """The faces after one round of flips, which leaves out neighbours already changed in it; and the number of flips."""
     faces = faces.copy()
     sides = {(int(a), int(b)): (face, k) for face, row in enumerate(faces) for k, (a, b) in enumerate(_sides(row))}
     touched: set[int] = set()
@@ -56,7 +57,7 @@ def _sides(row: Faces) -> list[tuple[int, int]]:
 
 
 def _along(vertices: Vertices, row: Faces) -> tuple[int, int, int]:
-    """The corners of a flat face in its own order, the one between the others in the middle."""
+    """The corners of a flat face, cyclically shifted so that the corner that lies between the others is the second."""
     corners = vertices[row]
     lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
     k = int(np.argmax(lengths))  # the long side leads from corner k to k + 1, so k + 2 lies between

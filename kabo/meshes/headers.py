@@ -1,14 +1,19 @@
-"""What a mesh file says of itself, before a reader believes it: sizes that it cannot have, shapes that would be lost.
+"""Checks of mesh files before they are parsed: announced sizes that the file cannot hold, shapes that would be lost.
 
 A header of a few bytes can announce 10^9 triangles. Each rule of size is a lower bound of the bytes that the announced
-numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers also leave out
-in silence what they do not know, such as strips of triangles; a mesh that lost a part is worse than none.
+numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers also skip
+shapes that they do not know, such as strips of triangles, without a word; an incomplete mesh is worse than none.
 """
 
 import json
 import re
 import struct
+from collections.abc import Callable
+from dataclasses import dataclass
 from xml.etree import ElementTree  # noqa: S405  only files without entities are read
+
+from kabo.meshes.mesh import Faces, Vertices
+from kabo.meshes.plain_off import plain_triangles
 
 _PLY_BYTES = {
     **dict.fromkeys(("char", "uchar", "int8", "uint8"), 1),
@@ -18,16 +23,16 @@ _PLY_BYTES = {
 }
 _GLB_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _GLB_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
-_MOST_INSTANCES = 100_000
+_MAX_INSTANCES = 100_000
 _DAE_UNREAD = ("trifans", "tristrips", "ph", "instance_controller")
 _GLB_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
 
 
 def misleading(kind: str, data: bytes) -> str | None:
-    """Why a file cannot be read as it is, as the rest of a sentence; None if it may be what it says."""
+    """Why a file must not be read, as the end of a sentence that begins with its name; None if nothing is wrong."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
-    return {"stl": _stl, "ply": _ply, "off": _off, "obj": _obj, "glb": _glb, "dae": _dae}[kind](data)
+    return MESH_FORMATS[kind].check(data)
 
 
 def _more(announced: str, data: bytes) -> str:
@@ -102,7 +107,7 @@ def _off(data: bytes) -> str | None:
 
 
 def _obj(data: bytes) -> str | None:
-    """Vertices count from 1, or backwards from -1: a reader would take 0 for the last one."""
+    """Whether a face names vertex 0: vertices count from 1 (or from -1 backwards), and a reader takes 0 for the last."""
     wrong = re.search(rb"^[ \t]*f[ \t](?:[^\n#]*[ \t])?0+(?:[/\s]|$)", data, re.MULTILINE)
     return "has a face with the vertex 0; they count from 1" if wrong else None
 
@@ -135,7 +140,7 @@ def _glb(data: bytes) -> str | None:
 
 
 def _dae(data: bytes) -> str | None:
-    """Nodes may stand for other nodes, so that a few lines can announce any number of meshes."""
+    """Why a COLLADA file must not be read; nodes may refer to nodes, so a few lines can place any number of meshes."""
     lowered = data.lower()
     if b"<!entity" in lowered:
         return "defines XML entities, which kabo does not read"
@@ -149,11 +154,11 @@ def _dae(data: bytes) -> str | None:
         placed = _placed(root)
     except (ElementTree.ParseError, ValueError, RecursionError):
         return "is no XML whose nodes can be followed"
-    return f"places {placed} meshes by nodes inside nodes" if placed > _MOST_INSTANCES else None
+    return f"places {placed} meshes by nodes inside nodes" if placed > _MAX_INSTANCES else None
 
 
 def _placed(root: ElementTree.Element) -> int:
-    """How many meshes the nodes of a COLLADA file place, those that stand for other nodes included."""
+    """How many meshes a COLLADA file places, directly or through nodes that refer to other nodes."""
     nodes = {f"#{node.get('id')}": node for node in root.iter() if node.tag.endswith("}node")}
     known: dict[str, int] = {}
 
@@ -174,3 +179,25 @@ def _placed(root: ElementTree.Element) -> int:
         return total
 
     return sum(below(scenes, ()) for scenes in root if scenes.tag.endswith("}library_visual_scenes"))
+
+
+@dataclass(frozen=True)
+class MeshFormat:
+    """A file format of meshes: the check of its header and, if trimesh is not to read it, a reader.
+
+    The reader gives vertices and faces, or None for content that it leaves to trimesh.
+    """
+
+    check: Callable[[bytes], str | None]
+    read: Callable[[bytes], tuple[Vertices, Faces] | None] | None = None
+
+
+# The formats that kabo reads, by the ending of their files: a new one needs a line here.
+MESH_FORMATS = {
+    "dae": MeshFormat(_dae),
+    "glb": MeshFormat(_glb),
+    "obj": MeshFormat(_obj),
+    "off": MeshFormat(_off, plain_triangles),
+    "ply": MeshFormat(_ply),
+    "stl": MeshFormat(_stl),
+}

@@ -1,17 +1,17 @@
-"""Holes that can be filled in one way only: of three edges, and flat convex ones of four."""
+"""Fills holes that can be filled in one way only: those of three edges, and flat convex ones of four."""
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import edges_of
-from kabo.meshes.words import counted
 
-_QUAD_EDGE = 0.1  # of the diagonal: a longer hole of four edges may be meant
+_MAX_QUAD_EDGE = 0.1  # share of the mesh's diagonal: a hole of four longer edges may be intended
 
 
 def fill_small_holes(vertices: Vertices, faces: Faces, tolerance: float, done: list[str]) -> Faces:
-    """The faces with such holes filled, turned as their neighbours are."""
-    longest = _QUAD_EDGE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    """The faces, and new ones that fill such holes, oriented like their neighbours."""
+    longest = _MAX_QUAD_EDGE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     patches = [patch for loop in _loops(faces) if (patch := _patch(vertices, loop, tolerance, longest))]
     if not patches:
         return faces
@@ -21,9 +21,9 @@ def fill_small_holes(vertices: Vertices, faces: Faces, tolerance: float, done: l
 
 
 def _loops(faces: Faces) -> list[list[int]]:
-    """Border loops of three or four edges, led against the faces beside them; only where borders do not branch.
+    """Border loops of three or four edges, opposite in direction to the adjacent faces, where borders do not branch.
 
-    No face has two edges on a loop: the border of a triangle, or of a flat pair of them, is no hole.
+    A loop of which two edges belong to one face is left out: it is the outline of a lone triangle, not a hole.
     """
     edges = edges_of(faces)
     sides = np.flatnonzero(edges.border[edges.of_side])
@@ -51,7 +51,7 @@ def _loops(faces: Faces) -> list[list[int]]:
 
 
 def _patch(vertices: Vertices, loop: list[int], tolerance: float, longest: float) -> list[tuple[int, int, int]]:
-    """The triangles that fill a loop; none if there is a choice that shapes the result."""
+    """The triangles that fill a loop; none if it can be filled in more than one way."""
     if len(loop) == 3:
         return [(loop[0], loop[1], loop[2])]
     points = vertices[loop]

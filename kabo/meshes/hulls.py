@@ -1,16 +1,16 @@
-"""Convex parts as surfaces: the faces of the hull of a part's own vertices, turned outwards."""
+"""Convex hulls as closed triangle meshes whose faces point outwards."""
 
 import numpy as np
 
 from kabo.errors import KaboError
 from kabo.meshes.mesh import Faces, Mesh, Vertices
-from kabo.meshes.refusals import unusable
+from kabo.meshes.mesh_errors import unusable
 
-FLAT = "give it a thickness, or a primitive shape"
+THICKNESS_HINT = "give it a thickness, or a primitive shape"
 
 
 def hull_of(mesh: Mesh) -> Mesh:
-    """The convex hull of a mesh, closed whatever the mesh is, without the file it came from.
+    """The convex hull of a mesh: always closed, with no `path`.
 
     Raises:
         MeshError: its vertices lie in a plane.
@@ -18,13 +18,13 @@ def hull_of(mesh: Mesh) -> Mesh:
     try:
         faces = hull_faces(mesh.vertices)
     except KaboError:
-        raise unusable(mesh, None, "is flat: it has no convex hull with an inside", FLAT) from None
+        raise unusable(mesh, None, "is flat: it has no convex hull with an inside", THICKNESS_HINT) from None
     used, faces = np.unique(faces, return_inverse=True)
     return Mesh(mesh.vertices[used], faces.reshape(-1, 3))
 
 
 def hull_faces(vertices: Vertices) -> Faces:
-    """The triangles (F, 3) of the convex hull of vertices (V, 3), as indices of these vertices, turned outwards.
+    """The triangles (F, 3) of the convex hull of vertices (V, 3): indices of these vertices, facing outwards.
 
     Raises:
         KaboError: the vertices lie in a plane: no solid.

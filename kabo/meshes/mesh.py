@@ -29,18 +29,18 @@ class Mesh:
 
     @cached_property
     def diagonal(self) -> float:
-        """The diagonal of the bounding box [m]; 0 without vertices."""
+        """The length of the bounding box's diagonal [m]; 0 without vertices."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
 
     def moved(self, matrix: Array) -> "Mesh":
-        """This mesh under a rigid 4x4 transform; keeps its file only if nothing moves."""
+        """This mesh moved by a rigid 4x4 transform; `path` is kept only by the identity."""
         if np.array_equal(matrix, np.eye(4)):
             return self
         return Mesh(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
 
 
 def merged(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
-    """The same triangles on different vertices in lexicographic order; those that lost a corner are left out."""
+    """The mesh with equal vertices merged and in lexicographic order, without triangles that degenerate by it."""
     distinct, index = _distinct(vertices + 0.0)
     faces = index[faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
@@ -48,7 +48,7 @@ def merged(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
 
 
 def _distinct(points: Vertices) -> tuple[Vertices, Faces]:
-    """The different rows in lexicographic order, and for each row the number of its equal among them."""
+    """The distinct rows in lexicographic order, and for each given row the index of its copy among them."""
     order = np.lexsort(points.T[::-1])
     ordered = points[order]
     first = np.ones(len(points), dtype=bool)

@@ -1,8 +1,9 @@
-"""Closed components inside others: which of them are turned inside out, and which are cavities as they should be.
+"""Nested closed components: which are turned inside out, and which are proper cavities.
 
-Seen from inside a component, all that encloses it counts: +1 for each that points outwards, -1 for each that points
-inwards. A sound solid never falls below 0. So an inward component within an outward one is a cavity; one that lies
-free, or in a cavity already, is inside out. An outward one within another is solid in solid, which does no harm.
+Inside a component, the components around it add up: +1 for each that points outwards, -1 for each that points
+inwards. In a sound solid the sum is never below 0. So an inward component within an outward one is a cavity; one
+that lies free, or in a cavity already, is inside out. An outward one within another is solid in solid, which does
+no harm.
 """
 
 from dataclasses import dataclass
@@ -12,8 +13,8 @@ import numpy as np
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import Mask
 
-_SAMPLES = 9
-_CHUNK = 4_000_000  # point-triangle pairs at a time
+_POINTS_PER_SHELL = 9
+_PAIRS_PER_CHUNK = 4_000_000  # point-triangle pairs at a time
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,8 @@ def _enclosing(vertices: Vertices, found: list[Shell]) -> dict[int, list[int]]:
 
 
 def _winds_around(vertices: Vertices, outer: Shell, inner: Shell) -> bool:
-    """Whether most of some points of the inner surface lie within the outer one."""
-    chosen = np.unique(np.linspace(0, len(inner.faces) - 1, _SAMPLES).astype(np.int64))
+    """Whether most of nine sample points of the inner surface lie within the outer one."""
+    chosen = np.unique(np.linspace(0, len(inner.faces) - 1, _POINTS_PER_SHELL).astype(np.int64))
     points = vertices[inner.faces[chosen]].mean(axis=1)
     within = np.abs(winding_number(points, vertices, outer.faces)) > 0.5
     return bool(2 * within.sum() > len(within))
@@ -83,7 +84,7 @@ def _winds_around(vertices: Vertices, outer: Shell, inner: Shell) -> bool:
 def winding_number(points: Vertices, vertices: Vertices, faces: Faces) -> Vertices:
     """How often a surface winds around each point (P, 3): solid angles over 4 pi [van Oosterom, Strackee 1983]."""
     result = np.zeros(len(points))
-    step = max(1, _CHUNK // max(1, len(faces)))
+    step = max(1, _PAIRS_PER_CHUNK // max(1, len(faces)))
     for start in range(0, len(points), step):
         a, b, c = (vertices[faces[None, :, k]] - points[start : start + step, None] for k in range(3))
         la, lb, lc = (np.linalg.norm(side, axis=2) for side in (a, b, c))

@@ -17,17 +17,17 @@ from kabo.meshes.mesh import Faces, Vertices
 from kabo.plan import write_atomically
 
 Surface = tuple[Vertices, Faces]
-WINDOW = (1500, 860)
-ROWS = (0.09, 0.79, 0.12)  # title, panels, colour bar
-FINE = 0.02  # of the diagonal: longer edges of what is coloured are divided
-MOST_EDGES = 4000  # triangles whose edges are drawn; more would be a grey veil
-FROM = (1.0, -1.5, 0.9)
-COLOURS = ("#e4e8ee", "#f3d27a", "#e58a3c", "#c23b4e", "#5d1747")  # from 0 to epsilon
-PARTS = ("#3f7fbf", "#f29f3d", "#4fa36b", "#b05fa0", "#c9593f", "#7a6fc0", "#c2a23a", "#58b0a8", "#8c8f94")
+WINDOW_SIZE = (1500, 860)
+ROW_SHARES = (0.09, 0.79, 0.12)  # title, panels, colour bar
+MAX_EDGE_SHARE = 0.02  # share of the diagonal: longer edges of coloured surfaces are divided
+MAX_DRAWN_EDGES = 4000  # triangles whose edges are drawn; more would be a grey veil
+VIEW_DIRECTION = (1.0, -1.5, 0.9)
+DISTANCE_COLOURS = ("#e4e8ee", "#f3d27a", "#e58a3c", "#c23b4e", "#5d1747")  # from 0 to epsilon
+PART_COLOURS = ("#3f7fbf", "#f29f3d", "#4fa36b", "#b05fa0", "#c9593f", "#7a6fc0", "#c2a23a", "#58b0a8", "#8c8f94")
 
 
 def require_pictures() -> None:
-    """Nothing, if pictures can be drawn.
+    """Raises an error unless the libraries that draw pictures are installed.
 
     Raises:
         InputError: the extra is not installed.
@@ -62,7 +62,7 @@ def draw_parts(path: Path, original: Surface, parts: Sequence[Surface], *, epsil
     first = _surface(original)
     hulls = [_surface(part) for part in parts]
     plain = [(first, {"color": "#c9ced6"})]
-    own = [(hull, {"color": PARTS[number % len(PARTS)]}) for number, hull in enumerate(hulls)]
+    own = [(hull, {"color": PART_COLOURS[number % len(PART_COLOURS)]}) for number, hull in enumerate(hulls)]
     far = [(_coloured(hull, first), {"scalars": "distance"}) for hull in hulls]
     _draw(path, [plain, own, far], ("the mesh", "convex parts", "distance of the parts"), epsilon, title)
 
@@ -75,8 +75,8 @@ def _surface(surface: Surface) -> Any:
 
 
 def _coloured(surface: Any, other: Any) -> Any:
-    """The surface in small triangles, with the distance of each vertex from the other surface [m]."""
-    fine = surface.subdivide_adaptive(max_edge_len=FINE * surface.length, max_n_passes=8)
+    """The surface, divided into small triangles, with the distance of each vertex from the other surface [m]."""
+    fine = surface.subdivide_adaptive(max_edge_len=MAX_EDGE_SHARE * surface.length, max_n_passes=8)
     fine = fine.compute_implicit_distance(other)
     fine["distance"] = np.abs(fine["implicit_distance"])
     return fine
@@ -89,9 +89,13 @@ def _draw(path: Path, panels: Sequence[Sequence[Any]], names: Sequence[str], eps
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)  # it complains that there is no display, and draws
     size = len(panels)
-    rows: Any = {"shape": (3, size), "groups": [(0, slice(None)), (2, slice(None))], "row_weights": list(ROWS)}
+    rows: Any = {
+        "shape": (3, size),
+        "groups": [(0, slice(None)), (2, slice(None))],
+        "row_weights": list(ROW_SHARES),
+    }
     plotter: Any = pyvista.Plotter(
-        off_screen=True, window_size=list(WINDOW), border=False, lighting="light kit", **rows
+        off_screen=True, window_size=list(WINDOW_SIZE), border=False, lighting="light kit", **rows
     )
     plotter.set_background("white")
     _write_title(plotter, title)
@@ -125,7 +129,7 @@ def _write_title(plotter: Any, title: str) -> None:
 def _add(plotter: Any, surface: Any, look: dict[str, Any] | None, epsilon: float) -> Any:
     """Adds one layer; returns what the colour bar needs if it is coloured by distance."""
     if look is None:
-        if surface.n_cells <= MOST_EDGES:
+        if surface.n_cells <= MAX_DRAWN_EDGES:
             lines = plotter.add_mesh(surface.extract_all_edges(), color="#3a3f47", line_width=1.0, lighting=False)
             lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             lines.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-2.0, -2.0)  # not half in the surface
@@ -135,22 +139,22 @@ def _add(plotter: Any, surface: Any, look: dict[str, Any] | None, epsilon: float
         return None
     from matplotlib.colors import LinearSegmentedColormap
 
-    colours = LinearSegmentedColormap.from_list("distance", COLOURS)
+    colours = LinearSegmentedColormap.from_list("distance", DISTANCE_COLOURS)
     shown = {"clim": (0.0, epsilon), "cmap": colours, "show_scalar_bar": False, "ambient": 0.12}
     return plotter.add_mesh(surface, smooth_shading=False, **shown, **look).mapper
 
 
 def _look(plotter: Any, panels: Sequence[Sequence[Any]]) -> None:
-    """The same view in all panels: from one corner, as near as everything in all of them allows."""
+    """Sets the same camera in all panels: from one corner, as near as shows everything in all of them."""
     boxes = np.array([surface.bounds for layers in panels for surface, _ in layers]).reshape(-1, 3, 2)
     low, high = boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)
     centre, radius = (low + high) / 2.0, float(np.linalg.norm(high - low)) / 2.0
-    away = np.array(FROM) / np.linalg.norm(FROM)
+    away = np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
     right = np.cross((0.0, 0.0, 1.0), away)
     right /= np.linalg.norm(right)
     half = (high - low) / 2.0
     width, height = np.abs(right) @ half, np.abs(np.cross(away, right)) @ half
-    aspect = WINDOW[0] / len(panels) / (WINDOW[1] * ROWS[1])
+    aspect = WINDOW_SIZE[0] / len(panels) / (WINDOW_SIZE[1] * ROW_SHARES[1])
     plotter.camera_position = [tuple(centre + 4.0 * radius * away), tuple(centre), (0.0, 0.0, 1.0)]
     plotter.enable_parallel_projection()
     plotter.camera.parallel_scale = 1.1 * max(height, width / aspect)

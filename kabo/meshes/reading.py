@@ -1,7 +1,7 @@
-"""Mesh files: read through trimesh, all their pieces in one mesh, in metres; or one sentence that says why not.
+"""Reads mesh files through trimesh: all pieces of a file become one mesh in metres, or one sentence says why not.
 
-Readers of many formats believe what a file says of itself, so `kabo.meshes.headers` compares that with its size
-before anything is allocated.
+Readers of many formats trust the sizes that a file announces, so `kabo.meshes.headers` compares these with its
+size before anything is allocated.
 """
 
 import hashlib
@@ -17,15 +17,15 @@ import numpy as np
 from kabo.content_cache import ContentCache
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.meshes.headers import misleading
+from kabo.meshes.counts import counted
+from kabo.meshes.headers import MESH_FORMATS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
-from kabo.meshes.plain_off import plain_triangles
-from kabo.meshes.refusals import EXPORT, refuse, require_numbers, unusable
-from kabo.meshes.words import counted
+from kabo.meshes.mesh_errors import EXPORT_HINT, refuse, require_numbers, unusable
+from kabo.meshes.repair import repaired
 
-FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")
-LARGEST_FILE = 2 * 1024**3  # bytes
-_SAID = 160  # characters of what a parser says
+FORMATS = tuple(MESH_FORMATS)
+MAX_FILE_BYTES = 2 * 1024**3  # bytes
+_MAX_PARSER_CHARACTERS = 160  # characters of a parser's error that a message repeats
 _TRIANGLES: ContentCache[tuple[Vertices, Faces]] = ContentCache(
     16 << 20, lambda made: made[0].nbytes + made[1].nbytes
 )
@@ -63,26 +63,24 @@ def load_mesh(
     _require_readable(path, place)
     mesh = _read(path, factors, place)
     if repair:
-        from kabo.meshes.repair import repaired
-
         mesh, _ = repaired(mesh)
     return mesh
 
 
 def _require_readable(path: Path, place: Place) -> None:
-    """Refuses what is not there, is no file, or is too large to be meant."""
+    """Raises MeshError if the path is missing, is not a file, or is larger than any intended mesh."""
     try:
         status = path.stat()
     except (OSError, ValueError):  # ValueError: a null byte in the name
         raise refuse(place, f'mesh file "{path.name}" does not exist') from None
     if not path.is_file():
         raise refuse(place, f'mesh file "{path.name}" is not a file')
-    if status.st_size > LARGEST_FILE:
+    if status.st_size > MAX_FILE_BYTES:
         raise refuse(place, f'mesh file "{path.name}" is larger than 2 GiB', "simplify the mesh before")
 
 
 def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
-    """The mesh of a file; files of equal bytes share their arrays, as two arms of one kind do."""
+    """The mesh of a file; files with equal content share their arrays, as two arms of one kind do."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         known = [f".{name}" for name in FORMATS]
@@ -100,24 +98,24 @@ def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
 def _triangles(
     data: bytes, kind: str, scale: tuple[float, float, float], path: Path, place: Place
 ) -> tuple[Vertices, Faces]:
-    """The triangles of a file's bytes; its path and place are for errors only."""
+    """The vertices and triangles in a file's content; `path` and `place` appear in errors only."""
     data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
-        raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT)
+        raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT_HINT)
     vertices, faces = joined(_parsed(data, kind, path.name, place), scale)
     if not len(faces):
-        raise refuse(place, f'mesh file "{path.name}" holds no triangles', EXPORT)
+        raise refuse(place, f'mesh file "{path.name}" holds no triangles', EXPORT_HINT)
     require_numbers(Mesh(vertices, faces, path), place)
     mesh = Mesh(*merged(vertices, faces), path)
     if not len(mesh.faces):
         said = f"has {counted(len(faces), 'triangle')}, none of which has three different vertices"
-        raise unusable(mesh, place, said, EXPORT)
+        raise unusable(mesh, place, said, EXPORT_HINT)
     return mesh.vertices, mesh.faces
 
 
 def readable(data: bytes, kind: str) -> bytes:
-    """The bytes of a text file as UTF-8: names and comments of older programs are Latin-1, numbers are the same."""
+    """The content of an OBJ file as UTF-8; older programs write names and comments in Latin-1."""
     if kind != "obj":
         return data
     try:
@@ -128,15 +126,15 @@ def readable(data: bytes, kind: str) -> bytes:
 
 
 def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Vertices, Faces]]:
-    """The pieces of a mesh file; whatever a parser raises becomes one sentence."""
+    """The pieces of a mesh file; any error of a parser becomes a MeshError of one sentence."""
     if kind == "dae" and not _has_collada():
         hint = 'install it with the extra: pip install "kabo[robots]"'
         raise refuse(place, f'mesh file "{name}": reading DAE needs the library pycollada', hint)
     try:
         return pieces(data, kind)
     except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
-        said = " ".join(str(error).split())[:_SAID] or type(error).__name__
-        raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT) from None
+        said = " ".join(str(error).split())[:_MAX_PARSER_CHARACTERS] or type(error).__name__
+        raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT_HINT) from None
 
 
 def _has_collada() -> bool:
@@ -146,14 +144,15 @@ def _has_collada() -> bool:
 
 
 def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
-    """The triangle meshes of a file's bytes, each where its node places it, as they stand in the file.
+    """The triangle meshes in a file's content, each moved to where its node places it, in the file's units.
 
     Raises:
         Exception: whatever the reader of this format raises on bytes that it does not understand.
     """
-    plain = plain_triangles(data) if kind == "off" else None
-    if plain is not None:
-        return [plain]
+    read = MESH_FORMATS[kind].read
+    own = None if read is None else read(data)
+    if own is not None:
+        return [own]
     import trimesh
 
     with np.errstate(all="ignore"):
@@ -176,13 +175,13 @@ def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
 
 
 def _unit(shape: Any) -> float:
-    """Metres per unit where the file itself says so (DAE), else 1."""
+    """Metres per unit, if the file says so itself (DAE), else 1."""
     said = str(shape.metadata.get("units", ""))
     return float(said.removesuffix(" * meters")) if said.endswith(" * meters") else 1.0
 
 
 def joined(found: list[tuple[Vertices, Faces]], scale: tuple[float, float, float]) -> tuple[Vertices, Faces]:
-    """One mesh of many pieces, scaled; faces that name a vertex of no piece stay out of range."""
+    """All pieces in one mesh, scaled; a face that names a vertex its piece lacks stays out of range."""
     if not found:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in found)])

@@ -1,38 +1,38 @@
-"""Safe repairs: each leaves the shape within the welding tolerance or says what it added, and all are told.
+"""Safe repairs: each keeps the shape within the welding tolerance or says what it added, and all are reported.
 
-What would need a guess about the shape, such as closing a wide hole or untangling a surface, is not done; then
-`kabo.meshes.require_solid` says what is left.
+Repairs that would guess about the shape, such as closing a wide hole or untangling a surface, are not made;
+`kabo.meshes.require_solid` then says what is still wrong.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.flattening import without_flat_faces
 from kabo.meshes.holes import fill_small_holes
 from kabo.meshes.mesh import Faces, Mesh, Vertices
-from kabo.meshes.separation import separated
 from kabo.meshes.soundness import turned_components
 from kabo.meshes.topology import components, edges_of, labels, neighbours, repeating
-from kabo.meshes.words import counted
+from kabo.meshes.touching_surfaces import separated
 
-WELD = 1e-7  # of the diagonal: vertices nearer than this are one
+WELD_SHARE = 1e-7  # share of the diagonal: vertices nearer than this are merged
 
 
 def repaired(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """The mesh after all safe repairs, and what they were, in words for people; none if nothing was wrong.
+    """The mesh after all safe repairs, and a sentence for each repair; no sentences if nothing was wrong.
 
-    Vertices within 1e-7 diagonals become one; faces that name a vertex twice, repeat another one or have no area go;
-    neighbours agree on what is outside; holes of three edges, and flat ones of four, are filled; surfaces that only
-    touch get vertices of their own; components that are inside out are turned.
+    Vertices within 1e-7 diagonals are merged; faces that name a vertex twice, repeat another face or have no area
+    are removed; neighbours are oriented alike; holes of three edges, and flat ones of four, are filled; surfaces
+    that only touch get vertices of their own; components that are inside out are turned.
 
     Args:
-        mesh: finite vertices [m]; all that faces name is there.
+        mesh: finite vertices [m]; faces name existing vertices only.
     """
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     if not len(faces) or not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
         return mesh, []
-    tolerance = WELD * mesh.diagonal
+    tolerance = WELD_SHARE * mesh.diagonal
     done: list[str] = []
     unused = len(vertices) - len(np.unique(faces))
     if unused:
@@ -50,7 +50,7 @@ def repaired(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def _welded(vertices: Vertices, faces: Faces, tolerance: float, done: list[str]) -> tuple[Vertices, Faces]:
-    """Each vertex goes to the first one within the tolerance that stays: none moves farther than that."""
+    """The mesh with each vertex replaced by the first kept vertex within the tolerance; none moves farther than that."""
     from scipy.spatial import cKDTree
 
     pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
@@ -68,7 +68,7 @@ def _welded(vertices: Vertices, faces: Faces, tolerance: float, done: list[str])
 
 
 def _single(faces: Faces, done: list[str]) -> Faces:
-    """Without faces that name a vertex twice, and without copies of faces."""
+    """The faces without those that name a vertex twice and without copies."""
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     if not proper.all():
         done.append(f"dropped {counted(int((~proper).sum()), 'triangle')} with fewer than three vertices")
@@ -82,7 +82,7 @@ def _single(faces: Faces, done: list[str]) -> Faces:
 
 
 def _agreeing(faces: Faces, done: list[str]) -> Faces:
-    """Neighbours over edges of two faces agree on what is outside; a surface with one side stays as it is."""
+    """The faces turned so that neighbours agree on the outside; a one-sided surface stays as it is."""
     edges = edges_of(faces)
     if not edges.turned.any():
         return faces
@@ -107,9 +107,9 @@ def _agreeing(faces: Faces, done: list[str]) -> Faces:
 
 
 def outwards(mesh: Mesh) -> tuple[Mesh, str | None]:
-    """The mesh with components that are inside out turned, and what was done in words; itself and None if none is.
+    """The mesh with inside-out components turned, and a sentence about it; the mesh itself and None if there are none.
 
-    A mesh whose faces name vertices that are not there, or that is not closed, is left to others to refuse.
+    A mesh that is open, or whose faces name missing vertices, is returned as it is: `require_closed` refuses it.
     """
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     if not len(faces) or not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
@@ -121,7 +121,7 @@ def outwards(mesh: Mesh) -> tuple[Mesh, str | None]:
 
 
 def _outwards(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
-    """Closed components point outwards, cavities inwards."""
+    """The faces turned so that closed components point outwards and cavities inwards."""
     if not len(faces):
         return faces
     edges = edges_of(faces)

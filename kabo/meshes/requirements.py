@@ -1,7 +1,7 @@
-"""What a mesh must be before geometry rests on it: one sentence with counts and the remedy if it is not.
+"""What a mesh must fulfil before geometry relies on it; if it does not, one sentence gives the counts and the remedy.
 
-Two degrees: `require_closed` is what winding numbers need, `require_solid` what a surface needs that is to be changed
-step by step: every edge between two faces that agree, every component the right way round.
+Two levels: `require_closed` is what winding numbers need; `require_solid` is what edge contraction needs: every
+edge between two faces that are oriented alike, every component the right way round.
 """
 
 from collections.abc import Iterable
@@ -9,20 +9,20 @@ from typing import Literal
 
 from kabo.errors import Diagnostic
 from kabo.language.formulas import Place
+from kabo.meshes.counts import counted, listed
 from kabo.meshes.mesh import Mesh, merged
-from kabo.meshes.refusals import EXPORT, require_numbers, unusable
+from kabo.meshes.mesh_errors import EXPORT_HINT, require_numbers, unusable
 from kabo.meshes.soundness import Soundness, examine
 from kabo.meshes.topology import edges_of
-from kabo.meshes.words import counted, listed
 
-LARGE = 5.0  # metres: parts and robots are smaller, and in millimetres nearly all are larger
-SMALLEST = 1e-9  # metres: smaller ones are given in the wrong unit, or are a point
-_CLOSE = "close it, e.g. in MeshLab (Filters, Remeshing, Close Holes)"
-_REPAIR = "try --repair (in Python: load_mesh(…, repair=True))"
+LARGE_EXTENT = 5.0  # [m]: parts and robots are smaller, unless given in millimetres
+MIN_EXTENT = 1e-9  # [m]: a smaller mesh is a point, or given in the wrong unit
+_CLOSE_HINT = "close it, e.g. in MeshLab (Filters, Remeshing, Close Holes)"
+_REPAIR_HINT = "try --repair (in Python: load_mesh(…, repair=True))"
 
 
 def require_closed(mesh: Mesh, place: Place | None = None) -> None:
-    """Nothing, for a mesh whose faces pass every edge as often one way as the other, equal vertices being one.
+    """Raises an error unless a mesh is closed: with equal vertices merged, its edges are passed equally often both ways.
 
     Args:
         mesh: vertices in metres. place: where a file names the mesh; by default the mesh file itself.
@@ -33,7 +33,7 @@ def require_closed(mesh: Mesh, place: Place | None = None) -> None:
     require_numbers(mesh, place)
     _, faces = merged(mesh.vertices, mesh.faces)
     if not len(faces):
-        raise unusable(mesh, place, "has degenerate triangles only and encloses nothing", EXPORT)
+        raise unusable(mesh, place, "has degenerate triangles only and encloses nothing", EXPORT_HINT)
     edges = edges_of(faces)
     open_edges = int((edges.balance != 0).sum())
     if open_edges:
@@ -50,13 +50,13 @@ def require_solid(
     place: Place | None = None,
     repair: bool = False,
 ) -> None:
-    """Nothing, for a mesh that is the surface of solids: closed, a manifold, each component the right way round.
+    """Raises an error unless a mesh bounds solids: closed, a manifold, each component the right way round.
 
     Args:
         mesh: vertices in metres.
-        borders: "keep" lets open borders be.
+        borders: "keep" accepts open borders.
         place: where a file names the mesh; by default the mesh file itself.
-        repair: the safe repairs have been tried already, so that the remedy is another one.
+        repair: whether the safe repairs were tried already; then the remedy does not suggest them.
 
     Raises:
         MeshError: one sentence with all counts, and the remedy.
@@ -64,8 +64,8 @@ def require_solid(
     require_numbers(mesh, place)
     found = examine(mesh)
     if found.faces == 1:
-        raise unusable(mesh, place, "is a single triangle, which encloses nothing", _CLOSE)
-    if found.extent < SMALLEST:
+        raise unusable(mesh, place, "is a single triangle, which encloses nothing", _CLOSE_HINT)
+    if found.extent < MIN_EXTENT:
         raise unusable(mesh, place, f"is only {found.extent:.3g} m large", "scale it to metres")
     faults = list(_faults(found, borders))
     if faults:
@@ -79,13 +79,13 @@ def units_warning(
     named: str | None = None,
     fix: str = "then scale it: `scale: 0.001` in a scene, `--scale 0.001` in a command",
 ) -> Diagnostic | None:
-    """The warning for a mesh that is so large that it may be given in millimetres, with the fix; else None.
+    """A warning, with the fix, if a mesh is so large that it may be given in millimetres; else None.
 
     Args:
-        mesh: vertices in metres. place: where a file names it. named: what people call it. fix: the remedy.
+        mesh: vertices in metres. place: where a file names it. named: its name in the message. fix: the remedy.
     """
     extent = float((mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).max()) if len(mesh.vertices) else 0.0
-    if extent <= LARGE:
+    if extent <= LARGE_EXTENT:
         return None
     named = named or (f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh")
     said = f"{named} is {extent:.4g} m large: is it given in millimetres?"
@@ -94,7 +94,7 @@ def units_warning(
 
 
 def _faults(found: Soundness, borders: str) -> Iterable[str]:
-    """The faults with their counts, the plainest first; they follow `it has`."""
+    """The faults with their counts, the plainest first, each as the end of a sentence that begins with `it has`."""
     if found.repeated:
         yield f"{counted(found.repeated, 'triangle')} naming a vertex twice"
     if found.zero_area:
@@ -115,7 +115,7 @@ def _faults(found: Soundness, borders: str) -> Iterable[str]:
 
 def _remedy(found: Soundness, borders: str, repair: bool) -> str:
     if repair:
-        return f"all that is safe to repair has been repaired; {_CLOSE}"
+        return f"all that is safe to repair has been repaired; {_CLOSE_HINT}"
     if found.borders and borders == "refuse":
-        return f"{_CLOSE}, or {_REPAIR}, which fills holes of three or four edges"
-    return _REPAIR
+        return f"{_CLOSE_HINT}, or {_REPAIR_HINT}, which fills holes of three or four edges"
+    return _REPAIR_HINT

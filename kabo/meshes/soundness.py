@@ -1,4 +1,4 @@
-"""What is wrong with a mesh, as counts: nothing is changed, nothing is refused."""
+"""Counts of the defects of a mesh; the mesh is neither changed nor refused."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ from kabo.meshes.topology import Edges, Mask, components, edges_of, holes, pinch
 
 @dataclass(frozen=True)
 class Soundness:
-    """Counts of all that keeps a mesh from bounding a solid, and of what it consists of.
+    """The sizes of a mesh and the counts of all defects that keep it from bounding a solid.
 
-    Edges, components and areas are counted on the faces that have three different vertices, all there and finite.
+    Edges, components and areas are counted on faces that have three different, existing, finite vertices.
     """
 
     vertices: int
@@ -27,8 +27,8 @@ class Soundness:
     borders: int  # edges of one face
     holes: int  # loops of such edges
     crowded: int  # edges of three faces or more
-    unbalanced: int  # edges where as many faces do not lead one way as the other: 0 on a closed surface
-    turned: int  # edges of two faces that do not agree on what is outside
+    unbalanced: int  # edges not passed equally often in both directions: 0 on a closed surface
+    turned: int  # edges between two faces of opposite orientation
     pinched: int  # vertices where surfaces touch
     components: int
     inside_out: int  # closed components that are turned inside out
@@ -36,12 +36,12 @@ class Soundness:
 
     @property
     def is_closed(self) -> bool:
-        """Whether every edge is passed as often one way as the other: winding numbers are whole."""
+        """Whether every edge is passed equally often in both directions, so that winding numbers are whole."""
         return self.faces > 0 and not (self.not_finite or self.out_of_range or self.unbalanced)
 
 
 def examine(mesh: Mesh) -> Soundness:
-    """The counts of all that may be wrong with a mesh."""
+    """The counts of all defects of a mesh."""
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64).reshape(-1, 3)
     finite = np.asarray(np.isfinite(vertices).all(axis=1))
     present = np.asarray(((faces >= 0) & (faces < len(vertices))).all(axis=1))
@@ -79,7 +79,7 @@ def turned_components(vertices: Vertices, faces: Faces, edges: Edges, component:
 
 
 def closed_components(edges: Edges, component: Faces) -> Mask:
-    """(C,) which components have no edge that is passed more often one way than the other."""
+    """(C,) which components are closed: all their edges are passed equally often in both directions."""
     closed = np.ones(int(component.max()) + 1, dtype=bool)
     open_sides = np.flatnonzero(edges.balance[edges.of_side] != 0)
     closed[component[open_sides // 3]] = False
@@ -87,7 +87,7 @@ def closed_components(edges: Edges, component: Faces) -> Mask:
 
 
 def flat(vertices: Vertices, faces: Faces) -> Mask:
-    """(F,) faces whose area cannot be told from 0 in the precision of their coordinates."""
+    """(F,) which faces have an area that is 0 within the precision of their coordinates."""
     if not len(faces):
         return np.zeros(0, dtype=bool)
     corners = vertices[faces]

@@ -1,4 +1,4 @@
-"""Which edges faces share, and what hangs together over them: the shape of a mesh without its coordinates."""
+"""The connectivity of a mesh: which edges its faces share, and which faces are connected through them."""
 
 from dataclasses import dataclass
 
@@ -12,13 +12,13 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Edges:
-    """The edges of a mesh; side 3f + k of it leads from corner k of face f to the next."""
+    """The edges of a mesh; side 3f + k leads from corner k of face f to its next corner."""
 
     ends: Faces  # (E, 2) the lower vertex first
-    of_side: Faces  # (3F,) which edge a side is
-    forward: Mask  # (3F,) whether it leads from the lower vertex to the higher
+    of_side: Faces  # (3F,) the edge of each side
+    forward: Mask  # (3F,) whether a side leads from the lower vertex to the higher
     count: Faces  # (E,) sides on each edge
-    balance: Faces  # (E,) those that lead forward less those that lead backward: 0 on a closed surface
+    balance: Faces  # (E,) forward sides minus backward sides: 0 on a closed surface
 
     @property
     def border(self) -> Mask:
@@ -33,7 +33,7 @@ class Edges:
 
     @property
     def turned(self) -> Mask:
-        """(E,) edges of two faces that do not agree which side is outside."""
+        """(E,) edges between two faces of opposite orientation."""
         unequal: Mask = (self.count == 2) & (self.balance != 0)
         return unequal
 
@@ -52,7 +52,7 @@ def edges_of(faces: Faces) -> Edges:
 
 
 def neighbours(edges: Edges, chosen: Mask) -> tuple[Faces, Faces]:
-    """Pairs of sides on the same edge, for the chosen edges (E,): each side with the next one on its edge."""
+    """Pairs of consecutive sides on the same edge, for the chosen edges (E,)."""
     order = np.argsort(edges.of_side, kind="stable")
     first, second = order[:-1], order[1:]
     same = (edges.of_side[first] == edges.of_side[second]) & chosen[edges.of_side[first]]
@@ -60,7 +60,7 @@ def neighbours(edges: Edges, chosen: Mask) -> tuple[Faces, Faces]:
 
 
 def labels(size: int, first: Faces, second: Faces) -> Faces:
-    """(size,) for each of some things the number of the group that the pairs join it to."""
+    """(size,) the number of the connected component of each node; the pairs are the links."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -76,7 +76,7 @@ def components(edges: Edges, count: int) -> Faces:
 
 
 def fans(faces: Faces, edges: Edges, first: Faces, second: Faces) -> Faces:
-    """(3F,) for each corner the fan of faces around its vertex, where faces hang together over pairs of sides."""
+    """(3F,) the number of the fan that each corner belongs to: faces around a vertex, connected over pairs of sides."""
     here = [_corners(first, edges, low) for low in (True, False)]
     there = [_corners(second, edges, low) for low in (True, False)]
     return labels(faces.size, np.concatenate(here), np.concatenate(there))
@@ -97,13 +97,13 @@ def fans_around(faces: Faces, fan: Faces) -> Faces:
 
 
 def pinched(faces: Faces, edges: Edges) -> int:
-    """How many vertices join fans of faces that share no edge there."""
+    """How many vertices belong to several fans of faces, which share no edge there."""
     fan = fans(faces, edges, *neighbours(edges, np.ones(len(edges.ends), dtype=bool)))
     return int((fans_around(faces, fan) > 1).sum())
 
 
 def repeating(faces: Faces) -> Mask:
-    """(F,) faces on the same three vertices, in the same order, as an earlier one."""
+    """(F,) which faces have the same three vertices as an earlier one, in the same cyclic order."""
     again = np.zeros(len(faces), dtype=bool)
     size = int(faces.max()) + 1 if len(faces) else 1
     if size < 1 << 21:  # then three indices fit into one number, which is sorted many times faster

@@ -1,7 +1,7 @@
-"""Mesh files of full precision: written under a temporary name, read back, compared bit by bit, then renamed.
+"""Writes mesh files in full precision: under a temporary name, read back, compared bit by bit, then renamed.
 
-A bound that is proven in double precision is lost in single precision: a vertex that is rounded inwards uncovers
-what it covered. So formats of single precision (STL, GLB) are refused.
+A bound that is proven in double precision is lost in single precision: a vertex that is rounded inwards no longer
+covers what it covered. So formats of single precision (STL, GLB) are refused.
 """
 
 import os
@@ -16,11 +16,10 @@ from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.reading import pieces
 
 Piece = tuple[str, Vertices, Faces]
-WRITTEN = (".off", ".ply", ".obj")
 
 
 def write_off(path: str | Path, vertices: Vertices, faces: Faces) -> None:
-    """Writes one mesh as plain triangles with 17 digits, whole or not at all.
+    """Writes one mesh as an OFF file of plain triangles with 17 digits, atomically.
 
     Args:
         path: the file, whose ending is `.off`. vertices: (V, 3) [m]. faces: (F, 3).
@@ -79,7 +78,8 @@ def require_written(path: Path) -> None:
 
 
 def _refused(path: Path, said: str) -> InputError:
-    instead = f"write {path.stem or 'mesh'}.off, .ply or .obj instead"
+    first, *others, last = WRITTEN
+    instead = f"write {path.stem or 'mesh'}{', '.join((first, *others))} or {last} instead"
     return InputError([Diagnostic(str(path), 1, 1, said, instead)])
 
 
@@ -124,11 +124,13 @@ def _ply(named: Sequence[Piece]) -> bytes:
     return ("\n".join(head) + "\n").encode() + vertices.astype("<f8").tobytes() + rows.tobytes()
 
 
-_WRITERS: dict[str, Callable[[Sequence[Piece]], bytes]] = {".off": _off, ".obj": _obj, ".ply": _ply}
+# The formats that kabo writes, by the ending of their files: all keep doubles whole, and `pieces` reads them back.
+_WRITERS: dict[str, Callable[[Sequence[Piece]], bytes]] = {".off": _off, ".ply": _ply, ".obj": _obj}
+WRITTEN = tuple(_WRITERS)
 
 
 def _compare(data: bytes, path: Path, named: Sequence[Piece]) -> None:
-    """Raises KaboError unless a reader that is not ours finds the same corners of the same triangles, bit by bit."""
+    """Raises KaboError unless an independent reader finds the same triangles with the same coordinates, bit by bit."""
     read = pieces(data, path.suffix.lower()[1:])
     expected = np.concatenate([vertices[faces] for _, vertices, faces in named])
     found = np.concatenate([vertices[faces] for vertices, faces in read]) if read else np.empty((0, 3, 3))

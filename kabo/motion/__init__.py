@@ -1,7 +1,7 @@
-"""Motion: paths of joints from one configuration to another, shortened and timed.
+"""Motion: joint paths from one configuration to another, shortened and timed.
 
-Everything is told what is free by a function and derives every random number from a key: it knows no robots,
-meshes or goals.
+Callers pass a function that says what is free, and a key that all random numbers follow from: the room knows no
+robots, meshes or goals.
 """
 
 from kabo.lazy import lazy_names

@@ -3,9 +3,9 @@ from kabo.motion.blending import blended as blended
 from kabo.motion.blending import thinned as thinned
 from kabo.motion.edges import FreeConfigurations as FreeConfigurations
 from kabo.motion.edges import FreeSegment as FreeSegment
-from kabo.motion.ramps import passed as passed
+from kabo.motion.ramps import from_rest_to_rest as from_rest_to_rest
 from kabo.motion.ramps import trapezoid as trapezoid
-from kabo.motion.rrt_connect import Blocked as Blocked
+from kabo.motion.rrt_connect import NoPath as NoPath
 from kabo.motion.rrt_connect import connect as connect
 from kabo.motion.shortcuts import shortcut as shortcut
 from kabo.motion.time_optimal import fastest as fastest

@@ -1,10 +1,10 @@
-"""Paths with rounded corners: each corner becomes a parabola, and parabolas of near corners add up.
+"""Paths with rounded corners: each corner becomes a parabola; parabolas of close corners may overlap, and add up.
 
-Such a path can be followed without stopping [Kunz, Stilman 2012]. A path of straight pieces is its first direction and
-the turns d_i at its corners s_i, p(s) = p_0 + s u_0 + sum of d_i max(0, s - s_i). Here every max(0, s - s_i) is
-replaced by the parabola (s - s_i + a_i)^2 / 4 a_i between s_i - a_i and s_i + a_i. With one corner that is the blend of
-trim a_i; where the trims of several reach over each other it still has a direction that does not jump, so a sharp
-corner between short pieces, which bend little themselves, has all the room up to where the motion rests.
+Such a path can be followed without stopping [Kunz, Stilman 2012]. A path of straight pieces is its first direction
+and the turns d_i at its corners s_i, p(s) = p_0 + s u_0 + sum of d_i max(0, s - s_i). Here every max(0, s - s_i)
+is replaced by the parabola (s - s_i + a_i)^2 / 4 a_i between s_i - a_i and s_i + a_i. A single corner gives the
+usual blend of trim a_i; where several trims overlap the direction is still continuous, so the blend of a sharp
+corner between short, gently bending pieces may extend to the nearest corner where the motion stops.
 
 Way points that lie on a line within a small tolerance are dropped first.
 """
@@ -18,20 +18,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
 
-NOTHING = 1e-9  # rad: shorter pieces are none
-ROUNDING = 1e-12  # rad: of a point on the path
-GENTLE = (
-    0.6  # norm of a turn: corners that turn less get no longer trims; they would take the room of sharper ones
-)
-LEAST, MOST = 0.5, 0.98  # how much trims shrink at once where the path is too far from its corners
+MIN_PIECE_LENGTH = 1e-9  # [rad, L2]: shorter pieces are dropped
+POINT_ROUNDING = 1e-12  # [rad] of a point on the path
+# Norm of a turn: gentler corners get the trims of this turn, or they would take the room of sharper ones.
+GENTLE_TURN = 0.6
+# Factors by which trims shrink in one step, where the path is too far from its corners.
+MIN_SHRINKING, MAX_SHRINKING = 0.5, 0.98
 
 
 @dataclass(frozen=True)
 class Blended:
-    """A path by length: `corners` (m, n), and how far before and after each the path leaves the straight pieces.
+    """A path by length: `corners` (m, n), and how far before and after each corner its blend extends.
 
-    `trims` (m,) are 0 at both ends and where the path stops at the corner. They may reach over other corners, but not
-    over one where the path stops.
+    `trims` (m,) are 0 at both ends and where the path stops at the corner. They may extend over other corners, but
+    not over one where the path stops.
     """
 
     corners: Array
@@ -44,30 +44,32 @@ class Blended:
 
     @cached_property
     def places(self) -> Array:
-        """Where on the path each corner is (m,): in the middle of its blend."""
+        """The parameter of each corner (m,): the middle of its blend."""
         return np.concatenate([[0.0], np.cumsum(self.directions[1])])
 
     @property
     def length(self) -> float:
-        """The length of the parameter: that of the straight pieces."""
+        """The greatest parameter: the length of the straight pieces."""
         return float(self.places[-1])
 
     @cached_property
     def borders(self) -> Array:
-        """Where blends begin and end, with both ends of the path, and where it stops."""
+        """The parameters where blends begin and end, both ends of the path, and the corners where it stops."""
         inner, trims = self.places[1:-1], self.trims[1:-1]
         found = np.concatenate([inner - trims, inner + trims, self.places[[0, -1]]])
         found = np.unique(np.clip(found, 0.0, self.length))
-        kept = found[np.concatenate([[True], np.diff(found) > NOTHING])]  # what rounding leaves of a piece is none
+        kept = found[
+            np.concatenate([[True], np.diff(found) > MIN_PIECE_LENGTH])
+        ]  # what rounding leaves of a piece is none
         return np.append(kept[:-1], self.length)
 
     def corner(self, number: int) -> float:
-        """The place on the path that belongs to a corner: the middle of its blend."""
+        """The parameter of one corner: the middle of its blend."""
         return float(self.places[number])
 
     @cached_property
     def _pieces(self) -> tuple[Array, Array, Array]:
-        """The path q0, q', q'' (k, n) where each of the k pieces between borders begins."""
+        """Position, first and second derivative (k, n) at the beginning of each of the k pieces between borders."""
         begins, ends = self.borders[:-1], self.borders[1:]
         units, _ = self.directions
         turns = np.diff(units, axis=0)
@@ -83,7 +85,7 @@ class Blended:
         return q0, units[0] + slopes @ turns, np.where(inside, 0.5 / wide, 0.0) @ turns
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
-        """The path (…, n) at places along it, or its first or second derivative."""
+        """The path (…, n), or its first or second derivative, at parameters."""
         q0, q1, q2 = self._pieces
         s = np.asarray(places, np.float64)
         k = np.clip(np.searchsorted(self.borders, s, side="right") - 1, 0, len(q0) - 1)
@@ -93,7 +95,7 @@ class Blended:
         return np.asarray(q1[k] + ds * q2[k] if order == 1 else q2[k])
 
     def straight(self, places: ArrayLike) -> Array:
-        """The points (…, n) of the straight pieces that belong to places on the path."""
+        """The points (…, n) of the straight pieces at parameters."""
         units, _ = self.directions
         s = np.asarray(places, np.float64)
         k = np.clip(np.searchsorted(self.places, s, side="right") - 1, 0, len(units) - 1)
@@ -101,9 +103,9 @@ class Blended:
 
     @cached_property
     def deviations(self) -> tuple[Array, Array]:
-        """Places (k + 1,), and a bound for each of the k pieces between them of how far the path is from the straight one.
+        """Parameters (k + 1,), and for each of the k pieces between them a bound of its distance from the straight pieces.
 
-        The difference of the two is a quadratic on each piece, so within its three control points.
+        The difference of both is quadratic on each piece, so within the hull of its three control points.
         """
         cuts = np.unique(np.concatenate([self.borders, self.places]))
         low, high = cuts[:-1], cuts[1:]
@@ -118,35 +120,40 @@ class Blended:
 def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None) -> Blended:
     """The path along corners (m, n) that stays by `deviation` [rad, L2] or less from the straight pieces.
 
-    Each point of the one is so near to the point of the other at the same length.
+    The bound holds for points at the same parameter.
 
     Args:
-        corners: at least two, neighbours apart.
+        corners: at least two; neighbours differ.
         deviation: how far the path may be from the straight pieces.
-        shares: (m,) of the trim that each corner would have alone; 0: the path goes through it, and stops there.
+        shares: (m,) of the trim that each corner would have alone; 0: the path goes through the corner, and stops
+        there.
     """
     points = np.array(corners, np.float64)
-    if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= NOTHING:
+    if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= MIN_PIECE_LENGTH:
         raise ValueError("a path needs two corners, and neighbours that differ")
     units, lengths = _directions(points)
     bend = np.linalg.norm(np.diff(units, axis=0), axis=1)  # a parabola passes by its corner at trim * bend / 4
     wanted = np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
     places = np.concatenate([[0.0], np.cumsum(lengths)])
     rests = np.concatenate([[True], wanted <= 0.0, [True]])
-    trims = np.minimum(_room(places, rests), 4.0 * deviation / np.maximum(bend, GENTLE)) * wanted
+    trims = np.minimum(_room(places, rests), 4.0 * deviation / np.maximum(bend, GENTLE_TURN)) * wanted
     while True:
         path = Blended(points, np.concatenate([[0.0], trims, [0.0]]))
         cuts, away = path.deviations
-        over = away > deviation * (1.0 + 1e-9) + ROUNDING
+        over = away > deviation * (1.0 + 1e-9) + POINT_ROUNDING
         if not over.any():
             return path
         reached = (cuts[:-1] < (places[1:-1] + trims)[:, None]) & (cuts[1:] > (places[1:-1] - trims)[:, None])
         worst = np.where(reached & over, away, 0.0).max(axis=1)
-        trims = trims * np.where(worst > 0.0, np.clip(deviation / np.maximum(worst, NOTHING), LEAST, MOST), 1.0)
+        trims = trims * np.where(
+            worst > 0.0,
+            np.clip(deviation / np.maximum(worst, MIN_PIECE_LENGTH), MIN_SHRINKING, MAX_SHRINKING),
+            1.0,
+        )
 
 
 def _room(places: Array, rests: NDArray[np.bool_]) -> Array:
-    """How far each inner corner is from where the path rests, on the nearer side."""
+    """The distance of each inner corner from the nearest corner where the path stops."""
     stops = places[rests]
     inner = places[1:-1]
     k = np.clip(np.searchsorted(stops, inner, side="right"), 1, len(stops) - 1)
@@ -160,7 +167,7 @@ def _directions(points: Array) -> tuple[Array, Array]:
 
 
 def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:
-    """The numbers of the way points (m, n) that are needed: the path along them is `tolerance` [L2] from each other.
+    """The indices of the way points (m, n) to keep; all others lie within `tolerance` [L2] of the path along these.
 
     [Douglas, Peucker 1973]; the first and the last are kept.
     """
@@ -180,7 +187,7 @@ def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:
 
 
 def _distances(points: Array, start: Array, end: Array) -> Array:
-    """The distances (k,) of points (k, n) from a straight piece."""
+    """The distances (k,) of points (k, n) from a segment."""
     way = end - start
     square = float(way @ way)
     shares = np.zeros(len(points)) if square == 0.0 else np.clip((points - start) @ way / square, 0.0, 1.0)

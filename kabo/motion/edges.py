@@ -1,7 +1,7 @@
-"""Pieces of a path and what may block them: cheap configuration checks first, then the proof of the whole piece.
+"""Edges of a path: tested at some configurations first, which is cheap, then proven free as a whole.
 
-Most edges of a tree are blocked, and one colliding pose settles them: a proof of every edge then costs little more
-than sampling would [docs/decisions/001-kernels.md].
+Most edges of a tree are blocked, and a single colliding configuration shows it: so proving all the others costs
+little more than sampling them would [docs/decisions/001-kernels.md].
 """
 
 from collections import Counter
@@ -12,18 +12,18 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 
-FreeSegment = Callable[[Array, Array], int]  # -1: proven free; else the number of what is hit
+FreeSegment = Callable[[Array, Array], int]  # -1: proven free; else the number of the pair that is hit
 FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as above
 Projection = Callable[[Array], Array | None]  # pulls a configuration onto a constraint
 
-SPACING = 0.4  # between configurations that are looked at before the proof [rad, L2]
-STEP = 0.15  # the longest edge under a constraint: a longer chord would leave it
-DECIMALS = 9  # plans store as many: what is proven is what is stored
+CHECK_SPACING = 0.4  # [rad, L2] between configurations that are checked before the proof
+MAX_CONSTRAINED_STEP = 0.15  # [rad, L2] the longest edge under a constraint: a longer chord would leave it
+STORED_DECIMALS = 9  # of joint values in plans: what is proven is what is stored
 
 
 @dataclass(frozen=True)
-class Space:
-    """Where a path may run: what is free, and under a constraint the way back onto it. Counts what was hit."""
+class FreeSpace:
+    """The free space of a path search, with the projection onto its constraint, if any; counts the pairs that were hit."""
 
     free_segment: FreeSegment
     free_configurations: FreeConfigurations | None
@@ -31,29 +31,29 @@ class Space:
     hits: Counter[int] = field(default_factory=Counter)
 
     def is_free(self, q0: Array, q1: Array) -> bool:
-        """Whether the straight piece from q0 to q1 is proven free; q0 is known to be."""
-        hit = self.hit_seen(q0, q1)
+        """Whether the straight edge from q0 to q1 is proven free; q0 is known to be free."""
+        hit = self.sampled_hit(q0, q1)
         if hit < 0:
             hit = self.free_segment(q0, q1)
         if hit >= 0:
             self.hits[int(hit)] += 1
         return hit < 0
 
-    def hit_seen(self, q0: Array, q1: Array) -> int:
-        """What a cheap look at configurations on the piece finds, or -1."""
+    def sampled_hit(self, q0: Array, q1: Array) -> int:
+        """The first pair hit at sampled configurations of the edge, or -1."""
         if self.free_configurations is None:
             return -1
-        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / SPACING))):
+        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / CHECK_SPACING))):
             found = self.free_configurations(q0 + level[:, None] * (q1 - q0))
             if np.any(found >= 0):
                 return int(found[found >= 0][0])
         return -1
 
-    def advanced(self, start: Array, target: Array, reach: float) -> list[Array]:
-        """Way points after `start` of a proven path towards the target, `reach` long [rad] or less; maybe none.
+    def extend(self, start: Array, target: Array, reach: float) -> list[Array]:
+        """The way points after `start` of a proven path towards the target, at most `reach` [rad] long; possibly none.
 
-        Without a constraint it is one straight piece. With one, it is small steps, each pulled back onto the
-        constraint, as long as they come nearer to the target.
+        Without a constraint the path is one straight edge. With one it consists of small steps, each projected
+        onto the constraint, as long as they come nearer to the target.
         """
         if self.projection is None:
             end = stepped(start, target, reach)
@@ -61,7 +61,7 @@ class Space:
         way: list[Array] = []
         here, left = start, reach
         while left > 0.0:
-            there = self.pulled(stepped(here, target, min(STEP, left)), here, target)
+            there = self.projected_step(stepped(here, target, min(MAX_CONSTRAINED_STEP, left)), here, target)
             if there is None or not self.is_free(here, there):
                 break
             way.append(there)
@@ -71,30 +71,30 @@ class Space:
                 break
         return way
 
-    def pulled(self, q: Array, here: Array, target: Array) -> Array | None:
-        """The step to q, pulled onto the constraint; None if it leads nowhere: too far aside, or no nearer."""
+    def projected_step(self, q: Array, here: Array, target: Array) -> Array | None:
+        """The step to q, projected onto the constraint; None if it ends too far away, or no nearer to the target."""
         if np.array_equal(q, target):
             return q
         found = self.projection(q) if self.projection else q
         if found is None:
             return None
-        found = np.round(found, DECIMALS)
+        found = np.round(found, STORED_DECIMALS)
         nearer = np.linalg.norm(target - found) < np.linalg.norm(target - here) - 1e-3
-        return found if nearer and np.linalg.norm(found - here) <= 2.0 * STEP else None
+        return found if nearer and np.linalg.norm(found - here) <= 2.0 * MAX_CONSTRAINED_STEP else None
 
 
 def stepped(start: Array, target: Array, reach: float) -> Array:
-    """The target, if it is within reach of the start, else the point towards it at that distance, rounded."""
+    """The target if it lies within `reach` of the start, else the point at that distance towards it, rounded."""
     away = float(np.linalg.norm(target - start))
     if away <= reach:
         return target
-    return np.round(start + (reach / away) * (target - start), DECIMALS)
+    return np.round(start + (reach / away) * (target - start), STORED_DECIMALS)
 
 
 def dyadic_levels(pieces: int) -> list[Array]:
-    """Shares of a segment in the order in which to look: end, middle, quarters … until `pieces` are done.
+    """Fractions of a segment in the order in which to check them: end, middle, quarters … until there are `pieces`.
 
-    Each level is one array, so that one call looks at it.
+    Each level is one array, for one call of the kernel.
     """
     levels, count = [np.ones(1)], 1
     while count < pieces:

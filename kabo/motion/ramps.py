@@ -1,23 +1,24 @@
-"""From rest to rest along a straight piece of joint space: even acceleration, the greatest speed, even deceleration.
+"""Trapezoidal velocity profiles from rest to rest along a straight segment of joint space.
 
-Times are kept for way points only, and between them a robot goes evenly [docs/plans.md]; so the ramps are given by way
-points of their own, at equal times. The mean speed between two of them is never above the speed in the profile.
+Plans keep times of way points only, and between them a robot moves at constant speed [docs/plans.md]; so both
+ramps consist of way points of their own, at equal times. The mean speed between two of them is never above the
+speed in the profile.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
-from kabo.motion.timing import TICK
+from kabo.motion.timing import TIME_STEP
 
-STEPS = 4  # way points of a ramp
-NOTHING = 1e-10  # rad or m: plans keep nine digits
+RAMP_WAYPOINTS = 4  # in the acceleration, and in the deceleration
+MIN_CHANGE = 1e-10  # [rad or m]: plans keep nine decimals
 
 
 def trapezoid(
-    start: ArrayLike, end: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, steps: int = STEPS
+    start: ArrayLike, end: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, steps: int = RAMP_WAYPOINTS
 ) -> tuple[Array, Array]:
-    """Shares of the way (m,) from 0 to 1, and the times [s] at which they are passed, as fast as the limits allow.
+    """Fractions of the segment (m,) from 0 to 1, and their times [s], as fast as the limits allow.
 
     Args:
         start, end: (n,) [rad or m], different.
@@ -28,7 +29,7 @@ def trapezoid(
         ValueError: nothing moves, or a joint that moves has no positive limit.
     """
     way = np.abs(np.asarray(end, float) - np.asarray(start, float))
-    moved = way > NOTHING
+    moved = way > MIN_CHANGE
     fastest, hardest = np.asarray(velocity, float)[moved], np.asarray(acceleration, float)[moved]
     if not moved.any() or not (np.all(fastest > 0.0) and np.all(hardest > 0.0)):
         raise ValueError("a piece of motion needs a length, and limits above 0 for the joints that move")
@@ -45,8 +46,8 @@ def trapezoid(
     return shares, times
 
 
-def passed(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Array, Array]:
-    """Denser way points (k, n) of a path, and their times (k,) [s] in whole microseconds: it rests at every corner.
+def from_rest_to_rest(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Array, Array]:
+    """Denser way points (k, n) of a path that rests at every corner, and their times (k,) [s] in whole microseconds.
 
     Args:
         waypoints: (m, n), neighbours apart.
@@ -61,6 +62,6 @@ def passed(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -
         shares, own = trapezoid(a, b, velocity, acceleration)
         rows.append(a + shares[1:, None] * (b - a))
         rows[-1][-1] = b
-        steps = np.maximum(1, np.ceil(np.diff(own) / TICK + 1e-3)).astype(np.int64)
-        times.append(times[-1][-1] + np.cumsum(steps) * TICK)
+        steps = np.maximum(1, np.ceil(np.diff(own) / TIME_STEP + 1e-3)).astype(np.int64)
+        times.append(times[-1][-1] + np.cumsum(steps) * TIME_STEP)
     return np.vstack(rows), np.asarray(np.round(np.concatenate(times), 6), np.float64)

@@ -1,6 +1,6 @@
 """RRT-Connect: two trees of proven edges, grown towards random configurations and towards each other.
 
-[Kuffner, LaValle 2000]; under a constraint each step is pulled back onto it [Berenson et al. 2009, K 5.2.3].
+[Kuffner, LaValle 2000]; under a constraint each step is projected onto it [Berenson et al. 2009, K 5.2.3].
 """
 
 from collections import Counter
@@ -11,22 +11,22 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, seeds, stream_key
-from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, Projection, Space
+from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
-RANGE = 1.0  # the longest extension of a tree [rad, L2]
-RESTART = 3000  # samples after which new trees are started: run times have a heavy tail
+MAX_EXTENSION = 1.0  # [rad, L2] of a tree by one step
+RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run times have a heavy tail
 
 
 @dataclass(frozen=True)
-class Blocked:
-    """No path within the budget: how often each numbered thing was hit, and the samples spent."""
+class NoPath:
+    """No path was found within the budget: how often each pair was hit, and the samples spent."""
 
     hits: Counter[int]
     samples: int
 
 
 class _Tree:
-    """Configurations with their parents, the root first; nearest by linear search, the lowest index of equals."""
+    """Configurations with their parents, the root first; nearest neighbours by linear search, ties to the lowest index."""
 
     def __init__(self, root: Array) -> None:
         self.nodes = np.empty((64, len(root)))
@@ -34,7 +34,7 @@ class _Tree:
         self.parents = [-1]
 
     def add(self, parent: int, way: list[Array]) -> int:
-        """Appends a chain of way points to a node; the number of the last one."""
+        """Appends a chain of way points to a node; returns the index of the last one."""
         for q in way:
             if len(self.parents) == len(self.nodes):
                 self.nodes = np.concatenate([self.nodes, np.empty_like(self.nodes)])
@@ -44,7 +44,7 @@ class _Tree:
         return parent
 
     def nearest(self, q: Array) -> int:
-        """The number of the node nearest to q."""
+        """The index of the node nearest to q."""
         away = self.nodes[: len(self.parents)] - q
         return int(np.argmin(np.einsum("ij,ij->i", away, away)))
 
@@ -68,20 +68,21 @@ def connect(
     *,
     samples: int,
     projection: Projection | None = None,
-    restart: int = RESTART,
-) -> Array | Blocked:
-    """Way points (m, n) from start to goal, every piece between them proven free, or what was in the way.
+    restart: int = RESTART_SAMPLES,
+) -> Array | NoPath:
+    """Way points (m, n) from start to goal, every segment between them proven free, or `NoPath`.
 
     The straight segment is tried first. The answer depends on the arguments only.
 
     Args:
         start, goal: (n,) within the limits; under a constraint they fulfil it.
-        free_segment: proves a straight piece, constraint included: -1, or the number of what is hit.
-        free_configurations: the cheap look at (N, n) configurations before the proof, the same numbers.
+        free_segment: proves a straight segment free and within the constraint: -1, or the number of the pair that
+        is hit.
+        free_configurations: checks (N, n) configurations before the proof, which is cheaper; the same numbers.
         lower, upper: (n,) finite bounds of the samples.
         key: of the random numbers.
-        samples: the budget.
-        projection: pulls a configuration onto the constraint that the path keeps; None if there is none.
+        samples: how many may be drawn in all.
+        projection: moves a configuration onto the constraint that the path keeps; None if there is no constraint.
         restart: samples after which new trees are started.
 
     Raises:
@@ -91,10 +92,10 @@ def connect(
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     if not low.shape == high.shape == ends[0].shape or not np.all(np.isfinite([*ends, low, high])):
         raise ValueError("start, goal and limits must be finite and of one shape")
-    space = Space(free_segment, free_configurations, projection)
+    space = FreeSpace(free_segment, free_configurations, projection)
     for found in free_configurations(ends):
         if found >= 0:
-            return Blocked(Counter({int(found): 1}), 0)
+            return NoPath(Counter({int(found): 1}), 0)
     if space.is_free(ends[0], ends[1]):
         return ends
     spent = 0
@@ -104,19 +105,19 @@ def connect(
         spent += used
         if way is not None:
             return np.array(way)
-    return Blocked(space.hits, spent)
+    return NoPath(space.hits, spent)
 
 
 def _grow(
-    ends: Array, space: Space, low: Array, high: Array, key: Key, budget: int
+    ends: Array, space: FreeSpace, low: Array, high: Array, key: Key, budget: int
 ) -> tuple[list[Array] | None, int]:
-    """Way points of a path and the samples used, or None and the whole budget."""
+    """The way points of a path, or None, and the number of samples drawn."""
     trees = _Tree(ends[0]), _Tree(ends[1])
-    drawn = np.round(seeds(low, high, key, 0, budget), DECIMALS)
+    drawn = np.round(seeds(low, high, key, 0, budget), STORED_DECIMALS)
     for number in range(budget):
         first, second = (trees[0], trees[1]) if number % 2 == 0 else (trees[1], trees[0])
         near = first.nearest(drawn[number])
-        way = space.advanced(first.nodes[near], drawn[number], RANGE)
+        way = space.extend(first.nodes[near], drawn[number], MAX_EXTENSION)
         if not way:
             continue
         node = first.add(near, way)
@@ -128,11 +129,11 @@ def _grow(
     return None, budget
 
 
-def _reach(tree: _Tree, space: Space, target: Array) -> int | None:
-    """Grows a tree towards a configuration until it is there (its node) or blocked (None)."""
+def _reach(tree: _Tree, space: FreeSpace, target: Array) -> int | None:
+    """Grows a tree towards a configuration; returns the node that reached it, or None if an edge was blocked."""
     node = tree.nearest(target)
     while not np.array_equal(tree.nodes[node], target):
-        way = space.advanced(tree.nodes[node], target, RANGE)
+        way = space.extend(tree.nodes[node], target, MAX_EXTENSION)
         if not way:
             return None
         node = tree.add(node, way)

@@ -1,6 +1,6 @@
-"""Shortcuts: random pairs of points along a path are joined directly where that is proven free.
+"""Shortcuts: random pairs of points along a path are connected directly where this is proven free.
 
-[Geraerts, Overmars 2007]. Every piece of the result is proven as it stands, the remainders of cut pieces too.
+[Geraerts, Overmars 2007]. Every segment of the result is proven, remainders of cut segments too.
 """
 
 import numpy as np
@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, uniform
-from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, Projection, Space
+from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
-GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its proof
+MIN_GAIN = 1e-3  # [rad, L2] that a shortcut must save: less is not worth its proof
 
 
 def shortcut(
@@ -23,18 +23,18 @@ def shortcut(
     projection: Projection | None = None,
     patience: int | None = None,
 ) -> Array:
-    """A path (m, n) with the same ends, never longer (L2), whose every new piece is proven free.
+    """A path (m, n) with the same ends that is no longer (L2) and whose new segments are all proven free.
 
     Args:
-        waypoints: (k, n), each piece proven free.
+        waypoints: (k, n), each segment proven free.
         free_segment, projection: as for `connect`.
         key: of the random numbers; attempt i depends on (key, i) and the path before it only.
         attempts: how many pairs are tried.
-        free_configurations: the cheap look before each proof, if there is one.
-        patience: how many attempts in a row may be in vain; None: any number.
+        free_configurations: as for `connect`; None: no check before the proof.
+        patience: how many attempts in a row may fail; None: any number.
     """
     path = np.array(waypoints, np.float64)
-    space, vain = Space(free_segment, free_configurations, projection), 0
+    space, vain = FreeSpace(free_segment, free_configurations, projection), 0
     for attempt in range(attempts):
         if len(path) < 3 or (patience is not None and vain >= patience):
             break
@@ -50,14 +50,14 @@ def length(waypoints: Array) -> float:
     return float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
 
 
-def _shortened(path: Array, share0: float, share1: float, space: Space) -> Array | None:
-    """The path with the part between two shares of its length replaced; None if that is blocked or no gain."""
+def _shortened(path: Array, share0: float, share1: float, space: FreeSpace) -> Array | None:
+    """The path with a shortcut between two fractions of its length; None if it is blocked or saves too little."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     (i, a), (j, b) = (_point(path, lengths, share * lengths[-1]) for share in (share0, share1))
     if i == j or lengths[-1] == 0.0:
         return None
     saved = (share1 - share0) * lengths[-1] - float(np.linalg.norm(b - a))
-    if saved < GAIN:
+    if saved < MIN_GAIN:
         return None
     between = _way(a, b, space)
     if between is None:
@@ -70,28 +70,28 @@ def _shortened(path: Array, share0: float, share1: float, space: Space) -> Array
     return found if whole else None
 
 
-def _way(a: Array, b: Array, space: Space) -> list[Array] | None:
-    """Way points after a of a proven path to b: straight, or pulled onto the constraint; None if blocked."""
+def _way(a: Array, b: Array, space: FreeSpace) -> list[Array] | None:
+    """The way points after a of a proven path to b, straight or along the constraint; None if blocked."""
     if space.is_free(a, b):
         return [b]
     if space.projection is None:
         return None
-    way = space.advanced(a, b, 2.0 * float(np.linalg.norm(b - a)))
+    way = space.extend(a, b, 2.0 * float(np.linalg.norm(b - a)))
     return way if way and np.array_equal(way[-1], b) else None
 
 
 def _point(path: Array, lengths: Array, at: float) -> tuple[int, Array]:
-    """The piece of the path at a length along it, and the rounded point there."""
+    """The index of the segment at a length along the path, and the rounded point there."""
     i = min(int(np.searchsorted(lengths, at, side="right")) - 1, len(path) - 2)
     piece = lengths[i + 1] - lengths[i]
     share = (at - lengths[i]) / piece if piece > 0.0 else 0.0
     if share <= 0.0 or share >= 1.0:
         return i, path[i if share <= 0.0 else i + 1]
-    return i, np.round(path[i] + share * (path[i + 1] - path[i]), DECIMALS)
+    return i, np.round(path[i] + share * (path[i + 1] - path[i]), STORED_DECIMALS)
 
 
 def _distinct(way: list[Array]) -> Array:
-    """The way points without neighbours that are equal."""
+    """The way points without consecutive repetitions."""
     kept = [way[0]]
     kept += [q for before, q in zip(way, way[1:], strict=False) if not np.array_equal(before, q)]
     return np.array(kept)

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
 
-GRID = 0.01  # rad of the path between places where the limits are looked at
-LEAST = 9  # such places on each piece, with both ends
-MARGIN = 0.985  # of the limits, for what lies between those places
+GRID_SPACING = 0.01  # [rad] of the path between grid points, where the limits are checked
+MIN_GRID_POINTS = 9  # on each piece of the path, with both ends
+LIMIT_SHARE = 0.985  # share of the limits, for points between grid points
 
 
 class Path(Protocol):
@@ -18,31 +18,31 @@ class Path(Protocol):
 
     @property
     def length(self) -> float:
-        """Where it ends."""
+        """The parameter of its end."""
         ...
 
     @property
     def borders(self) -> Array:
-        """Where its second derivative jumps, with both ends."""
+        """The parameters where its second derivative jumps, with both ends."""
         ...
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
-        """The path (…, n), or a derivative."""
+        """The path (…, n) at parameters, or its derivative of an order."""
         ...
 
 
 def fastest(
     path: Path, velocity: ArrayLike, acceleration: ArrayLike, *, through: Sequence[float] = ()
 ) -> tuple[Array, Array]:
-    """Places along a path and the times [s] at which they are passed, from rest to rest, as fast as the limits allow.
+    """Parameters along a path and their times [s], from rest to rest, as fast as the limits allow.
 
     Args:
         path: of n joints.
         velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
-        through: places that are wanted among the answer's.
+        through: parameters that the result shall contain.
 
     Raises:
-        ImportError: toppra is not installed; told with the remedy.
+        ImportError: toppra is not installed; the message says the remedy.
         ValueError: no joint velocities within the limits follow the path.
     """
     grid = _grid(path, through)
@@ -55,7 +55,7 @@ def fastest(
 
 
 def between(grid: Array, times: Array, wanted: ArrayLike) -> Array:
-    """The places at times `wanted` on a path whose grid is passed at `times`: evenly accelerated between two of them."""
+    """The parameters at times `wanted` on a path whose grid is passed at `times`, with constant acceleration in between."""
     at = np.asarray(wanted, float)
     k = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
     steps = np.diff(times)
@@ -73,18 +73,18 @@ def between(grid: Array, times: Array, wanted: ArrayLike) -> Array:
 
 
 def _grid(path: Path, through: Sequence[float]) -> Array:
-    """Places from 0 to the end that hold all borders."""
+    """The grid: parameters from 0 to the end, among them all borders and `through`."""
     borders = np.unique(np.concatenate([path.borders, through]))
     borders = borders[np.concatenate([[True], np.diff(borders) > 1e-9])]
     pieces = [
-        np.linspace(a, b, max(LEAST, int(np.ceil((b - a) / GRID)) + 1))[:-1]
+        np.linspace(a, b, max(MIN_GRID_POINTS, int(np.ceil((b - a) / GRID_SPACING)) + 1))[:-1]
         for a, b in zip(borders, borders[1:], strict=False)
     ]
     return np.concatenate([*pieces, borders[-1:]])
 
 
 def _speeds(path: Path, grid: Array, velocity: Array, acceleration: Array, moving: NDArray[np.bool_]) -> Array:
-    """The speeds (len(grid),) along the path."""
+    """The speeds (len(grid),) of the parameter along the grid."""
     try:
         from toppra.algorithm import TOPPRA
         from toppra.constraint import DiscretizationType, JointAccelerationConstraint, JointVelocityConstraint
@@ -92,7 +92,7 @@ def _speeds(path: Path, grid: Array, velocity: Array, acceleration: Array, movin
         raise ImportError('timing along a path needs toppra: pip install "kabo[timing]"') from error
 
     class Moving:
-        """The path of the joints that move, as toppra asks for it."""
+        """The path of the moving joints, in toppra's interface."""
 
         dof = int(moving.sum())
         path_interval = (0.0, path.length)
@@ -101,9 +101,9 @@ def _speeds(path: Path, grid: Array, velocity: Array, acceleration: Array, movin
             return path.at(places, order)[..., moving]
 
     limits = [
-        JointVelocityConstraint(MARGIN * np.stack([-velocity, velocity], axis=1)),
+        JointVelocityConstraint(LIMIT_SHARE * np.stack([-velocity, velocity], axis=1)),
         JointAccelerationConstraint(
-            MARGIN * np.stack([-acceleration, acceleration], axis=1),
+            LIMIT_SHARE * np.stack([-acceleration, acceleration], axis=1),
             discretization_scheme=DiscretizationType.Interpolation,
         ),
     ]

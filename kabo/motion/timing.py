@@ -1,18 +1,18 @@
-"""Times along a path: each straight piece as fast as its slowest joint may turn."""
+"""Times along a path: each segment takes as long as its slowest joint needs."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 
-TICK = 1e-6  # seconds: plans store no more digits
+TIME_STEP = 1e-6  # [s]: times in plans are whole microseconds
 
 
 def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 1.0) -> Array:
     """The time of each way point (m,) [s], from 0, strictly increasing, whole microseconds.
 
-    Every piece is linear in time; no joint exceeds `factor` times its limit, since times are rounded up. Corners
-    are not rounded, so a caller who wants gentle motions asks for a small factor.
+    Every segment is linear in time; no joint exceeds `factor` times its limit, since times are rounded up.
+    Velocities jump at corners, so a caller who wants gentle motions passes a small factor.
 
     Args:
         waypoints: (m, n) [rad or m].
@@ -29,5 +29,5 @@ def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 
     if not np.all(limits[moved] > 0.0):
         raise ValueError(f"joints that move need positive velocity limits, not {limits[moved]}")
     seconds = (changes[:, moved] / (factor * limits[moved])).max(axis=1, initial=0.0)
-    ticks = np.maximum(1, np.ceil(seconds / TICK)).astype(np.int64)
+    ticks = np.maximum(1, np.ceil(seconds / TIME_STEP)).astype(np.int64)
     return np.concatenate([[0], np.cumsum(ticks)]) / 1e6

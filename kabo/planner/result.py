@@ -34,8 +34,8 @@ class Reason:
     """Why there is no plan.
 
     `proved`: `knowledge` (unreachable whatever geometry says), `refusals` (every refusal was a proof), or None;
-    `budget`: what ran out when nothing is proved (`reasoning`: everything was tried, but kabo does not reason by
-    cases, and here a plan may need to). `message` is one sentence, `details` are its parts.
+    `budget`: what ran out, if nothing is proved (`reasoning`: everything was tried, but a plan may need reasoning by
+    cases, which kabo does not do). `message` is one sentence, `details` are its parts.
     """
 
     proved: Literal["knowledge", "refusals"] | None
@@ -46,9 +46,9 @@ class Reason:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far planning has come; sent now and then, never part of a result.
+    """How far planning has come; sent periodically, never part of a result.
 
-    `fraction` (0 to 1) is known only where the amount of work is; `doing` is two or three words for people.
+    `doing` describes the present step in two or three words. `fraction` (0 to 1) is None where the total is unknown.
     """
 
     doing: str
@@ -72,7 +72,7 @@ class Result:
 def result_to_json(
     result: Result, plan_path: str | None = None, diagnostics: Iterable[Diagnostic] = ()
 ) -> dict[str, Any]:
-    """The result as the schema `kabo-result-1` wants it.
+    """The result as a JSON object of the schema `kabo-result-1`.
 
     Args:
         result: what planning answered.
@@ -91,7 +91,7 @@ def result_to_json(
 
 
 def invalid_to_json(error: InputError) -> dict[str, Any]:
-    """The object of a problem that cannot be read: status "invalid" and every diagnostic."""
+    """The JSON object for a problem that cannot be read: status "invalid", with every diagnostic."""
     found = error.diagnostics
     files = len({diagnostic.file for diagnostic in found})
     message = f"{_count(len(found), 'problem')} in {_count(files, 'file')}"
@@ -106,7 +106,7 @@ def invalid_to_json(error: InputError) -> dict[str, Any]:
 
 
 def diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, Any]:
-    """One finding, its fields as the result schema names them."""
+    """A diagnostic as a JSON object; the keys are those of the result schema."""
     names = ("severity", "file", "line", "column", "length", "message", "hint")
     return {name: getattr(diagnostic, name) for name in names}
 

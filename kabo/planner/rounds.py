@@ -18,7 +18,7 @@ from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.geometry.repairing import repaired
-from kabo.planner.run import PlanningRun, search_once
+from kabo.planner.run import SolveRun, search_once
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Geometry, SearchResult, Skeleton, Unreachable
 
 Variants = tuple[Variant, ...]
@@ -50,7 +50,7 @@ class SymbolicRounds:
 
     geometry = None
 
-    def __init__(self, run: PlanningRun) -> None:
+    def __init__(self, run: SolveRun) -> None:
         self._run = run
 
     def prepare(self) -> None:
@@ -69,7 +69,7 @@ class SymbolicRounds:
 class ExternalRounds:
     """Rounds that ask functions which the caller supplies, until all calls along a skeleton succeed."""
 
-    def __init__(self, run: PlanningRun, task: GroundedTask, procedures: ExternalProcedures) -> None:
+    def __init__(self, run: SolveRun, task: GroundedTask, procedures: ExternalProcedures) -> None:
         self._run, self._task, self.geometry = run, task, procedures
         self._seconds = 0.0  # spent in procedures before the present search
 
@@ -109,7 +109,7 @@ class GeometricRounds:
         expect: called with the calls that will be asked next.
     """
 
-    def __init__(self, run: PlanningRun, task: GroundedTask, server: ProcedureServer, expect: Expect) -> None:
+    def __init__(self, run: SolveRun, task: GroundedTask, server: ProcedureServer, expect: Expect) -> None:
         self._run, self._task, self._server, self._on_expected = run, task, server, expect
         self.refusals = RefusalTable(server)
         eager = run.options.geometry_order == "eager"
@@ -210,7 +210,7 @@ class GeometricRounds:
         evaluation = evaluator.evaluate(skeleton.root, geometry.start)
         if isinstance(geometry, RefusalTable):
             for refused in evaluation.refused:
-                geometry.record_refusal(refused.call, refused.attempt, refused.failure, refused.traces)
+                geometry.record_refusal(refused.call, refused.attempt, refused.refusal, refused.traces)
         self._run.geometric_s += perf_counter() - began
         if not evaluation.whole:
             raise CutOff

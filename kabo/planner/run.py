@@ -6,7 +6,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.budgets import StopFlag
-from kabo.geometry_server.answers import Failure
+from kabo.geometry_server.answers import Refusal
 from kabo.knowledge import GroundedTask, verdict_of
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
@@ -35,7 +35,7 @@ OnProcedures = Callable[["GeometricProcedures"], None]
 
 
 @dataclass
-class PlanningRun:
+class SolveRun:
     """One run of the planner: its options, the flag that says when to stop, and what it did so far."""
 
     problem: Problem
@@ -79,7 +79,7 @@ class PlanningRun:
             self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
 
 
-def search_once(run: PlanningRun, task: GroundedTask, geometry: Geometry | None) -> SearchResult:
+def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) -> SearchResult:
     """A skeleton, the proof that there is none, or what ended the search; `run` counts and times it."""
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
@@ -95,11 +95,11 @@ def search_once(run: PlanningRun, task: GroundedTask, geometry: Geometry | None)
 
 
 def without_plan(
-    run: PlanningRun,
+    run: SolveRun,
     task: GroundedTask,
     found: Unreachable | Exhausted,
     statistics: Mapping[str, Any],
-    failures: Sequence[tuple[GroundCall, Failure]] = (),
+    failures: Sequence[tuple[GroundCall, Refusal]] = (),
     *,
     proved: bool = True,
 ) -> Result:
@@ -123,7 +123,7 @@ def without_plan(
     return Result("exhausted", None, statistics, exhausted("samples", failures))
 
 
-def statistics_of(run: PlanningRun, server: ProcedureServer | None = None) -> dict[str, Any]:
+def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[str, Any]:
     """What the run did, in figures (docs/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,

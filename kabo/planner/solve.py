@@ -23,7 +23,7 @@ from kabo.planner.geometry.workers import ProcedureWorkers
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.rounds import ExternalRounds, GeometricRounds, Rounds, SymbolicRounds, Variants
-from kabo.planner.run import OnProcedures, PlanningRun, search_once, statistics_of, without_plan
+from kabo.planner.run import OnProcedures, SolveRun, search_once, statistics_of, without_plan
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Unreachable
 
 if TYPE_CHECKING:  # Python 3.11 has it itself, older ones in a package that only type checkers need
@@ -76,7 +76,7 @@ def solve(
         refuse_without_motion(problem)
     else:
         chosen = replace(chosen, geometry="none")
-    run = PlanningRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
+    run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
     run.on_procedures, run.on_found = on_procedures, on_found
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - external.seconds
@@ -89,7 +89,7 @@ def solve(
     return _with_figures(result, external) if procedures else result
 
 
-def planned(run: PlanningRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
+def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
     """A skeleton along which every call succeeded; the proof that there is none; or the budget that was spent."""
     try:
         while True:
@@ -106,7 +106,7 @@ def planned(run: PlanningRun, task: GroundedTask, rounds: Rounds) -> Variants | 
 
 
 # ------------------------------------------------------------------------------------ with a scene's geometry
-def _with_geometry(run: PlanningRun, task: GroundedTask) -> Result:
+def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
     from kabo.planner.refine.with_geometry import finished, load_procedures, unsuccessful_calls
 
@@ -130,13 +130,13 @@ def _with_geometry(run: PlanningRun, task: GroundedTask) -> Result:
 
 
 # ------------------------------------------------------------------------------------------ without a scene's
-def _symbolic(run: PlanningRun, task: GroundedTask) -> Result:
+def _symbolic(run: SolveRun, task: GroundedTask) -> Result:
     found = planned(run, task, SymbolicRounds(run))
     statistics = statistics_of(run)
     return _solved(run, found) if isinstance(found, tuple) else without_plan(run, task, found, statistics)
 
 
-def _with_external(run: PlanningRun, task: GroundedTask, external: ExternalProcedures) -> Result:
+def _with_external(run: SolveRun, task: GroundedTask, external: ExternalProcedures) -> Result:
     """The result of planning until all external procedures along a plan succeed."""
     found = planned(run, task, ExternalRounds(run, task, external))
     statistics = statistics_of(run) | external.figures()
@@ -155,7 +155,7 @@ def _with_external(run: PlanningRun, task: GroundedTask, external: ExternalProce
     return Result("no_plan", None, statistics, Reason("refusals", None, text, shown))
 
 
-def _solved(run: PlanningRun, variants: Variants) -> Result:
+def _solved(run: SolveRun, variants: Variants) -> Result:
     """The result with a plan that has no motions."""
     plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
     return Result("solved", plan, statistics_of(run))

@@ -1,4 +1,4 @@
-"""What the numbers of a loaded scene must be for geometry to keep its promises: near enough, and within limits."""
+"""Checks a loaded scene's numbers, which geometry relies on: nothing lies too far away, and joints are within limits."""
 
 from collections.abc import Iterator, Mapping
 
@@ -12,8 +12,8 @@ from kabo.meshes import Mesh
 from kabo.scene.robots import Robot
 from kabo.scene.tree import PRISMATIC
 
-WIDEST = 500.0  # m: that far from the world's origin the rounding of a gap keeps its share of epsilon, twice over
-SLACK = 1e-9  # rad or m: of a value that stands at its limit
+MAX_DISTANCE = 500.0  # [m] from the world's origin: up to here rounding takes half of its share of epsilon
+LIMIT_SLACK = 1e-9  # [rad or m] by which a value may exceed its limit
 
 
 def findings(
@@ -22,31 +22,31 @@ def findings(
     meshes: Mapping[str, Mesh],
     poses: Mapping[str, Array],
 ) -> Iterator[Diagnostic]:
-    """Everything that lies too far away, and values of grippers beyond their joints' limits.
+    """A diagnostic for everything that lies too far away, and for gripper values beyond their joints' limits.
 
     Args:
         description: what the files say. robots: as loaded. meshes: of the bodies. poses: world_T_body of the bodies.
     """
     for name, mesh in meshes.items():
         far = float(np.linalg.norm(poses[name][:3, 3]) + np.linalg.norm(mesh.vertices, axis=1).max())
-        if not far <= WIDEST:
+        if not far <= MAX_DISTANCE:
             yield _too_far(description.bodies[name].place, f'body "{name}"', far)
     for name, robot in robots.items():
         far = _reach(robot)
-        if not far <= WIDEST:
+        if not far <= MAX_DISTANCE:
             yield _too_far(description.robots[name].place, f'robot "{name}"', far)
         yield from _beyond_limits(description, name, robot)
 
 
 def _too_far(place: Place | None, thing: str, far: float) -> Diagnostic:
     at = place or Place("scene", 1, 1)
-    said = f"{thing} reaches {far:.4g} m from the world's origin; kabo plans within {WIDEST:g} m"
+    said = f"{thing} reaches {far:.4g} m from the world's origin; kabo plans within {MAX_DISTANCE:g} m"
     hint = "lengths are metres; place the scene around its origin"
     return Diagnostic(at.file, at.line, at.column, said, hint, at.length)
 
 
 def _reach(robot: Robot) -> float:
-    """How far any point of the robot may get from the world's origin, at most [m]."""
+    """An upper bound of the distance of any point of the robot from the world's origin [m]."""
     tree = robot.tree
     steps = np.linalg.norm(tree.placement[:, 9:], axis=1)
     for joint in range(1, len(steps)):
@@ -67,7 +67,7 @@ def _reach(robot: Robot) -> float:
 
 
 def _beyond_limits(description: SceneDescription, name: str, robot: Robot) -> Iterator[Diagnostic]:
-    """Values of a gripper that its joints cannot have: `open` and `closed`, and what grasp families ask of fingers."""
+    """A diagnostic for each gripper value outside its joint's limits, in `open`, `closed` and grasp families."""
     gripper = description.robots[name].gripper
     limits = dict(zip(robot.joint_names, zip(robot.tree.lower, robot.tree.upper, strict=True), strict=True))
     given: list[tuple[str, Mapping[str, float], Place | None]] = []
@@ -82,7 +82,7 @@ def _beyond_limits(description: SceneDescription, name: str, robot: Robot) -> It
             if joint not in limits or joint not in robot.gripper_joints:
                 continue
             low, high = map(float, limits[joint])
-            if not low - SLACK <= value <= high + SLACK:
+            if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
                 at = place or Place("scene", 1, 1)
                 said = f"{what}: {joint} = {value:.6g} is outside its limits [{low:.6g}, {high:.6g}]"
                 hint = f'they are those of robot "{name}", from its URDF or its `limits`'

@@ -1,4 +1,4 @@
-"""Robots: a URDF (and the gripper's) through pinocchio, the kinematic tree as arrays, links with their meshes."""
+"""Robots: the model that pinocchio reads from URDF files, the kinematic tree as arrays, links with their meshes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -39,7 +39,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Gripper:
-    """A gripper: values of its joints when open and closed, and the links (`robot.link`) that touch what it has."""
+    """A gripper: values of its joints when open and closed, and the links (`robot.link`) that touch a held object."""
 
     joints: tuple[str, ...]
     open: Mapping[str, float]
@@ -61,21 +61,21 @@ _NUMBERS = count()
 
 
 def shared(number: int) -> "Robot":
-    """The robot of a number: in the process that loaded it, and in those that were forked from it since.
+    """The robot with an index, in the process that loaded it and in processes forked from that one later.
 
     Raises:
-        KeyError: it was loaded elsewhere.
+        KeyError: the robot was loaded in another process.
     """
     return _SHARED[number]
 
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot in the world; between a process and its forks it travels by number, as it is loaded in all of them.
+    """A robot in the world; it is pickled as an index, since forked workers already hold the robots.
 
     `model` is pinocchio's, with gripper and base placement. `joint_names` lists all actuated joints, the first
     `planned` of them are the arm's, the others the gripper's; a Configuration has their values in this order.
-    `hulls`: the links for which, in bounded predicates, the convex hulls of their meshes stand.
+    `hulls`: the links whose meshes bounded predicates replace by their convex hulls.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Robot:
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
 
     def __post_init__(self) -> None:
-        """Takes a number."""
+        """Registers the robot under a new index."""
         object.__setattr__(self, "_number", next(_NUMBERS))
         _SHARED[self._number] = self  # type: ignore[attr-defined]
 
@@ -102,26 +102,26 @@ class Robot:
 
     @property
     def planned_joints(self) -> tuple[str, ...]:
-        """The joints that motions plan for."""
+        """The names of the arm's joints, which motions are planned for."""
         return self.joint_names[: self.planned]
 
     @property
     def gripper_joints(self) -> tuple[str, ...]:
-        """The joints of the gripper."""
+        """The names of the gripper's joints."""
         return self.joint_names[self.planned :]
 
     @cached_property
     def data(self) -> Any:
-        """Pinocchio's working memory for this robot."""
+        """Pinocchio's `Data` for this robot: scratch memory of its algorithms."""
         return self.model.createData()
 
     @cached_property
     def structure(self) -> Structure | NoStructure:
-        """How the axes of the planned joints lie, if a closed form of their inverse kinematics is known, or why not."""
+        """The axis structure by which inverse kinematics of the planned joints has a closed form, or why it has none."""
         return structure_of(self.tree, self.planned)
 
     def expand(self, q: Sequence[float]) -> Array:
-        """Pinocchio's configuration: mimic joints follow, locked ones stand, endless ones as cosine and sine."""
+        """A configuration as pinocchio takes it: with mimic and locked joints, continuous joints as cosine and sine."""
         full = np.zeros(self.model.nq)
         for j in range(1, self.model.njoints):
             joint, actuation = self.model.joints[j], self.actuation
@@ -130,12 +130,12 @@ class Robot:
         return full
 
     def neighbours(self, first: str, second: str) -> bool:
-        """Whether two links hang on one moving joint, or on a joint and its parent: they are never checked."""
+        """Whether two links belong to one moving joint, or to a joint and its parent: such pairs are never checked."""
         a, b = self._moving_joint(first), self._moving_joint(second)
         return a == b or self._moving_parent(a) == b or self._moving_parent(b) == a
 
     def stands(self, link: str) -> bool:
-        """Whether no joint that moves carries the link: it stays where the base is."""
+        """Whether no moving joint carries the link, so that it is fixed to the base."""
         return self._moving_joint(link) == 0
 
     def _moving_joint(self, link: str) -> int:
@@ -150,7 +150,7 @@ class Robot:
         return joint
 
     def start(self, description: RobotDescription) -> Configuration:
-        """The configuration at the beginning: `home`, else zeros within limits; the gripper open."""
+        """The first configuration: `home`, or else zeros clipped to the limits, with the gripper open."""
         lower, upper = self.tree.lower, self.tree.upper
         values = [float(min(max(0.0, lower[i]), upper[i])) for i in range(len(self.joint_names))]
         home = self.configurations.get("home")
@@ -163,7 +163,7 @@ class Robot:
 
 
 def link_poses(robot: Robot, q: Sequence[float]) -> dict[str, Array]:
-    """The pose world_T_link (4, 4) of every link, by pinocchio: the reference for the kernels."""
+    """The pose world_T_link (4, 4) of every link, computed by pinocchio; kernels are compared with it."""
     import pinocchio
 
     pinocchio.forwardKinematics(robot.model, robot.data, robot.expand(q))

@@ -1,4 +1,4 @@
-"""The scene: robots, bodies and regions placed in the world, what may touch, and the first geometric state."""
+"""The scene: robots, bodies and regions placed in the world, allowed collisions, and the first geometric state."""
 
 import hashlib
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ from kabo.language.scene_description import (
 from kabo.meshes import Mesh, unusable
 from kabo.scene.bounds import findings
 from kabo.scene.robots import Robot, link_poses
-from kabo.scene.shapes import CIRCLE, mesh_of
+from kabo.scene.shapes import CYLINDER_SIDES, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
@@ -60,14 +60,14 @@ class Region:
     offsets: Array
     world_T_region: Array
     support: str | None
-    size: tuple[float, float, float]  # half extents of its box, for sampling [m]
+    size: tuple[float, float, float]  # half extents of its bounding box [m], used for sampling
 
 
 @dataclass(frozen=True)
 class Scene:
     """Robots, bodies and regions by name, in the order of the file; `files` maps every file read to its hash.
 
-    `memory` keeps what others have made of its things, by a key of theirs.
+    `memory` keeps what other rooms derive from the scene, under keys of theirs.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Scene:
         return tuple(name for name, body in self.bodies.items() if body.movable)
 
     def never_collide(self, first: str, second: str) -> bool:
-        """Whether two things (`robot.link` or a body) need no check: allowed, neighbours, or both fixed."""
+        """Whether a pair (`robot.link` or a body) is never checked: it may collide, is adjacent, or never moves."""
         if frozenset((first, second)) in self.allowed:
             return True
         robot, other = first.partition("."), second.partition(".")
@@ -103,7 +103,7 @@ class Scene:
 
 
 def attachment(parent: str, parent_T_object: Array) -> Attachment:
-    """An attachment with its numbers rounded, as states and plans keep them."""
+    """An attachment with numbers rounded as in states and plans."""
     x, y, z = rounded(parent_T_object[:3, 3].tolist(), POSITION_DECIMALS)
     qx, qy, qz, qw = rounded(quaternion(parent_T_object), QUATERNION_DECIMALS)
     return Attachment(parent, (x, y, z), (qx, qy, qz, qw))
@@ -125,7 +125,7 @@ def world_T(scene: Scene, state: GeometricState, name: str) -> Array:
 
 
 class _Loader:
-    """Places everything: frames may be chained through bodies, regions and links, in any order of the file."""
+    """Computes all poses; frames may refer to bodies, regions and links in any order of the file."""
 
     def __init__(self, description: SceneDescription, look: Callable[[], None]) -> None:
         self.description, self.look = description, look
@@ -190,7 +190,7 @@ class _Loader:
 
 
 def load_scene(description: SceneDescription, look: Callable[[], None] = never) -> Scene:
-    """The scene of a description, with every URDF and mesh loaded; `look` is called before each.
+    """The scene of a description, with every URDF and mesh loaded; `look` is called before each of them.
 
     Raises:
         InputError: everything that does not load, at the places in the scene file that name it.
@@ -239,15 +239,15 @@ def _allowed(description: SceneDescription, robots: Mapping[str, Robot]) -> froz
 
 
 def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
-    """Half-spaces that lie *within* the region: what is inside them is inside it."""
+    """Half-spaces (normals, offsets) whose intersection lies *within* the region."""
     shape = described.shape
     if shape.kind == "box" and shape.size is not None:
         return np.concatenate([np.eye(3), -np.eye(3)]), np.tile(np.asarray(shape.size) / 2, 2)
     if shape.kind == "cylinder" and shape.size is not None:
-        angles = 2 * np.pi * np.arange(CIRCLE) / CIRCLE
-        sides = np.stack([np.cos(angles), np.sin(angles), np.zeros(CIRCLE)], axis=1)
+        angles = 2 * np.pi * np.arange(CYLINDER_SIDES) / CYLINDER_SIDES
+        sides = np.stack([np.cos(angles), np.sin(angles), np.zeros(CYLINDER_SIDES)], axis=1)
         ends = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
-        inner = np.full(CIRCLE, shape.size[0] * np.cos(np.pi / CIRCLE))
+        inner = np.full(CYLINDER_SIDES, shape.size[0] * np.cos(np.pi / CYLINDER_SIDES))
         return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
     mesh = mesh_of(shape, described.place)
     points = mesh.vertices

@@ -6,11 +6,11 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import Shape
 from kabo.meshes import Mesh, load_mesh, outwards
 
-CIRCLE = 64  # sides of a primitive cylinder; its corners lie *outside*, so that the solid is enclosed
+CYLINDER_SIDES = 64  # sides of the prism that circumscribes a cylinder
 
 
 def primitive(shape: Shape) -> Mesh:
-    """The mesh of a box, cylinder (axis z, centred) or sphere; round ones circumscribe the solid."""
+    """The mesh of a box, cylinder (axis z, centred) or sphere; meshes of round shapes circumscribe the solid."""
     import trimesh
 
     if shape.size is None:
@@ -18,7 +18,9 @@ def primitive(shape: Shape) -> Mesh:
     if shape.kind == "box":
         made = trimesh.creation.box(extents=shape.size)
     elif shape.kind == "cylinder":
-        made = trimesh.creation.cylinder(shape.size[0] / np.cos(np.pi / CIRCLE), shape.size[2], sections=CIRCLE)
+        made = trimesh.creation.cylinder(
+            shape.size[0] / np.cos(np.pi / CYLINDER_SIDES), shape.size[2], sections=CYLINDER_SIDES
+        )
     else:
         made = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
         inner = float(np.min(np.einsum("ij,ij->i", made.face_normals, made.triangles[:, 0])))
@@ -27,7 +29,7 @@ def primitive(shape: Shape) -> Mesh:
 
 
 def mesh_of(shape: Shape, place: Place | None) -> Mesh:
-    """The mesh of any shape, in the frame of its owner [m]; components that are inside out are turned."""
+    """The mesh of any shape, in its owner's frame [m], with inside-out components turned."""
     if shape.kind == "mesh":
         if shape.path is None:
             raise ValueError("a mesh needs a path")

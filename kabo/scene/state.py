@@ -1,4 +1,4 @@
-"""The geometric state: an immutable value, the configuration of every robot and the placing of every object."""
+"""The geometric state: the configuration of every robot and the placing of every object, as an immutable value."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ Component = Configuration | Attachment  # the value of one robot, or of one mova
 
 @dataclass(frozen=True)
 class GeometricState:
-    """The value of every component, keyed by the name of the robot or movable object."""
+    """The value of every component: configurations by robot, attachments by movable object."""
 
     robots: Mapping[str, Configuration]
     objects: Mapping[str, Attachment]
@@ -31,7 +31,7 @@ class GeometricState:
         return self.robots[component] if component in self.robots else self.objects[component]
 
     def replace(self, changes: Mapping[str, Component]) -> "GeometricState":
-        """This state with some components changed."""
+        """A copy of this state with some components changed."""
         robots = {name: changes.get(name, value) for name, value in self.robots.items()}
         objects = {name: changes.get(name, value) for name, value in self.objects.items()}
         return GeometricState(robots, objects)  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
-"""How the axes of an arm lie to each other: which closed form, if any, solves its inverse kinematics [K A.3].
+"""The axis structure of an arm, which tells the closed form, if any, of its inverse kinematics [K A.3].
 
-Read off the joints of the tree at zero, never off names or frames: any link lengths and offsets that keep the axes
-parallel, or let them meet, where the form needs it.
+It follows from the joint axes with all joints at zero, not from names or frames: link lengths and offsets are free
+as long as axes are parallel, or meet, where the form needs it.
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.scene.tree import REVOLUTE, KinematicTree
 
-NEAR = 1e-5  # m or rad: axes that lie so near to parallel, or to meeting, are meant to
-CLEAR = 1e-3  # m or rad: what must differ differs by more
-_TRIED = (0.7, -1.9)  # values at which a locked joint must leave the structure [rad]
+ALIGNMENT_TOLERANCE = 1e-5  # [m or rad] up to which axes count as parallel, or as meeting
+MIN_DIFFERENCE = 1e-3  # [m or rad] above which axes count as apart, or at an angle
+_TRIAL_ANGLES = (0.7, -1.9)  # [rad] values of a locked joint at which the structure must be the same
 _LOCKS = (
     2,
     6,
@@ -28,11 +28,11 @@ _LOCKS = (
 
 @dataclass(frozen=True)
 class Structure:
-    """A chain of turning joints of which a closed form is known.
+    """A chain of revolute joints whose inverse kinematics has a known closed form.
 
     `form` and `placing` are as in kinematics/kernels/closed_form.py; `axes` (m, 6) are directions and points in the
-    world where all joints are at zero, `zero` (12,) the pose of the last of `joints` (m,) there. Of seven axes one is
-    held: `lock`, its number among them, else -1.
+    world where all joints are at zero, `zero` (12,) the pose of the last of `joints` (m,) there. Of seven axes one
+    is locked: `lock` is its index, or -1 if no axis is locked.
     """
 
     form: int
@@ -46,13 +46,13 @@ class Structure:
 
     @property
     def end(self) -> int:
-        """The joint of the tree whose pose is solved for."""
+        """The last joint of the chain, whose pose is given."""
         return int(self.joints[-1])
 
 
 @dataclass(frozen=True)
 class NoStructure:
-    """Why no closed form is known, in a few words about the robot's axes."""
+    """Why an arm has no known closed form, in a few words about its axes."""
 
     reason: str
 
@@ -70,7 +70,7 @@ def structure_of(tree: KinematicTree, planned: int) -> Structure | NoStructure:
             return Structure(*form, -1, joints, axes, zero)
     if len(chain) == 7:
         for lock in _LOCKS:
-            forms = [_form(_locked(axes, lock, value)) for value in _TRIED]
+            forms = [_form(_locked(axes, lock, value)) for value in _TRIAL_ANGLES]
             if forms[0] is not None and forms[0] == forms[1]:
                 return Structure(*forms[0], lock, joints, axes, zero)
     return NoStructure(_NEEDED.get(len(chain), f"its {len(chain)} planned joints are not five, six or seven"))
@@ -85,7 +85,7 @@ _NEEDED = {
 
 
 def _chain(tree: KinematicTree, planned: int) -> list[int] | str:
-    """The joints of the planned values from the base on, or what is in the way."""
+    """The joints of the planned values in order from the base, or a sentence that says why they form no chain."""
     movers = [j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] < planned]
     if len(movers) != planned or len({int(tree.source[j]) for j in movers}) != planned:
         return "a planned value moves several joints"
@@ -103,7 +103,7 @@ def _chain(tree: KinematicTree, planned: int) -> list[int] | str:
 
 
 def _axes(tree: KinematicTree, chain: Sequence[int]) -> tuple[Array, Array]:
-    """Directions and points of the axes (m, 6) in the world with all of the chain at zero; the pose of its end (12,)."""
+    """The axes (m, 6), direction and point in the world with the chain at zero, and the pose of its end (12,)."""
     poses: dict[int, Array] = {0: np.eye(4)}
     for j in range(1, chain[-1] + 1):
         parent = poses.get(int(tree.parent[j]))
@@ -118,7 +118,7 @@ def _axes(tree: KinematicTree, chain: Sequence[int]) -> tuple[Array, Array]:
 
 
 def _standing(tree: KinematicTree, joint: int) -> Array:
-    """What a joint that stands adds (4, 4)."""
+    """The transform (4, 4) of a joint that does not move."""
     result, value = np.eye(4), float(tree.shift[joint])
     if tree.kind[joint] == REVOLUTE:
         c, s = np.cos(value), np.sin(value)
@@ -129,7 +129,7 @@ def _standing(tree: KinematicTree, joint: int) -> Array:
 
 
 def _form(axes: Array) -> tuple[int, int, bool, bool] | None:
-    """Form, placing, mirrored, backwards of five or six axes."""
+    """Form, placing, mirrored and backwards of `Structure` for five or six axes; None if no form fits."""
     if len(axes) == 5:
         return (2, 0, False, False) if _bends(axes) and not _parallel(axes[3], axes[4]) else None
     for backwards, chain in ((False, axes), (True, axes[::-1])):
@@ -148,22 +148,22 @@ def _form(axes: Array) -> tuple[int, int, bool, bool] | None:
 def _bends(axes: Array) -> bool:
     """Whether axes 2, 3 and 4 are parallel and apart, and the first is not."""
     parallel = _parallel(axes[1], axes[2]) and _parallel(axes[2], axes[3]) and not _parallel(axes[0], axes[1])
-    return parallel and _apart(axes[1], axes[2]) > CLEAR and _apart(axes[2], axes[3]) > CLEAR
+    return parallel and _apart(axes[1], axes[2]) > MIN_DIFFERENCE and _apart(axes[2], axes[3]) > MIN_DIFFERENCE
 
 
 def _placing(axes: Array) -> int | None:
-    """How three axes place a point: 0 if the second and third are parallel, 1 if the first and second meet."""
+    """How three axes move a point: 0 if the second and third are parallel, 1 if the first and second meet, else None."""
     a, b, c = axes
-    if _parallel(b, c) and not _parallel(a, b) and _apart(b, c) > CLEAR:
+    if _parallel(b, c) and not _parallel(a, b) and _apart(b, c) > MIN_DIFFERENCE:
         return 0
     centre = _meeting(axes[:2])
-    if centre is not None and np.linalg.norm(np.cross(c[:3], centre - c[3:])) > CLEAR:
+    if centre is not None and np.linalg.norm(np.cross(c[:3], centre - c[3:])) > MIN_DIFFERENCE:
         return 1
     return None
 
 
 def _parallel(a: Array, b: Array) -> bool:
-    return float(np.linalg.norm(np.cross(a[:3], b[:3]))) < NEAR
+    return float(np.linalg.norm(np.cross(a[:3], b[:3]))) < ALIGNMENT_TOLERANCE
 
 
 def _apart(a: Array, b: Array) -> float:
@@ -172,17 +172,17 @@ def _apart(a: Array, b: Array) -> float:
 
 
 def _meeting(axes: Array) -> Array | None:
-    """The point (3,) where all axes meet, neighbours at an angle; None if they do not."""
-    if any(np.linalg.norm(np.cross(a[:3], b[:3])) < CLEAR for a, b in zip(axes, axes[1:], strict=False)):
+    """The point (3,) where all axes meet, with an angle between neighbours; None if there is no such point."""
+    if any(np.linalg.norm(np.cross(a[:3], b[:3])) < MIN_DIFFERENCE for a, b in zip(axes, axes[1:], strict=False)):
         return None
     across = np.concatenate([np.eye(3) - np.outer(a[:3], a[:3]) for a in axes])
     target = np.concatenate([a[3:] - a[:3] * (a[:3] @ a[3:]) for a in axes])
     point: Array = np.linalg.lstsq(across, target, rcond=None)[0]
-    return point if float(np.max(np.abs(across @ point - target))) < NEAR else None
+    return point if float(np.max(np.abs(across @ point - target))) < ALIGNMENT_TOLERANCE else None
 
 
 def _locked(axes: Array, lock: int, value: float) -> Array:
-    """The other axes where one joint is turned to a value."""
+    """The other axes after one joint is locked at a value."""
     z, p = axes[lock, :3], axes[lock, 3:]
     c, s, hat = np.cos(value), np.sin(value), np.cross(np.eye(3), z)
     turn = np.eye(3) + s * hat + (1.0 - c) * hat @ hat

@@ -1,4 +1,4 @@
-"""The kinematic tree as flat arrays: what forward kinematics, projection and the collision kernel share."""
+"""The kinematic tree as flat arrays, shared by forward kinematics, projection and collision kernels."""
 
 from typing import NamedTuple
 

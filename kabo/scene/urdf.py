@@ -19,8 +19,8 @@ from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 
 V = TypeVar("V")
 
-ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
-SLOW = math.pi  # velocity where a URDF gives none [rad/s or m/s]
+CONTINUOUS_JOINT_LIMIT = 2.0 * math.pi  # [rad] of a continuous joint, to either side
+DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where a URDF gives no velocity limit
 
 
 def load_robot(
@@ -93,7 +93,7 @@ def _axes(model: Any) -> list[tuple[int, Array] | None]:
 
 
 def _z_to(axis: Array) -> Array:
-    """A rotation (3, 3) that takes z to `axis`; exact for the coordinate axes."""
+    """A rotation (3, 3) of z to `axis`, without rounding errors for coordinate axes."""
     x, y, z = axis
     if z < -0.999999:
         return np.diag([1.0, -1.0, -1.0])
@@ -152,7 +152,7 @@ def _assemble(
 def _links(
     model: Any, turns: Sequence[Array], meshes: Mapping[str, Mesh], places: Mapping[str, Place]
 ) -> dict[str, Link]:
-    """The links by name; `turns`: the rotation of each joint's frame that brings its z to the joint's axis."""
+    """The links by name; `turns` are the rotations of joint frames that align z with the joint's axis."""
     links = {}
     for frame in model.frames:
         if frame.type == pinocchio().FrameType.BODY:
@@ -208,12 +208,12 @@ def _tree(
     for i, name in enumerate(names):
         joint = model.joints[model.getJointId(name)]
         endless = joint.nq > 1
-        lower[i] = -ENDLESS if endless else model.lowerPositionLimit[joint.idx_q]
-        upper[i] = ENDLESS if endless else model.upperPositionLimit[joint.idx_q]
+        lower[i] = -CONTINUOUS_JOINT_LIMIT if endless else model.lowerPositionLimit[joint.idx_q]
+        upper[i] = CONTINUOUS_JOINT_LIMIT if endless else model.upperPositionLimit[joint.idx_q]
         low, high = limits.get(name, (lower[i], upper[i]))
         lower[i], upper[i] = max(lower[i], low), min(upper[i], high)
         speed = float(model.velocityLimit[joint.idx_v])
-        velocity[i] = speed if 0.0 < speed < 1e6 else SLOW
+        velocity[i] = speed if 0.0 < speed < 1e6 else DEFAULT_VELOCITY
     return KinematicTree(
         np.array(list(model.parents), dtype=np.int64),
         np.array(kinds, dtype=np.int64),
@@ -230,7 +230,7 @@ def _tree(
 def _named(
     description: RobotDescription, values: Mapping[str, V], names: tuple[str, ...], what: str
 ) -> Mapping[str, V]:
-    """Values by joint, if all of these are the robot's."""
+    """The values by joint name; InputError if one of the joints is not the robot's."""
     for name in values:
         if name not in names:
             raise refusal(description.place, f'unknown joint "{name}" in the {what}', did_you_mean(name, names))

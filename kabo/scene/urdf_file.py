@@ -1,4 +1,4 @@
-"""What pinocchio leaves in a URDF file: the geometry of links and the rules of mimic joints."""
+"""The contents of a URDF file that pinocchio does not read for kabo: link geometry and mimic joints."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -20,25 +20,25 @@ SHAPES = ("mesh", "box", "cylinder", "sphere")
 
 
 def refusal(place: Place | None, message: str, hint: str | None = None) -> InputError:
-    """The error about what a scene says at a place."""
+    """The error about an entry of a scene file, at its place."""
     at = place or Place("scene", 1, 1)
     return InputError([Diagnostic(at.file, at.line, at.column, message, hint, at.length)])
 
 
 @dataclass(frozen=True)
 class UrdfFile:
-    """What is read of a URDF beside pinocchio: link meshes (link frame, metres), mimic rules, files read."""
+    """A URDF file apart from pinocchio's model: link meshes (link frame, metres), mimic rules, files read."""
 
     path: Path
     meshes: Mapping[str, Mesh]
     mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
-    kinematics: str  # a URDF of the links and joints alone, as they were checked: what pinocchio reads
+    kinematics: str  # a URDF text of the checked links and joints alone, for pinocchio
     places: Mapping[str, Place]  # of the links
     files: tuple[Path, ...] = field(default=())
 
 
 def pinocchio() -> Any:
-    """The pinocchio module, or one line that says what its import lacks."""
+    """The pinocchio module; InputError with one line if it cannot be imported."""
     try:
         import pinocchio as module
     except ImportError as error:
@@ -51,7 +51,7 @@ def pinocchio() -> Any:
 
 
 def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
-    """The links' geometry (collision, else visual), the mimic rules and the joints of a URDF file.
+    """The links' geometry (collision, else visual), the mimic rules and the kinematics of a URDF file.
 
     Raises:
         InputError: the file is not XML, says something impossible, or names a mesh that does not load.

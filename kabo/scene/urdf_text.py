@@ -1,8 +1,8 @@
-"""A URDF as a checked tree: every element knows its line, every number is one, the links form a tree.
+"""Parses and checks URDF files: elements with their lines, valid numbers, links that form a tree.
 
-All that is wrong is said here with its place, before a parser in C++ sees the file: that one tells its reasons on
-standard error only, and believes numbers. What it is given is written anew from what was checked, and holds links,
-joints, origins, axes and limits, no more [`kinematics`].
+Errors are found here, with their places, before pinocchio's parser sees the file: that one reports on standard
+error only and does not check numbers. It gets a new text of the checked links, joints, origins, axes and limits,
+no more [`kinematics`].
 """
 
 import difflib
@@ -16,11 +16,12 @@ from xml.parsers import expat
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.formulas import Place
+from kabo.language.source import reason_of
 
 Words = tuple[frozenset[str], frozenset[str], frozenset[str]]
 
 # Words that are left out on purpose: they say nothing about where links are and what shape they have.
-IGNORED = frozenset(
+IGNORED_ELEMENTS = frozenset(
     ("inertial", "material", "contact", "dynamics", "safety_controller", "calibration", "transmission", "gazebo")
     + (
         "sensor",
@@ -57,20 +58,20 @@ _WORDS: dict[str, Words] = {  # for each element that counts: its elements, its 
     "cylinder": (frozenset(), frozenset(("radius", "length")), frozenset()),
     "sphere": (frozenset(), frozenset(("radius",)), frozenset()),
 }
-MOST_LINKS = 500  # the work of pinocchio and of collision checks grows with their square
-SLIPPED = 0.85  # likeness of words from which on one is the other, mistyped
-LARGEST_FILE = 16_000_000  # bytes
-DEEPEST = 40  # elements within elements
-FARTHEST = 1000.0  # m: of an origin from another, and of a size
-KINDS = ("revolute", "continuous", "prismatic", "fixed")
-UNPLANNED = ("floating", "planar")
+MAX_LINKS = 500  # the work of pinocchio and of collision checks grows with the square of this
+MISSPELLING_RATIO = 0.85  # similarity ratio of words above which an unknown word counts as misspelt
+MAX_FILE_BYTES = 16_000_000  # bytes
+MAX_DEPTH = 40  # levels of nested elements
+MAX_LENGTH = 1000.0  # [m] of an origin or a size
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+UNPLANNED_JOINT_TYPES = ("floating", "planar")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_SHOWN = 40  # characters of a value in a message
+_MAX_SHOWN_CHARACTERS = 40  # of a value that a message repeats
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF file: its elements, and where each begins."""
+    """A URDF file: its elements, and where each of them begins."""
 
     path: Path
     root: ElementTree.Element
@@ -78,7 +79,7 @@ class Urdf:
     lines: tuple[str, ...] = field(repr=False)
 
     def wrong(self, element: ElementTree.Element, message: str, hint: str | None = None) -> InputError:
-        """The error about an element, at its line."""
+        """The error about an element, at its place in the file."""
         line, column = self.places[element]
         source = self.lines[line - 1] if line <= len(self.lines) else None
         length = len(element.tag) + 1
@@ -90,12 +91,13 @@ class Urdf:
         key: str,
         count: int,
         default: str | None = None,
-        largest: float = FARTHEST,
+        largest: float = MAX_LENGTH,
     ) -> list[float]:
         """The numbers of an attribute; `default` where it is absent.
 
         Raises:
-            InputError: it is absent without a default, has more or fewer numbers, or something that is none.
+            InputError: the attribute is absent without a default, has more or fewer numbers, or a word that is no
+            number.
         """
         text = element.get(key, default)
         named = f"`{key}` of <{element.tag}>"
@@ -106,16 +108,20 @@ class Urdf:
         words = text.split()
         if len(words) != count:
             wanted = "a number" if count == 1 else f"{count} numbers"
-            raise self.wrong(element, f'{named} must be {wanted}, this is "{text[:_SHOWN]}"')
+            raise self.wrong(element, f'{named} must be {wanted}, this is "{text[:_MAX_SHOWN_CHARACTERS]}"')
         for word in words:
             if not _NUMBER.fullmatch(word):
-                raise self.wrong(element, f'{named} must be {_wanted(count)}, "{word[:_SHOWN]}" is none')
+                raise self.wrong(
+                    element, f'{named} must be {_wanted(count)}, "{word[:_MAX_SHOWN_CHARACTERS]}" is none'
+                )
             if not abs(float(word)) <= largest:
-                raise self.wrong(element, f"{named} is too large: {word[:_SHOWN]}; {largest:g} is the most")
+                raise self.wrong(
+                    element, f"{named} is too large: {word[:_MAX_SHOWN_CHARACTERS]}; {largest:g} is the most"
+                )
         return [float(word) for word in words]
 
     def size(self, element: ElementTree.Element, key: str, count: int = 1) -> list[float]:
-        """The numbers of an attribute that are lengths above 0."""
+        """The numbers of an attribute that holds positive lengths."""
         values = self.numbers(element, key, count)
         if not min(values) >= 1e-6:
             said = f"`{key}` of <{element.tag}> must be above 0, at least a micrometre"
@@ -131,7 +137,7 @@ def read_text(path: Path, place: Place | None) -> Urdf:
     """The checked tree of a URDF file.
 
     Args:
-        path: the file. place: where it is named, for a file that cannot be read.
+        path: the file. place: where a scene names it, for the error if it cannot be read.
 
     Raises:
         InputError: it cannot be read, is no XML, or its links, joints and numbers are not what they must be.
@@ -143,11 +149,11 @@ def read_text(path: Path, place: Place | None) -> Urdf:
         return InputError([Diagnostic(at.file, at.line, at.column, said, hint, at.length)])
 
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise unreadable(f"it is larger than {LARGEST_FILE // 10**6} MB")
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise unreadable(f"it is larger than {MAX_FILE_BYTES // 10**6} MB")
         content = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise unreadable(getattr(error, "strerror", None) or str(error)) from None
+        raise unreadable(reason_of(error)) from None
     urdf = _parsed(path, content)
     if urdf.root.tag != "robot":
         raise urdf.wrong(urdf.root, f'robot file "{path.name}" has <{urdf.root.tag}> where <robot> is expected')
@@ -170,8 +176,8 @@ def _parsed(path: Path, content: bytes) -> Urdf:
         nonlocal depth
         depth += 1
         place = parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
-        if depth > DEEPEST:
-            raise refused(f"nests elements deeper than {DEEPEST}", *place)
+        if depth > MAX_DEPTH:
+            raise refused(f"nests elements deeper than {MAX_DEPTH}", *place)
         places[builder.start(tag, attributes)] = place
 
     def end(tag: str) -> None:
@@ -200,9 +206,9 @@ def _check(urdf: Urdf) -> None:
     joints = _named(urdf, "joint")
     if not links:
         raise urdf.wrong(urdf.root, f'robot file "{urdf.path.name}" has no <link>')
-    if len(links) > MOST_LINKS:
-        element = list(links.values())[MOST_LINKS]
-        raise urdf.wrong(element, f"{len(links)} links are too many: kabo plans for robots of up to {MOST_LINKS}")
+    if len(links) > MAX_LINKS:
+        element = list(links.values())[MAX_LINKS]
+        raise urdf.wrong(element, f"{len(links)} links are too many: kabo plans for robots of up to {MAX_LINKS}")
     parents: dict[str, str] = {}
     for name, joint in joints.items():
         _check_joint(urdf, name, joint, joints)
@@ -214,14 +220,14 @@ def _check(urdf: Urdf) -> None:
 
 
 def _check_words(urdf: Urdf) -> None:
-    """Refuses what is nearly a word that counts, and what stands twice: a reader would leave it out in silence."""
+    """Raises InputError for misspelt and for repeated elements, which a parser would skip without a word."""
     waiting = [urdf.root]
     while waiting:
         element = waiting.pop()
         words, keys, single = _WORDS[element.tag]
         for key in element.attrib:
             if key not in keys and (hint := _slipped(key, keys)) is not None:
-                raise urdf.wrong(element, f"<{element.tag}> has no `{key[:_SHOWN]}`", hint)
+                raise urdf.wrong(element, f"<{element.tag}> has no `{key[:_MAX_SHOWN_CHARACTERS]}`", hint)
         seen: set[str] = set()
         for child in element:
             if child.tag in seen and child.tag in single:
@@ -230,16 +236,21 @@ def _check_words(urdf: Urdf) -> None:
             if child.tag in words:
                 if child.tag in _WORDS:
                     waiting.append(child)
-            elif child.tag not in IGNORED and (hint := _slipped(child.tag, words)) is not None:
-                raise urdf.wrong(child, f"unknown element <{child.tag[:_SHOWN]}> in <{element.tag}>", hint)
+            elif child.tag not in IGNORED_ELEMENTS and (hint := _slipped(child.tag, words)) is not None:
+                raise urdf.wrong(
+                    child, f"unknown element <{child.tag[:_MAX_SHOWN_CHARACTERS]}> in <{element.tag}>", hint
+                )
         if element.tag == "geometry" and len(element) > 1:
             raise urdf.wrong(element[1], "a <geometry> has one shape", "write another <collision> for it")
 
 
 def _slipped(word: str, known: frozenset[str]) -> str | None:
-    """The remedy for a word in which a finger slipped; other words that do not count are extensions of other tools."""
+    """The remedy for a misspelt word; None for words that are like no known one: extensions of other tools."""
     for meant in sorted(known):
-        if sorted(word) == sorted(meant) or difflib.SequenceMatcher(None, word, meant).ratio() >= SLIPPED:
+        if (
+            sorted(word) == sorted(meant)
+            or difflib.SequenceMatcher(None, word, meant).ratio() >= MISSPELLING_RATIO
+        ):
             return f'did you mean "{meant}"?'
     return None
 
@@ -251,7 +262,7 @@ def _named(urdf: Urdf, tag: str) -> dict[str, ElementTree.Element]:
         if not name.strip():
             raise urdf.wrong(element, f"a <{tag}> has no name")
         if name in found:
-            raise urdf.wrong(element, f'there are two of <{tag} name="{name[:_SHOWN]}">')
+            raise urdf.wrong(element, f'there are two of <{tag} name="{name[:_MAX_SHOWN_CHARACTERS]}">')
         found[name] = element
     return found
 
@@ -286,13 +297,13 @@ def _check_joint(
     urdf: Urdf, name: str, joint: ElementTree.Element, joints: dict[str, ElementTree.Element]
 ) -> None:
     kind = joint.get("type", "")
-    if kind in UNPLANNED:
+    if kind in UNPLANNED_JOINT_TYPES:
         raise urdf.wrong(
             joint, f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one'
         )
-    if kind not in KINDS:
-        hint = did_you_mean(kind, KINDS) or f"there are {', '.join(KINDS)}"
-        raise urdf.wrong(joint, f'joint "{name}" has the unknown type "{kind[:_SHOWN]}"', hint)
+    if kind not in JOINT_TYPES:
+        hint = did_you_mean(kind, JOINT_TYPES) or f"there are {', '.join(JOINT_TYPES)}"
+        raise urdf.wrong(joint, f'joint "{name}" has the unknown type "{kind[:_MAX_SHOWN_CHARACTERS]}"', hint)
     origin_of(urdf, joint)
     axis = joint.find("axis")
     if axis is not None and kind != "fixed":
@@ -319,14 +330,14 @@ def _check_limit(urdf: Urdf, name: str, kind: str, joint: ElementTree.Element) -
     for key in ("velocity", "effort"):
         urdf.numbers(limit, key, 1, "0", largest=math.inf if key == "effort" else 1e300)
     lower, upper = (urdf.numbers(limit, key, 1, "0", largest=1e300)[0] for key in ("lower", "upper"))
-    if kind == "prismatic" and max(abs(lower), abs(upper)) > FARTHEST:
-        raise urdf.wrong(limit, f'joint "{name}" slides farther than {FARTHEST:g} m')
+    if kind == "prismatic" and max(abs(lower), abs(upper)) > MAX_LENGTH:
+        raise urdf.wrong(limit, f'joint "{name}" slides farther than {MAX_LENGTH:g} m')
     if lower > upper and kind in {"revolute", "prismatic"}:
         raise urdf.wrong(limit, f'joint "{name}" has its lower limit {lower:g} above its upper one {upper:g}')
 
 
 def origin_of(urdf: Urdf, element: ElementTree.Element) -> tuple[list[float], list[float]]:
-    """Position [m] and roll, pitch, yaw [rad] of an element's origin."""
+    """The position [m] and roll, pitch, yaw [rad] of an element's origin; zeros if it has none."""
     origin = element.find("origin")
     if origin is None:
         return [0.0] * 3, [0.0] * 3
@@ -334,7 +345,7 @@ def origin_of(urdf: Urdf, element: ElementTree.Element) -> tuple[list[float], li
 
 
 def mimic_of(urdf: Urdf, joint: ElementTree.Element) -> tuple[str, float, float] | None:
-    """The joint that one mimics, with multiplier and offset; None if it mimics none."""
+    """The joint that this one mimics, with multiplier and offset; None if it is no mimic joint."""
     mimic = joint.find("mimic")
     if mimic is None:
         return None
@@ -344,19 +355,19 @@ def mimic_of(urdf: Urdf, joint: ElementTree.Element) -> tuple[str, float, float]
 
 
 def named(urdf: Urdf, tag: str) -> Iterator[tuple[str, ElementTree.Element]]:
-    """The links or joints of a checked robot by name; those inside of other elements (`transmission`) are not meant."""
+    """The links or joints of a checked robot by name, without those inside other elements (`transmission`)."""
     for element in urdf.root.findall(tag):
         yield element.get("name", ""), element
 
 
 def kinematics(urdf: Urdf) -> str:
-    """A URDF of links and joints with their origins, axes and limits, as they were checked, and of nothing else."""
+    """The text of a URDF that holds the checked links and joints, their origins, axes and limits, and nothing else."""
     robot = ElementTree.Element("robot", {"name": urdf.root.get("name") or "robot"})
     for name, _ in named(urdf, "link"):
         ElementTree.SubElement(robot, "link", {"name": name})
     for name, joint in named(urdf, "joint"):
         made = ElementTree.SubElement(robot, "joint", {"name": name, "type": joint.get("type", "")})
-        for tag, keys in _KEPT.items():
+        for tag, keys in _KEPT_ATTRIBUTES.items():
             element = joint.find(tag)
             if element is not None:
                 given = {key: value for key, value in element.attrib.items() if key in keys}
@@ -365,7 +376,7 @@ def kinematics(urdf: Urdf) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-_KEPT = {
+_KEPT_ATTRIBUTES = {
     "origin": ("xyz", "rpy"),
     "parent": ("link",),
     "child": ("link",),

@@ -30,7 +30,7 @@ def library_task(name: str) -> TaskFile:
 
 
 @dataclass(frozen=True)
-class BoundCall:
+class TaskCall:
     """A ground call bound to its task: arguments by name, and the components that it moves and reads."""
 
     file: TaskFile
@@ -103,7 +103,7 @@ class Bindings:
 
     def __init__(self, scene: Scene, folder: Path | None) -> None:
         self._scene, self._folder = scene, folder
-        self._bound: dict[GroundCall, BoundCall] = {}
+        self._bound: dict[GroundCall, TaskCall] = {}
         self._looked: dict[str, _InspectedTask] = {}
         self._files: dict[str, TaskFile] = {}
 
@@ -112,7 +112,7 @@ class Bindings:
         """Every call that has been bound."""
         return tuple(self._bound)
 
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> TaskCall:
         """The call bound to its task."""
         if call not in self._bound:
             file = self._file(call.procedure)
@@ -124,7 +124,7 @@ class Bindings:
             components = {*self._scene.robots, *self._scene.movable}
             moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)
             reads = dict.fromkeys(name for name in _read(stages) if name in components)
-            self._bound[call] = BoundCall(file, arguments, tuple(moves), tuple(reads))
+            self._bound[call] = TaskCall(file, arguments, tuple(moves), tuple(reads))
         return self._bound[call]
 
     def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:

@@ -13,18 +13,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Stream, Success
+from kabo.geometry_server import Answer, GeometryServer, GeometryStatistics, Refusal, Situation, Stream, Success
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
-from kabo.tasks.binding import Bindings, BoundCall
-from kabo.tasks.core import Failure as StageFailure
+from kabo.tasks.binding import Bindings, TaskCall
 from kabo.tasks.core import InitialisationError, Stage, Task
+from kabo.tasks.core.model.results import Refused
 from kabo.tasks.files.running import located_at_stage
 from kabo.tasks.records import FORESEEN, Records
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
 
-Observe = Callable[[Stage, StageFailure], None]
+Observe = Callable[[Stage, Refused], None]
 
 # Failed path searches that end a call: short ones (hasty), long ones; the factor by which each effort multiplies them.
 MAX_FAILED_PATHS_HASTY, MAX_FAILED_PATHS, PATHS_FACTOR = 8, 4, 4
@@ -32,7 +32,7 @@ MAX_CACHED_TASKS = 256  # calls whose tasks are kept for further attempts; other
 
 
 # The answer of another process to a call in a situation (attempt, effort), with its statistics; None: not asked for.
-Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, Statistics] | None]
+Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometryStatistics] | None]
 
 
 @dataclass
@@ -69,7 +69,7 @@ class GeometricProcedures:
         return self.server.scene
 
     @property
-    def statistics(self) -> Statistics:
+    def statistics(self) -> GeometryStatistics:
         """Counts of what the geometry server did."""
         return self.server.statistics
 
@@ -92,7 +92,7 @@ class GeometricProcedures:
         return self.server.state(identifier)
 
     # ---------------------------------------------------------------------------------------------- the calls
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> TaskCall:
         """The call bound to its task."""
         return self._bindings.bind(call)
 
@@ -141,19 +141,19 @@ class GeometricProcedures:
         if refused is not None:
             refusals = Refusals()
             refusals.observe(*refused)
-            return self._failure(call, situation, refusals, False)
+            return self._refusal(call, situation, refusals, False)
         for hasty in (True, False):
             asked = self._planned((*key, hasty), call, situation, attempt, effort, hasty)
             if attempt < len(asked.successes):
                 return asked.successes[attempt]
             if asked.successes or not asked.refusals.count("no_path"):
                 break
-        failure = self._failure(call, situation, asked.refusals, bool(asked.successes))
+        refusal = self._refusal(call, situation, asked.refusals, bool(asked.successes))
         blamed = asked.task.explain()
         if asked.successes or not blamed.mismatches:
-            return failure
+            return refusal
         # Solutions of stages were found, but never joined.
-        return replace(failure, message=f"{self.bind(call).sentence}: {blamed.text}")
+        return replace(refusal, comment=f"{self.bind(call).sentence}: {blamed.text}")
 
     def _planned(
         self,
@@ -192,10 +192,10 @@ class GeometricProcedures:
             asked.successes.append(Success(motion, changed(solution), asked.refusals.movable(self.scene)))
         return asked
 
-    def _failure(self, call: GroundCall, situation: Situation, refusals: Refusals, again: bool) -> Failure:
+    def _refusal(self, call: GroundCall, situation: Situation, refusals: Refusals, again: bool) -> Refusal:
         bound = self.bind(call)
-        failure = refusals.failure(bound.sentence, frozenset(bound.reads), self.scene, again=again)
-        return replace(failure, reads=failure.reads | situation.carriers(failure.reads) - {*bound.moves})
+        total = refusals.total(bound.sentence, frozenset(bound.reads), self.scene, again=again)
+        return replace(total, reads=total.reads | situation.carriers(total.reads) - {*bound.moves})
 
     def _ask(self, call: GroundCall) -> _PlannedCall:
         bound = self.bind(call)
@@ -238,26 +238,26 @@ class GeometricProcedures:
         return [stream for stage in self.stages(call) for stream in stage.wanted(context, situation)]
 
     # ------------------------------------------------------------------------------------------------- proofs
-    def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, StageFailure] | None:
+    def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, Refusal] | None:
         context = self.server.context()
         for stage in self._bindings.refuting(call):
-            failure = stage.refute(context, situation)
-            if failure is not None:
-                return stage, failure
+            refusal = stage.refute(context, situation)
+            if refusal is not None:
+                return stage, refusal
         return None
 
-    def refuted(self, call: GroundCall) -> Failure | None:
+    def refuted(self, call: GroundCall) -> Refusal | None:
         """Why a call fails wherever the components it reads are as at the start, if that is known before any search."""
         start, bound = Situation.of(self.scene.start), self.bind(call)
         found = self._refuted(call, start)
         if found is None:
             context = self.server.context()
             foreseen = ((stage, stage.foresee(context, start)) for stage in self._bindings.refuting(call))
-            found = next(((stage, failure) for stage, failure in foreseen if failure is not None), None)
+            found = next(((stage, refusal) for stage, refusal in foreseen if refusal is not None), None)
         if found is None:
             return None
         refusals = Refusals()
         refusals.observe(*found)
-        failure = refusals.failure(bound.sentence, frozenset(), self.scene)
-        self.records.note(call, start, 0, FORESEEN, failure)
-        return failure
+        refusal = refusals.total(bound.sentence, frozenset(), self.scene)
+        self.records.note(call, start, 0, FORESEEN, refusal)
+        return refusal

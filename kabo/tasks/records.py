@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from kabo.geometry_server import Answer, Failure, Situation
+from kabo.geometry_server import Answer, Refusal, Situation
 from kabo.language.formulas import GroundCall
 
 FORESEEN = -1  # effort of a failure that was known before any search, without sampling
@@ -16,7 +16,7 @@ class Where:
     situation: Situation
     attempt: int
     effort: int
-    failure: Failure
+    refusal: Refusal
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Record:
 
     def note(self, situation: Situation, attempt: int, effort: int, answer: Answer) -> None:
         """Counts an answer; a failure after earlier solutions is kept only if no attempt failed at once."""
-        if not isinstance(answer, Failure):
+        if not isinstance(answer, Refusal):
             self.successes += 1
             return
         self.failures += 1

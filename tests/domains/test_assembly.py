@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kabo
-from kabo.geometry_server import Failure, GeometryServer, Situation, Success
+from kabo.geometry_server import GeometryServer, Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.plan import Segment
 from kabo.scene import world_T
@@ -143,7 +143,7 @@ def test_what_was_picked_up_is_put_down(robot, name):
 
 def test_nothing_is_held_by_a_robot_that_has_no_grasp_for_it():
     answer = asked().call(GroundCall("pick", ("robot_2", "o3")), ran()[0])
-    assert isinstance(answer, Failure)
+    assert isinstance(answer, Refusal)
     assert answer.reason == "empty_family"
     assert answer.proof
 
@@ -152,7 +152,7 @@ def test_a_bearing_that_is_held_from_inside_does_not_go_on_the_tree():
     handed = GroundCall("pick", ("robot_1", "o1")), GroundCall("hand_over", ("robot_1", "o1", "robot_2"))
     held = ran(*handed)[0]
     answer = asked().call(GroundCall("insert", ("robot_2", "o1", "o4"), BEARING_ON_TREE), held)
-    assert isinstance(answer, Failure)
+    assert isinstance(answer, Refusal)
 
 
 def test_parts_fit_with_little_air_where_they_are_mated_and_six_millimetres_elsewhere():

@@ -138,12 +138,12 @@ def _mesh(path: Path, number: int) -> None:
 
 def _parts(path: Path, number: int) -> None:
     from kabo.geometry.bounding import stored_parts
-    from kabo.geometry.bounding.believed_parts import believed
+    from kabo.geometry.bounding.verified_parts import are_verified
     from kabo.geometry.triangles.solids import Solid
 
     mesh, digest = _tetrahedron(path)
     for made in stored_parts.read(stored_parts.beside(path), digest).values():
-        believed(Solid(*mesh), made.parts, [made.deviation] * len(made.parts))
+        are_verified(Solid(*mesh), made.parts, [made.deviation] * len(made.parts))
 
 
 @cache

@@ -15,6 +15,7 @@ from kabo.kinematics import (
     values,
 )
 from kabo.kinematics.kernels import rows as columns
+from kabo.language.constraint_kinds import CONSTRAINT_KINDS
 from tests.kinematics.trees import two_arms, violation, world_feature
 
 ARMS = two_arms(seed=3)
@@ -169,6 +170,16 @@ def test_a_distance_of_zero_is_a_coincidence_and_an_angle_of_zero_an_alignment()
 def test_what_has_no_meaning_is_refused(kind, one, other, lower, upper, message):
     with pytest.raises(ValueError, match=message):
         rows_of(kind, feature(1, one, 1), feature(2, other, 2), lower, upper)
+
+
+@pytest.mark.parametrize(
+    ("kind", "shapes"),
+    [(kind, shapes) for kind, known in CONSTRAINT_KINDS.items() for shapes in sorted(known.shapes)],
+)
+def test_every_pair_of_shapes_that_a_file_may_relate_has_rows(kind, shapes):
+    bounds = (None, None) if CONSTRAINT_KINDS[kind].quantity is None else (0.1, 0.2)
+    rows = rows_of(kind, feature(FIRST_TOOL, shapes[0], 1), feature(SECOND_TOOL, shapes[1], 2), *bounds)
+    assert len(rows) and rows.shape[1] == columns.WIDTH
 
 
 def test_a_feature_needs_a_unit_direction():

@@ -4,23 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from kabo.language.yaml import (
-    bodies,
-    constraints,
-    domain_file,
-    poses,
-    problem_file,
-    procedures,
-    robots,
-    scene_file,
-)
+from kabo.language.constraint_kinds import CONSTRAINT_KINDS
+from kabo.language.yaml import bodies, domain_file, poses, problem_file, procedures, robots, scene_file
 
 PAGE = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
 KEYS = {
     *domain_file.DOMAIN_KEYS, *domain_file.ACTION_KEYS, *domain_file.FUNCTION_KEYS, *problem_file.PROBLEM_KEYS,
     *problem_file.OPTION_KEYS, *problem_file.BUDGET_KEYS, *scene_file.SCENE_KEYS, *scene_file.MATE_KEYS,
     *robots.ROBOT_KEYS, *robots.GRIPPER_KEYS, *robots.TOOL_KEYS, *bodies.BODY_KEYS, *bodies.REGION_KEYS,
-    *bodies.GRASP_KEYS, *bodies.PLACEMENT_KEYS, *bodies.STROKE_KEYS, *poses.POSE_KEYS, *constraints.SHAPES,
+    *bodies.GRASP_KEYS, *bodies.PLACEMENT_KEYS, *bodies.STROKE_KEYS, *poses.POSE_KEYS, *CONSTRAINT_KINDS,
     *procedures.library_names(),
 }  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kabo.motion.edges import Space, dyadic_levels, stepped
+from kabo.motion.edges import FreeSpace, dyadic_levels, stepped
 
 
 def test_the_end_comes_first_then_the_middle_then_the_quarters():
@@ -26,6 +26,6 @@ def test_a_configuration_that_is_hit_spares_the_proof():
     def never(q0, q1):
         raise AssertionError("the proof was asked")
 
-    space = Space(never, lambda Q: np.array([4 if q[0] > 0.4 else -1 for q in Q]))
+    space = FreeSpace(never, lambda Q: np.array([4 if q[0] > 0.4 else -1 for q in Q]))
     assert not space.is_free(np.zeros(1), np.ones(1))
     assert dict(space.hits) == {4: 1}

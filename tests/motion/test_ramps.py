@@ -5,7 +5,7 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.motion import passed, trapezoid
+from kabo.motion import from_rest_to_rest, trapezoid
 
 LIMITS = st.lists(st.floats(0.2, 5.0), min_size=2, max_size=2).map(np.array)
 POINTS = st.lists(st.floats(-3.0, 3.0), min_size=2, max_size=2).map(np.array)
@@ -39,7 +39,7 @@ def test_a_short_way_never_reaches_the_greatest_speed():
 
 
 def test_a_path_rests_at_its_corners_and_its_times_are_whole_microseconds():
-    rows, times = passed([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], [1.0, 1.0], [2.0, 2.0])
+    rows, times = from_rest_to_rest([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], [1.0, 1.0], [2.0, 2.0])
     assert any(np.array_equal(row, [1.0, 0.0]) for row in rows)
     assert np.array_equal(times, np.round(times, 6))
     assert np.all(np.diff(times) > 0.0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of, stream_key
-from kabo.motion import Blocked, connect
-from kabo.motion.edges import STEP
+from kabo.motion import NoPath, connect
+from kabo.motion.edges import MAX_CONSTRAINED_STEP
 from tests.kinematics.trees import planar
 from tests.motion.worlds import LEFT, LOWER, RIGHT, UPPER, Discs, wall
 
@@ -30,7 +30,7 @@ def test_the_straight_segment_is_taken_where_it_is_free():
 def test_a_gap_in_the_wall_is_found(number):
     world = wall(gap=0.5)
     path = path_in(world, stream_key("gap", number))
-    assert not isinstance(path, Blocked)
+    assert not isinstance(path, NoPath)
     assert np.array_equal(path[0], LEFT)
     assert np.array_equal(path[-1], RIGHT)
     assert world.clearance(path) > 0
@@ -40,7 +40,7 @@ def test_a_gap_in_the_wall_is_found(number):
 def test_a_closed_wall_is_named_and_the_budget_is_used_up():
     world = wall()
     found = path_in(world, samples=200)
-    assert isinstance(found, Blocked)
+    assert isinstance(found, NoPath)
     assert found.samples == 200
     assert sum(found.hits.values()) > 100
     assert all(0 <= number < len(world.radii) for number in found.hits)
@@ -49,7 +49,7 @@ def test_a_closed_wall_is_named_and_the_budget_is_used_up():
 def test_a_start_or_goal_in_contact_is_named_before_anything_is_sampled():
     world = Discs(np.array([[5.0, 5.0], RIGHT]), np.array([0.1, 0.1]))
     found = path_in(world)
-    assert isinstance(found, Blocked)
+    assert isinstance(found, NoPath)
     assert (dict(found.hits), found.samples) == ({1: 1}, 0)
 
 
@@ -99,9 +99,9 @@ def test_a_path_under_a_constraint_keeps_it_all_along():
     path = connect(
         start, goal, free_segment, free_configurations, tree.lower, tree.upper, KEY, samples=2000, projection=pull
     )
-    assert not isinstance(path, Blocked)
+    assert not isinstance(path, NoPath)
     assert len(path) > 3
-    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 2 * STEP + 1e-9
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 2 * MAX_CONSTRAINED_STEP + 1e-9
     for a, b in zip(path, path[1:], strict=False):
         for t in np.linspace(0, 1, 10):
             y = arm.poses(a + t * (b - a))[3].act(np.array([0.5, 0, 0]))[1]

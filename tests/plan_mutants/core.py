@@ -9,11 +9,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.language.problem import Problem
 from kabo.plan import Plan, Segment
 from kabo.scene import Scene, link_poses, load_scene
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.scene import Attachment, GeometricState
 
-Script = Callable[[GroundCall, Situation, int], Success | Failure]
+Script = Callable[[GroundCall, Situation, int], Success | Refusal]
 
 
 def at(x: float, parent: str = "world") -> Attachment:
@@ -46,7 +46,7 @@ class ScriptedServer:
         """The components that need one value."""
         return tuple(sorted(self.bind(call).moves))
 
-    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Success | Failure:
+    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Success | Refusal:
         """The scripted answer."""
         self.asked.append((str(call), attempt))
         return self.script(call, situation, attempt)

@@ -12,7 +12,7 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
-from kabo.geometry.collision.views import FREE
+from kabo.geometry.collision.collision_view import FREE
 from kabo.scene import PRISMATIC
 from tests.conftest import PROPERTY_SCALE
 from tests.geometry.worlds import one_joint, slide

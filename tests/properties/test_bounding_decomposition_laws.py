@@ -14,15 +14,14 @@ import pytest
 import trimesh
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from kabo.arrays import Array
 from kabo.geometry import bounding_decomposition
 from kabo.geometry.bounding.bounding_decomposition import Decomposition
 from kabo.meshes import Mesh
 
-Array = NDArray[np.float64]
 EXAMPLES = max(3, int(60 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))))
 Box = tuple[Array, Array, Array]  # middle, half sides, rotation
 
@@ -100,7 +99,7 @@ def test_so_it_is_for_meshes_of_so_many_triangles_that_a_coarser_one_is_decompos
     fine = Mesh(*trimesh.remesh.subdivide(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)))
     epsilon = share * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     module = sys.modules["kabo.geometry.bounding.bounding_decomposition"]
-    with tempfile.TemporaryDirectory() as folder, patch.object(module, "MANY", 100):
+    with tempfile.TemporaryDirectory() as folder, patch.object(module, "COARSEN_ABOVE_TRIANGLES", 100):
         made = bounding_decomposition(fine, epsilon, cache=Path(folder))
     holds(made, solid, epsilon, seed)
 

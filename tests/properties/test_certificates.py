@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry.collision.certificate import Unproven
+from kabo.geometry.collision.separation_proofs import Unproven
 from kabo.planner.certify.motion_situation import joint_pose
 from kabo.verify.certificate.walk import Refuted
 from kabo.verify.motion.surfaces import encloses, mesh_distance

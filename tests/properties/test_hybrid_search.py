@@ -13,7 +13,7 @@ from kabo.options import Options
 from kabo.planner.geometry import eager as interleaved
 from kabo.planner.geometry import refusals as ledger
 from kabo.planner.rounds import GeometricRounds
-from kabo.planner.run import PlanningRun
+from kabo.planner.run import SolveRun
 from kabo.planner.solve import planned
 from tests.conftest import PROPERTY_SCALE
 from tests.support.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
@@ -26,7 +26,7 @@ SEARCHES = ("best", "breadth-first", "depth-first", "iterative-deepening")
 def played(hybrid: Hybrid, search: str, order: str):
     """What the rounds of planning end with, and what was learnt of geometry."""
     options = Options(search, 0, 0.01, "bounding", order, EXPANSIONS, 1_000_000, 60.0)
-    run = PlanningRun(hybrid.problem, options, None, None)
+    run = SolveRun(hybrid.problem, options, None, None)
     task = ground(hybrid.problem)
     rounds = GeometricRounds(run, task, hybrid, lambda _: None)  # type: ignore[arg-type]
     return planned(run, task, rounds), rounds.geometry

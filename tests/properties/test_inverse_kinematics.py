@@ -6,7 +6,7 @@ from hypothesis import event, given
 from hypothesis import strategies as st
 
 from kabo.kinematics import with_the_same_pose, with_turns
-from kabo.kinematics.closed_form import AGREES, OutOfReach, Reached, branches, end_poses
+from kabo.kinematics.closed_form import POSE_TOLERANCE, OutOfReach, Reached, branches, end_poses
 from kabo.scene.structure import Structure, structure_of
 from tests.kinematics.arms import FORMS, arm, narrowed
 
@@ -40,7 +40,7 @@ def test_every_configuration_is_a_branch_of_its_own_pose(form, seed):
         goal = made.poses(q)[tree.size]
         for each in mine:
             reached = made.poses(each)[tree.size]
-            assert np.abs(reached.homogeneous - goal.homogeneous).max() <= 2 * AGREES
+            assert np.abs(reached.homogeneous - goal.homogeneous).max() <= 2 * POSE_TOLERANCE
             assert np.all((tree.lower <= each) & (each <= tree.upper))
 
 
@@ -89,7 +89,7 @@ def test_any_pose_gets_solutions_that_reach_it_or_a_reason_in_numbers(form, seed
         assert numbers.max() > 0.0 or distance == 0.0
         assert distance > 0.0
     else:
-        assert np.abs(end_poses(tree, known, answer.configurations) - goal).max() <= AGREES
+        assert np.abs(end_poses(tree, known, answer.configurations) - goal).max() <= POSE_TOLERANCE
 
 
 @given(form=st.sampled_from(FORMS), seed=SEEDS, exponent=st.integers(-16, -3), places=st.integers(1, 3))
@@ -105,7 +105,9 @@ def test_near_singular_configurations_no_number_is_lost(form, seed, exponent, pl
         q[at] = np.clip((theta - tree.shift[1 + at]) / tree.ratio[1 + at], tree.lower[at], tree.upper[at])
     found, owner = with_the_same_pose(tree, known, Q)
     assert np.all(np.isfinite(found))
-    assert np.abs(end_poses(tree, known, found) - end_poses(tree, known, Q)[owner]).max(initial=0.0) <= AGREES
+    assert (
+        np.abs(end_poses(tree, known, found) - end_poses(tree, known, Q)[owner]).max(initial=0.0) <= POSE_TOLERANCE
+    )
     assert len(set(owner.tolist())) == POSES
 
 

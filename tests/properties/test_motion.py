@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from kabo.kinematics import stream_key
-from kabo.motion import Blocked, connect, retime, shortcut
+from kabo.motion import NoPath, connect, retime, shortcut
 from kabo.motion.shortcuts import length
 from tests.motion.worlds import LEFT, LOWER, RIGHT, UPPER, Discs
 
@@ -32,11 +32,11 @@ def test_every_path_is_free_and_repeats_itself_and_never_gets_longer(world, numb
         )
 
     path = found()
-    if isinstance(path, Blocked):
+    if isinstance(path, NoPath):
         event("blocked")
         assert path.hits
         assert path.samples in (0, 150)
-        assert isinstance(found(), Blocked)
+        assert isinstance(found(), NoPath)
         return
     event("straight" if len(path) == 2 else "around")
     assert np.array_equal(path, found())

@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.geometry.triangles.kernels.crossing import triangles_cross
-from kabo.geometry.triangles.kernels.orientation import SCRATCH, orientation
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE, orientation
 
 SEEDS = st.integers(0, 2**32 - 1)
 GRAINS = st.sampled_from([2.0**-40, 2.0**-3, 1.0])
 
 
 def sign(*points):
-    return orientation(*np.concatenate(points), np.empty(SCRATCH))
+    return orientation(*np.concatenate(points), np.empty(SCRATCH_SIZE))
 
 
 def grid_points(seed, count, grain, steps=6):
@@ -60,13 +60,13 @@ def test_a_rounded_point_of_a_plane_lies_on_the_side_that_rational_numbers_say(s
 def test_whether_triangles_cross_does_not_change_when_space_is_moved_mirrored_or_doubled(seed, grain, shared):
     pair = grid_points(seed, 6, grain, 3)
     pair[3 : 3 + shared] = pair[:shared]
-    expected = triangles_cross(pair.copy(), shared, np.empty(SCRATCH))
+    expected = triangles_cross(pair.copy(), shared, np.empty(SCRATCH_SIZE))
     move = grid_points(seed + 1, 1, 64.0 * grain)
     for image in (pair + move, pair * [-1.0, 1.0, 1.0], pair[:, [2, 0, 1]], 2.0 * pair, pair[[3, 4, 5, 0, 1, 2]]):
         # Without an area and with one shared vertex the answer may depend on the axes that are tried.
         normals = [np.cross(t[1] - t[0], t[2] - t[0]) for t in (pair[:3], pair[3:])]
         if shared != 1 or all(np.any(n) for n in normals):
-            assert triangles_cross(np.ascontiguousarray(image), shared, np.empty(SCRATCH)) == expected
+            assert triangles_cross(np.ascontiguousarray(image), shared, np.empty(SCRATCH_SIZE)) == expected
 
 
 @given(seed=SEEDS)
@@ -81,4 +81,4 @@ def test_a_point_of_both_triangles_is_never_overlooked(seed):
     )
     normal = np.cross(first[1] - first[0], first[2] - first[0])
     if abs(direction @ normal) > 1e-3 * np.linalg.norm(direction) * np.linalg.norm(normal):
-        assert triangles_cross(np.concatenate([first, second]), 0, np.empty(SCRATCH))
+        assert triangles_cross(np.concatenate([first, second]), 0, np.empty(SCRATCH_SIZE))

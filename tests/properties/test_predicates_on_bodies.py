@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from kabo.geometry import (
     Budget,
-    Container,
     Enclosure,
     FixedGroup,
+    InnerSolid,
     Motion,
     MovingGroup,
     collides,
@@ -125,7 +125,7 @@ def test_inclusion_keeps_both_sides(seed, kind, placement, epsilon, share, cavit
     body = FixedGroup(placement, loosened(true.vertices, spare, -1.0))
     for depth in gaps_about(budget.numeric, budget.epsilon)[::4]:
         mesh = room(-depth + spare, cavity)  # the inner mesh: its floor lies higher than the room's
-        inner = Container(placement, np.asarray(mesh.vertices), np.asarray(mesh.faces), spare)
+        inner = InnerSolid(placement, np.asarray(mesh.vertices), np.asarray(mesh.faces), spare)
         answer = includes(inner, body, budget)
         assert not answer or depth > 0.0
         assert answer or depth < budget.epsilon

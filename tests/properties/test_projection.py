@@ -18,7 +18,7 @@ from kabo.kinematics import (
     values,
 )
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.kernels.keeping import curvature
+from kabo.kinematics.kernels.motion_bounds import curvature
 from kabo.kinematics.projection import arrays_of
 from tests.kinematics.trees import placement, seven_axes, twin, violation, world_feature
 

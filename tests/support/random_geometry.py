@@ -11,7 +11,7 @@ from random import Random
 from types import SimpleNamespace
 from zlib import crc32
 
-from kabo.geometry_server import Failure, Situation, Statistics, Success
+from kabo.geometry_server import GeometryStatistics, Refusal, Situation, Success
 from kabo.language import formulas as f
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
@@ -53,7 +53,7 @@ class Hybrid:
     hopeless: float
     most_effort: int = 2
     asked: int = 0
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
     met: list[GeometricState] = field(default_factory=list)
 
     # ----------------------------------------------------------------------------------------- the random truth
@@ -118,28 +118,28 @@ class Hybrid:
         """Answers cost nothing here."""
         return True
 
-    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Success | Failure:
+    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Success | Refusal:
         """The answer, as a geometry server gives it: with what it rests on."""
         act, values = self.act(call), {name: numbers(situation, name) for name in COMPONENTS}
         answer = self._answer(act, values, attempt, effort)
         self.statistics.record(call.procedure, answer)
         return answer
 
-    def _answer(self, act: Act, values: Values, attempt: int, effort: int) -> Success | Failure:
+    def _answer(self, act: Act, values: Values, attempt: int, effort: int) -> Success | Refusal:
         ruled_out = self.impossible(act, values)
         if ruled_out is not None:
-            return Failure("constraint", act.name, frozenset([ruled_out]), proof=True)
+            return Refusal("constraint", act.name, frozenset([ruled_out]), proof=True)
         free, blocked = self.answers(act, values, effort)
         if attempt < len(free):
             changes = {name: component(name, value) for name, value in free[attempt].items()}
             return Success((), changes, frozenset(blocked))
         pairs = tuple((("hand", name), blocked.count(name)) for name in dict.fromkeys(blocked))
-        return Failure("collision", act.name, frozenset({*act.reads, *blocked}), pairs)
+        return Refusal("collision", act.name, frozenset({*act.reads, *blocked}), pairs)
 
-    def refuted(self, call: GroundCall) -> Failure | None:
+    def refuted(self, call: GroundCall) -> Refusal | None:
         """The proof that a call fails at the start, if there is one."""
         answer = self._answer(self.act(call), dict.fromkeys(COMPONENTS, (0,)), 0, 0)
-        return answer if isinstance(answer, Failure) and answer.proof else None
+        return answer if isinstance(answer, Refusal) and answer.proof else None
 
     def identify(self, state: GeometricState) -> int:
         """The number of a state, in the order in which they were met."""

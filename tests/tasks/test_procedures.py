@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kabo.errors import InputError
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.language.yaml.procedures import LIBRARY
 from kabo.scene import link_poses, world_T
@@ -103,10 +103,10 @@ def test_asked_again_a_procedure_gives_another_answer(server: Servers) -> None:
 def test_what_is_out_of_reach_is_a_proof_that_says_how_far(server: Servers) -> None:
     asked = server(BARTENDER)
     failure = asked.call(call("pick", "right", "bottle_1"), Situation.of(asked.scene.start))
-    assert isinstance(failure, Failure)
+    assert isinstance(failure, Refusal)
     assert (failure.reason, failure.proof, failure.reads) == ("out_of_reach", True, frozenset({"bottle_1"}))
     assert failure.missing is not None and 0.0 < failure.missing < 1.0
-    assert "right" in failure.message and "bottle_1" in failure.message
+    assert "right" in failure.comment and "bottle_1" in failure.comment
 
 
 def test_a_region_out_of_reach_is_foreseen_whatever_the_hold(server: Servers) -> None:
@@ -179,8 +179,8 @@ def test_restack_puts_a_block_on_another_body(server: Servers) -> None:
 
 def test_nothing_is_asked_of_a_robot_that_does_not_hold_the_object(server: Servers) -> None:
     failure = server(BARTENDER).call(PLACE, Situation.of(server(BARTENDER).scene.start))
-    assert isinstance(failure, Failure)
-    assert "does not hold" in failure.message
+    assert isinstance(failure, Refusal)
+    assert "does not hold" in failure.comment
 
 
 def test_what_is_found_on_both_sides_but_never_fits_is_said_to_be_so(server: Servers, tmp_path: Path) -> None:
@@ -192,8 +192,8 @@ def test_what_is_found_on_both_sides_but_never_fits_is_said_to_be_so(server: Ser
     asked = server(BARTENDER)
     held = run(asked, PICK)
     answer = GeometricProcedures(asked.server, tmp_path).call(PLACE, held)
-    assert isinstance(answer, Failure)
-    assert "'transfer' found nothing; pairs that never fit: contact of bottle_4" in answer.message
+    assert isinstance(answer, Refusal)
+    assert "'transfer' found nothing; pairs that never fit: contact of bottle_4" in answer.comment
 
 
 @pytest.mark.parametrize(
@@ -227,5 +227,5 @@ def test_a_body_that_is_not_movable_is_refused_not_a_defect(server: Servers, tmp
     asked = GeometricProcedures(server(BARTENDER).server, tmp_path)
     fixed = next(name for name in asked.scene.bodies if name not in asked.scene.movable)
     answer = asked.call(call("hang", "left", fixed), Situation.of(asked.scene.start))
-    assert isinstance(answer, Failure)
-    assert f"{fixed} is not movable" in answer.message
+    assert isinstance(answer, Refusal)
+    assert f"{fixed} is not movable" in answer.comment

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from kabo.geometry import Budget, Enclosure
-from kabo.geometry.collision.certificate import Course as Sought
-from kabo.geometry.collision.certificate import Placed, Prover, Unproven, Witness, ordered
+from kabo.geometry.collision.separation_proofs import Course as Sought
+from kabo.geometry.collision.separation_proofs import PlacedBody, Prover, Unproven, Witness, ordered
 from kabo.geometry_server import GeometryServer
 from kabo.language.scene_description import PoseDescription, RobotDescription
 from kabo.meshes import Mesh
@@ -139,7 +139,10 @@ def sought(first: Box, second: Box, waypoints: np.ndarray, near: float = 0.01) -
     while frame not in chain:
         frame = int(tree.parent[frame])
     prover = Prover({"a": ordered(first.enclosure), "b": ordered(second.enclosure)}, near, BUDGET.clearance)
-    bodies = [Placed("a", first.joint, flat(first.joint_T)), Placed("b", second.joint, flat(second.joint_T))]
+    bodies = [
+        PlacedBody("a", first.joint, flat(first.joint_T)),
+        PlacedBody("b", second.joint, flat(second.joint_T)),
+    ]
     course = Sought(tree, np.ascontiguousarray(waypoints), bodies, np.array([[0, 1, frame]], np.int64))
     found = prover.prove(course)
     return Scenery(first, second, waypoints, found if isinstance(found, Unproven) else found[0])

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -16,16 +16,23 @@ from kabo.arrays import Array, Integers
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_decompositions, stored_parts
+from kabo.geometry.bounding.bounding_mesh import bounding_mesh
+from kabo.geometry.bounding.enclosing_union import (
+    TooManyCells,
+    Undecided,
+    Union,
+    cells_of,
+    enclosing_union,
+    proven_union,
+)
+from kabo.geometry.bounding.verified_parts import are_verified, record_proof
+from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, require_closed
 
-if TYPE_CHECKING:
-    from kabo.geometry.bounding.enclosing_union import Union
-    from kabo.geometry.triangles.solids import Solid
-
-MANY = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
-COARSER = 0.1  # of epsilon: what that mesh may take
+COARSEN_ABOVE_TRIANGLES = 5_000  # above which a coarser bounding mesh is decomposed instead
+COARSE_MESH_SHARE = 0.1  # of epsilon: how far that bounding mesh may deviate
 Made = tuple[tuple[Array, ...], tuple[float, ...]]  # parts and their deviations
-TIGHTER = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
+TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried in turn to reach a target number of parts
 
 
 class Triangles(Protocol):
@@ -42,12 +49,12 @@ class Triangles(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """Convex parts whose union holds the whole solid, and whose points are all near it."""
+    """Convex parts whose union contains the solid, and whose points are all near it."""
 
     parts: tuple[Array, ...]  # the corners of each, (V, 3) [m]
     deviations: tuple[float, ...]  # of each part: a proven bound of its greatest distance from the solid [m]
     epsilon: float  # [m]
-    seconds: float  # it took to make or to find them
+    seconds: float  # spent on computing the parts, or on reading them
 
     @property
     def hausdorff_upper_bound(self) -> float:
@@ -56,7 +63,7 @@ class Decomposition:
 
     @property
     def worst(self) -> int:
-        """The part that may stick out most."""
+        """The index of the part with the greatest deviation."""
         return int(np.argmax(self.deviations))
 
 
@@ -78,7 +85,7 @@ def bounding_decomposition(
         epsilon: how far any point of the parts may be from the solid [m].
         parts: a target: the parts are as tight as so many can be; more if epsilon needs them.
         vertices_per_part: a target: where it can be kept, no part has more.
-        seed: names the answer; nothing is drawn at random yet, so that every seed gives the same parts.
+        seed: part of the cache's key; nothing is random yet, so that every seed gives the same parts.
         cache: a folder; by default the decompositions' folder in kabo's cache.
 
     Raises:
@@ -97,11 +104,11 @@ def bounding_decomposition(
     path = getattr(mesh, "path", None)
     require_closed(Mesh(vertices, faces, path))
     given = stored_decompositions.name_of(vertices, faces, parameters)
-    found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, given))
+    found = _verified(vertices, faces, epsilon, stored_decompositions.read(folder, given))
     if found is None:
         vertices, faces = stored_parts.canonical(vertices, faces)
         canonical = stored_decompositions.name_of(vertices, faces, parameters)
-        found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, canonical))
+        found = _verified(vertices, faces, epsilon, stored_decompositions.read(folder, canonical))
         if found is None:
             found = _made(vertices, faces, epsilon, parts, vertices_per_part, path)
         with suppress(OSError):  # a read-only cache costs time, never an answer
@@ -110,14 +117,11 @@ def bounding_decomposition(
     return Decomposition(*found, epsilon, perf_counter() - began)
 
 
-def _believed(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
-    """What a file in the cache holds, if it keeps what it says."""
-    from kabo.geometry.bounding.believed_parts import believed
-    from kabo.geometry.triangles.solids import Solid
-
+def _verified(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
+    """The parts found in the cache, if their claims are proven; else None."""
     if found is None or max(found[1]) > epsilon:
         return None
-    return found if believed(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
+    return found if are_verified(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
 
 
 def _made(
@@ -128,10 +132,6 @@ def _made(
     vertices_per_part: int | None,
     path: Path | None,
 ) -> Made:
-    from kabo.geometry.bounding.believed_parts import remember
-    from kabo.geometry.bounding.enclosing_union import TooFine, Undecided, proven_union
-    from kabo.geometry.triangles.solids import Solid
-
     solid = Solid(vertices, faces)
     coarse, epsilon_left = _coarse(vertices, faces, epsilon)
     try:
@@ -139,48 +139,43 @@ def _made(
             union = _union(coarse or solid, epsilon_left, parts, vertices_per_part)
             if coarse is not None:
                 union = proven_union(solid, union, epsilon - epsilon_left, epsilon)
-        except (TooFine, Undecided):
+        except (TooManyCells, Undecided):
             if coarse is None:
                 raise
             union = _union(solid, epsilon, parts, vertices_per_part)
-    except (TooFine, Undecided) as error:
+    except (TooManyCells, Undecided) as error:
         why = (
             "need more than a thousand convex parts"
-            if isinstance(error, TooFine)
+            if isinstance(error, TooManyCells)
             else "have hollows around which no convex parts could be proven"
         )
         said = f"is too fine: its {len(faces)} triangles {why} within {epsilon:g} m"
         remedy = "ask for a larger epsilon, or simplify the mesh where it has fine hollows"
         named = "mesh" if path is None else str(path)
         raise MeshError([Diagnostic(named, 1, 1, f"the mesh {said}", remedy)]) from None
-    remember(solid, union.parts, union.deviations)
+    record_proof(solid, union.parts, union.deviations)
     return union.parts, union.deviations
 
 
-def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple["Solid | None", float]:
-    """For a mesh of many triangles, one around it that has few, and what it leaves of epsilon.
+def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple[Solid | None, float]:
+    """A coarser solid around a mesh of many triangles, and the rest of epsilon; None and epsilon if it is not needed.
 
-    Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.
+    Parts that cover it cover the mesh. Their distance from the mesh itself is proven at the end.
     """
-    from kabo.geometry.bounding.bounding_mesh import bounding_mesh
-    from kabo.geometry.triangles.solids import Solid
-
-    if len(faces) <= MANY:
+    if len(faces) <= COARSEN_ABOVE_TRIANGLES:
         return None, epsilon
     try:
-        outer = bounding_mesh(Mesh(vertices, faces), COARSER * epsilon)
+        outer = bounding_mesh(Mesh(vertices, faces), COARSE_MESH_SHARE * epsilon)
     except (MeshError, ValueError):  # what it cannot bound may still be cut
         return None, epsilon
     return Solid(outer.vertices, outer.faces), epsilon - outer.hausdorff_upper_bound
 
 
-def _union(solid: "Solid", epsilon: float, parts: int | None, vertices_per_part: int | None) -> "Union":
-    from kabo.geometry.bounding.enclosing_union import Undecided, cells_of, enclosing_union
-
+def _union(solid: Solid, epsilon: float, parts: int | None, vertices_per_part: int | None) -> Union:
     cells = cells_of(solid, epsilon)
     union = enclosing_union(solid, cells, epsilon, vertices_per_part)
     target = parts or 0
-    for share in TIGHTER if len(union.parts) < target else ():
+    for share in TIGHTER_SHARES if len(union.parts) < target else ():
         with suppress(Undecided):
             tighter = enclosing_union(solid, cells, share * epsilon, vertices_per_part)
             if len(tighter.parts) <= target:

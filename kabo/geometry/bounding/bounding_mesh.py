@@ -1,9 +1,9 @@
 """Bounding meshes: few vertices, on one side of the original, within a proven distance of it [K 4.3].
 
-Edges are contracted, cheapest first, to points that lie behind no face of the edge's star: what is new is then a chain
-of tetrahedra of non-negative volume, so no point of the enclosed side is lost. The signs are exact. Which contractions
-are done is decided by proven distances, not by their cost: every new face from the original, and every original
-triangle from the new faces. What cannot be proven is not done.
+Edges are contracted, cheapest first, to points that lie behind no face of the edge's star: then the solid only
+grows, by tetrahedra of non-negative volume, and no enclosed point is lost. The signs are exact. The cost only
+orders contractions; a contraction is made if two distances are proven: of every new face from the original, and of
+every original triangle from the new faces.
 """
 
 import time
@@ -17,8 +17,8 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding import contraction_state as state
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
-from kabo.geometry.bounding.kernels.carried import start
-from kabo.geometry.bounding.kernels.star import NOTHING, prepare
+from kabo.geometry.bounding.kernels.carried_triangles import start
+from kabo.geometry.bounding.kernels.star import MIN_COORDINATE, prepare
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
 from kabo.meshes import Mesh, require_solid
@@ -34,12 +34,12 @@ COSTS: dict[str, int] = {
     "triangles": quadrics.TRIANGLES,
     "diagonal": quadrics.DIAGONAL,
 }
-PATIENCE = 1.2  # an edge that turns out dearer by less goes first all the same
+ACCEPTED_COST_GROWTH = 1.2  # factor by which an edge may turn out more expensive than estimated and still be next
 # What is tried one after the other: the least cosine between a face's old and new normal, and which part of a quadric's
 # trace pulls a new point to its edge's middle, where the quadric alone would leave it free.
-ATTEMPTS = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
-ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
-NAMES = (
+FACING_AND_REGULARISATION = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
+RELATIVE_ROUNDING = 2.0**-45  # of the largest coordinate: far more than the rounding of any distance
+COUNTER_NAMES = (
     "contractions",
     "solved",
     "topology",
@@ -66,7 +66,7 @@ class TriangleMesh(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class BoundingMesh:
-    """A mesh that encloses another (outer) or lies inside it (inner), and what is proven of it.
+    """A mesh that encloses another (outer) or lies inside it (inner), with proven bounds.
 
     One-sided: wherever the enclosed mesh winds around a point, the enclosing one does so at least as often.
     """
@@ -75,13 +75,13 @@ class BoundingMesh:
     faces: Integers  # (F, 3)
     side: Side
     epsilon: float  # what was asked for [m]
-    hausdorff_upper_bound: float  # proven, of both directions [m]
+    hausdorff_upper_bound: float  # of both directions [m]
     contractions: int
     contraction_seconds: (
         float  # of the contractions with their proofs; checking the input and the result not counted
     )
     seconds: float  # of everything
-    counts: dict[str, int]  # what was done, and what refused the rest
+    counts: dict[str, int]  # of contractions, and of rejections by their reason
     one_sided: Literal[True] = True
 
 
@@ -98,27 +98,30 @@ def bounding_mesh(
     """A mesh of few vertices on one side of `mesh`, proven within `epsilon` of it in both directions.
 
     Args:
-        mesh: closed, orientable, a manifold; several components are bounded together, and may cross as they do.
+        mesh: a closed, orientable manifold; several components are bounded together, and may cross as before.
         epsilon: [m].
         side: "outer" encloses the mesh, "inner" is enclosed by it.
-        vertices: contraction stops when so few are left, even if more could be saved.
-        cost: what orders the contractions: the planes of today's neighbourhood (memoryless), or of the original summed
-            up [K Eq. 4.5], with adapted constant, fully adapted (diagonal) [K Eq. 4.6, 4.7]; or the distances to
-            triangles' middles, which keep convex meshes nearly convex [K A.2].
-        certify: False leaves distances and crossings unproven on the way and stops where the cost exceeds epsilon
-            squared, as [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
-        borders: "keep" accepts an open mesh, and leaves its borders untouched.
+        vertices: contraction stops at this number.
+        cost: the order of contractions, by squared distances to planes of the current neighbourhood (memoryless),
+        or to
+            original planes, summed up (planes) [K Eq. 4.5], with adapted constant, or fully adapted (diagonal) [K
+            Eq. 4.6,
+            4.7]; or to the centres of triangles, which keeps convex meshes nearly convex [K A.2].
+        certify: False proves no distances and crossings on the way and stops where the cost exceeds epsilon
+        squared, as
+            [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
+        borders: "keep" accepts an open mesh, and does not change its borders.
 
     Raises:
-        MeshError: the mesh is not usable, in one sentence with counts and the remedy.
+        MeshError: the mesh is not usable; one sentence gives counts and the remedy.
         ValueError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
     """
     begin = time.perf_counter()
     points, faces = np.array(mesh.vertices, np.float64, order="C"), np.ascontiguousarray(mesh.faces, np.int64)
-    points[np.abs(points) < NOTHING] = 0.0
+    points[np.abs(points) < MIN_COORDINATE] = 0.0
     _require_options(epsilon, side, cost)
     require_solid(Mesh(points, faces, getattr(mesh, "path", None)), borders=borders)
-    rounding = ROUNDING * float(np.abs(points).max())
+    rounding = RELATIVE_ROUNDING * float(np.abs(points).max())
     limit = epsilon * (1.0 - 1e-9) - rounding
     if limit < 0.5 * epsilon:
         raise ValueError(
@@ -160,10 +163,10 @@ def _require_options(epsilon: float, side: str, cost: str) -> None:
 
 def _settings(
     points: Array, epsilon: float, limit: float, vertices: int, cost: int, certify: bool
-) -> state.Settings:
+) -> state.ContractionSettings:
     low, high = points.min(axis=0), points.max(axis=0)
     diagonal, middle = float(np.linalg.norm(high - low)), 0.5 * (low + high)
-    return state.Settings(
+    return state.ContractionSettings(
         cost=cost,
         certify=certify,
         vertices=vertices,
@@ -171,9 +174,9 @@ def _settings(
         epsilon=float(epsilon),
         limit=limit,
         dearest=float(np.finfo(np.float64).max) if certify else float(epsilon) ** 2,
-        facing=ATTEMPTS[0][0],
-        patience=PATIENCE,
-        regular=ATTEMPTS[0][1],
+        facing=FACING_AND_REGULARISATION[0][0],
+        patience=ACCEPTED_COST_GROWTH,
+        regular=FACING_AND_REGULARISATION[0][1],
         slack=1e-12 * diagonal + 2.0**-48 * float(np.abs(points).max()),
         diagonal=diagonal,
         x=float(middle[0]),
@@ -183,7 +186,7 @@ def _settings(
 
 
 def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
-    """Whether a vertex is an end of an edge with one face only."""
+    """(V,) whether a vertex is an end of a border edge."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     different, count = np.unique(edges, axis=0, return_counts=True)
     locked = np.zeros(len(points), np.bool_)
@@ -192,9 +195,9 @@ def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
 
 
 def _contracted(
-    points: Array, faces: Integers, settings: state.Settings, locked: NDArray[np.bool_]
+    points: Array, faces: Integers, settings: state.ContractionSettings, locked: NDArray[np.bool_]
 ) -> tuple[Array, Integers, dict[str, int]]:
-    """The vertices and faces that are left, and the counts."""
+    """The remaining vertices and faces, and the counts."""
     count, certify = len(faces), settings.certify
     tree = tree_of(points, faces)
     triangle_of_face = np.empty(count, np.int64)
@@ -206,17 +209,17 @@ def _contracted(
     )
     carried = state.carried_of(count, 3 * count + 10_000 if certify else count)
     draft = state.draft_of(count, 2 * count + 10_000 if certify else 1)
-    counters = np.zeros(len(NAMES), np.int64)
+    counters = np.zeros(len(COUNTER_NAMES), np.int64)
     prepare(net, settings)
     start(carried, triangle_of_face)
     if certify:
         contraction.enter_all(net, octree)
     star, work = state.star_of(count), state.work_of(count)
     queue, refused = state.queue_of(6 * count + 1000), state.refused_of(4 * count + 100)
-    for facing, regular in ATTEMPTS if certify else ATTEMPTS[:1]:
+    for facing, regular in FACING_AND_REGULARISATION if certify else FACING_AND_REGULARISATION[:1]:
         now = settings._replace(facing=facing, regular=regular)
         contraction.contract_all(net, tree, carried, star, queue, refused, draft, octree, now, work, counters)
     left = net.faces[net.faces[:, 0] >= 0]
     used, index = np.unique(left, return_inverse=True)
-    counts = dict(zip(NAMES, counters.tolist(), strict=True))
+    counts = dict(zip(COUNTER_NAMES, counters.tolist(), strict=True))
     return np.ascontiguousarray(net.vertices[used]), np.ascontiguousarray(index.reshape(-1, 3)), counts

@@ -1,11 +1,11 @@
-"""A closed mesh cut into convex cells: whatever is kept of a cell still spans the whole solid inside it.
+"""A solid cut into convex cells; for each cell, segments whose hull contains the solid inside the cell.
 
-A cell is kept as the faces of the boundary of solid-and-cell, each face as its border segments. Cutting by a plane
-clips every segment, closes every face that crosses the plane by the segments where it does, and adds those segments
-once more as a new face, the cut. The hull of a cell's points therefore contains all of the solid inside the cell, its
-interior too: extreme points of a cut region lie on the border of that region, and all borders are kept. So the hulls
-of the cells of one mesh together cover the solid, by construction; rounding moves points by a few 1e-16 of their
-size, which `kabo.geometry.bounding.reduction` more than makes up for.
+A cell is represented by the boundary faces of its part of the solid, each face by its border segments. Cutting by
+a plane clips every segment, closes every face that crosses the plane with new segments on the plane, and adds
+those segments again as a new face, the cut. The hull of a cell's points contains all of the solid inside the cell,
+since extreme points of a cut region lie on its border, and all borders are kept. So the hulls of all cells cover
+the solid by construction. Rounding moves points by a few 1e-16 of their size, much less than the margin of
+`kabo.geometry.bounding.enclosing_polytope`.
 """
 
 from dataclasses import dataclass
@@ -18,14 +18,14 @@ from kabo.arrays import Array, Integers
 
 @dataclass(frozen=True)
 class Cell:
-    """The solid inside a convex cell: border segments (S, 2, 3) [m] and the face (S,) each belongs to."""
+    """The part of a solid inside a convex cell: border segments (S, 2, 3) [m] and the face (S,) that each belongs to."""
 
     segments: Array
     faces: Integers
 
     @property
     def points(self) -> Array:
-        """The different end points of all segments (P, 3)."""
+        """The distinct end points of all segments (P, 3)."""
         return np.unique(self.segments.reshape(-1, 3), axis=0)
 
 
@@ -37,7 +37,7 @@ def whole(vertices: Array, faces: Integers) -> Cell:
 
 
 def cut(cell: Cell, normal: Array, offset: float) -> tuple[Cell, Cell]:
-    """The cell below and the cell above the plane normal·x = offset; one of them may be empty."""
+    """The cells below and above the plane normal·x = offset; one of them may be empty."""
     segments = _in_one_direction(cell.segments)
     # Elementwise, not by a matrix product: equal points must get equal signs, whatever their place in the array.
     height = segments[..., 0] * normal[0] + segments[..., 1] * normal[1] + segments[..., 2] * normal[2] - offset
@@ -66,7 +66,7 @@ def cut(cell: Cell, normal: Array, offset: float) -> tuple[Cell, Cell]:
 
 
 def _in_one_direction(segments: Array) -> Array:
-    """The segments with their ends in lexicographic order, so that shared edges are computed alike."""
+    """The segments with their ends in lexicographic order, so that shared edges are cut at equal points."""
     first, second = segments[:, 0], segments[:, 1]
     swap = np.zeros(len(segments), bool)
     equal = np.ones(len(segments), bool)
@@ -83,10 +83,10 @@ def _select(cell: Cell, chosen: NDArray[np.bool_]) -> Cell:
 
 
 def _borders(points: Array, owners: Integers, normal: Array) -> tuple[Array, Integers]:
-    """The segments where faces cross the plane: a face's crossing points in order along its line, taken in pairs.
+    """The segments in which faces cross the plane: crossing points in order along the line, taken in pairs.
 
-    A closed border crosses an even number of times. Where rounding made it odd, one segment from the first to the
-    last point stands for all: it spans at least the same.
+    A closed border has an even number of crossings. If rounding made it odd, one segment from the first to the
+    last point replaces all: its hull is at least as large.
     """
     # The line of a face in the plane has any direction; the widest spread of its points orders them along it.
     order = np.argsort(owners, kind="stable")

@@ -1,4 +1,4 @@
-"""The arrays of an edge contraction, named and made in one place: what the kernels of a bounding mesh work on."""
+"""The named arrays on which the kernels of edge contraction work, and the functions that allocate them."""
 
 from typing import NamedTuple
 
@@ -8,26 +8,26 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.triangles.kernels.octree import STACK
-from kabo.geometry.triangles.kernels.orientation import SCRATCH
+from kabo.geometry.triangles.kernels.octree import STACK_SIZE
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE
 
-WIDEST = 20_000  # faces of a star; larger ones are left alone
+MAX_STAR_FACES = 20_000  # larger stars are not contracted
 
 
-class Settings(NamedTuple):
-    """What decides about contractions; metres."""
+class ContractionSettings(NamedTuple):
+    """The parameters of edge contraction; lengths in metres."""
 
     cost: int  # which cost function (kernels.quadrics)
     certify: bool  # whether distances are proven and crossings avoided
-    vertices: int  # stop when so many are left
+    vertices: int  # contraction stops at this number
     alive: int  # vertices at the beginning
     epsilon: float
-    limit: float  # epsilon less all rounding of a distance
+    limit: float  # epsilon minus the rounding of distances
     dearest: float  # the greatest cost
     facing: float  # the least cosine between a face's normals before and after
-    patience: float  # how much dearer than it seemed an edge may be and still go first
-    regular: float  # part of the quadric's trace that pulls a new point to the edge's middle
-    slack: float  # by which new points keep away from the planes that they must be outside of
+    patience: float  # factor by which an edge may exceed its estimated cost and still be next
+    regular: float  # share of the quadric's trace that regularises a new point towards the edge's middle
+    slack: float  # distance of new points from the planes that they must be outside of
     diagonal: float
     x: float  # the middle of the mesh: quadrics are relative to it
     y: float
@@ -35,7 +35,7 @@ class Settings(NamedTuple):
 
 
 class Net(NamedTuple):
-    """The mesh, V vertices and F faces; `kernels.star` tells what the arrays mean."""
+    """The mesh of V vertices and F faces; `kernels.star` explains the arrays."""
 
     vertices: Array  # (V + 1, 3): the last row is for a point on trial
     faces: Integers  # (F, 3)
@@ -51,10 +51,10 @@ class Net(NamedTuple):
     face_marks: Integers  # (F,)
     errors: Array  # (F,) proven bound of the face's distance to the original
     hints: Integers  # (F,) an original triangle near the face
-    waits: Integers  # (V,) how many faces a star of the vertex may have to be looked at
-    components: Integers  # (V,) the connected part that a vertex belongs to
+    waits: Integers  # (V,) the greatest star of the vertex, in faces, that is tried
+    components: Integers  # (V,) the connected component of a vertex
     volumes: Array  # (C, 2) the signed volume of each: now, and at the beginning
-    clock: Integers  # (3,) last vertex mark, last face mark, how many edges are refused
+    clock: Integers  # (3,) last vertex mark, last face mark, number of refused edges
 
 
 class Star(NamedTuple):
@@ -77,7 +77,7 @@ class Star(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """The original triangles on the faces; `kernels.carried` tells what the arrays mean."""
+    """The original triangles that each face carries; `kernels.carried_triangles` explains the arrays."""
 
     heads: Integers  # (F,)
     items: Integers  # (N,)
@@ -87,17 +87,17 @@ class Carried(NamedTuple):
     valid: Integers  # (T,)
     marks: Integers  # (T,)
     marks_used: Integers  # (1,)
-    free: Integers  # (3,) first free node, how many, and below how many stale ones are looked for
+    free: Integers  # (3,) first free node, number of free nodes, number of them below which stale nodes are freed
 
 
-class Draft(NamedTuple):
-    """What a contraction would do to the carried triangles."""
+class CarriedDraft(NamedTuple):
+    """The changes that a contraction would make to the carried triangles."""
 
     nodes: Integers  # (M,)
     faces: Integers  # (M,)
     bounds: Array  # (M,)
-    again: Integers  # (T, 2) triangles to be proven anew, and a new face near each
-    proven: Integers  # (3,) moves by bound, all moves, triangles proven anew
+    again: Integers  # (T, 2) triangles that need a new proof, and a new face near each
+    proven: Integers  # (3,) moves by bound, all moves, triangles with a new proof
 
 
 class Queue(NamedTuple):
@@ -115,7 +115,7 @@ class Work(NamedTuple):
     stack: Integers
     pair: Array  # (6, 3)
     exact: Array
-    budget: Integers  # (1,) what is left for the proofs of one contraction
+    budget: Integers  # (1,) work left for the proofs of one contraction
 
 
 def _zeros(*shape: int) -> Integers:
@@ -123,7 +123,7 @@ def _zeros(*shape: int) -> Integers:
 
 
 def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: Integers, quadrics: int) -> Net:
-    """The net of a mesh; `quadrics` is how many are kept."""
+    """The net of a mesh, with room for `quadrics` quadrics."""
     v, f = len(vertices), len(faces)
     edges = coo_array((np.ones(2 * f), (faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())), shape=(v, v))
     many, components = connected_components(edges, directed=False)
@@ -142,7 +142,7 @@ def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: I
         face_marks=_zeros(f),
         errors=np.zeros(f),
         hints=hints,
-        waits=np.full(v, WIDEST, np.int64),
+        waits=np.full(v, MAX_STAR_FACES, np.int64),
         components=components.astype(np.int64),
         volumes=np.zeros((many, 2)),
         clock=_zeros(3),
@@ -150,8 +150,8 @@ def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: I
 
 
 def star_of(faces: int) -> Star:
-    """Scratch for the stars of a mesh."""
-    s = min(faces, WIDEST)
+    """Scratch for stars of at most so many faces."""
+    s = min(faces, MAX_STAR_FACES)
     return Star(
         faces=_zeros(s),
         corners=_zeros(s),
@@ -171,7 +171,7 @@ def star_of(faces: int) -> Star:
 
 
 def carried_of(faces: int, nodes: int) -> Carried:
-    """Room for so many nodes on so many faces, which are as many as the original's."""
+    """Room for so many nodes on so many faces; the original has as many faces."""
     return Carried(
         heads=_zeros(faces),
         items=_zeros(nodes),
@@ -185,23 +185,28 @@ def carried_of(faces: int, nodes: int) -> Carried:
     )
 
 
-def draft_of(faces: int, moves: int) -> Draft:
-    """Room for so many moves."""
-    return Draft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
+def draft_of(faces: int, moves: int) -> CarriedDraft:
+    """Room for so many moves in a mesh of so many faces."""
+    return CarriedDraft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
 
 
 def work_of(faces: int) -> Work:
     """Scratch for a mesh of so many faces."""
     return Work(
-        np.empty((64, 16)), _zeros(faces), _zeros(max(STACK, 64)), np.empty((6, 3)), np.empty(SCRATCH), _zeros(1)
+        np.empty((64, 16)),
+        _zeros(faces),
+        _zeros(max(STACK_SIZE, 64)),
+        np.empty((6, 3)),
+        np.empty(SCRATCH_SIZE),
+        _zeros(1),
     )
 
 
 def queue_of(edges: int) -> Queue:
-    """Room for so many entries."""
+    """A heap with room for so many entries."""
     return Queue(np.empty(edges), np.empty((edges, 3), np.int64))
 
 
 def refused_of(edges: int) -> Integers:
-    """Room for so many refused edges: both ends, when they were refused, and their stamp."""
+    """Room for so many refused edges, a row each: both ends, the time of refusal, the stamp."""
     return np.zeros((edges, 4), np.int64)

@@ -1,37 +1,43 @@
-"""Few convex sets for many cells: each grown from a cell while its hull stays near the solid, then the fewest chosen.
+"""Groups cells into few convex sets: sets grow from cells while their hulls stay near the solid, then a cover is chosen.
 
-A set may hold cells that another one holds too. Choosing is a set cover, solved to optimality by branch and bound
-(scipy's HiGHS), so that the same cells give the same sets.
+Sets may overlap. The choice is a set cover problem, solved to optimality by branch and bound (scipy's HiGHS), so
+that the same cells give the same sets.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.kernels.depths import between_is_far
-from kabo.geometry.bounding.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
+from kabo.geometry.bounding.kernels.depth_octree import between_is_far
+from kabo.geometry.bounding.nearness import (
+    HALTON_POINTS,
+    PLANE_ROUNDING,
+    SIGHT_LINES,
+    Voids,
+    looks_near,
+    near_or_witness,
+)
 from kabo.geometry.triangles.solids import Solid
 
 Members = tuple[int, ...]
-COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
-REFRESHED = 4  # of them, whose figure is made anew
-ROUGHLY = 0.5  # of the limit: what may be missing where that is compared
-NEIGHBOURS = 8  # that are asked to take a cell
-AGAIN = 6  # times a set may grow until its hull is not refuted
-SURE = 4_000  # tetrahedra after which it is not
+NEIGHBOURS_COMPARED = 12  # nearest neighbours, of which the one that adds the least empty volume is taken
+NEIGHBOURS_REFRESHED = 4  # of these, whose empty volume is computed again
+THINNING_SHARE = 0.5  # of the limit: accuracy of hulls in that comparison
+RECEIVING_NEIGHBOURS = 8  # that may take a cell of another set
+MAX_REGROWTHS = 6  # of a set whose hull was refuted
+HULL_PROOF_TETRAHEDRA = 4_000  # of a proof, after which a hull counts as not refuted
 
 
 class Growth:
-    """Grows sets of cells whose joint hull looks near a solid."""
+    """Grows sets of cells whose common hull appears to be near a solid."""
 
     def __init__(self, solid: Solid, limit: float, points: Sequence[Array], voids: Voids) -> None:
         self.solid, self.limit, self._voids = solid, limit, voids
         self.points = [thinned(each, 0.05 * limit) for each in points]
-        self._few = [thinned(each, ROUGHLY * limit) for each in self.points]
+        self._few = [thinned(each, THINNING_SHARE * limit) for each in self.points]
         self._volumes = [float(ConvexHull(each).volume) for each in self._few]
         self._middles = np.array([each.mean(axis=0) for each in self.points])
         self._low = np.array([each.min(axis=0) for each in self.points])
@@ -43,17 +49,17 @@ class Growth:
         self._joints: dict[Members, bool] = {}
 
     def from_seed(self, seed: int, nearest: bool, prices: Array | None = None) -> Members:
-        """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain.
+        """The set grown from one cell, by its nearest neighbour, or by the neighbour that adds the least empty volume.
 
-        With prices (C,) of the cells those come first that have one, the others where there is room left.
-        Where the hull is refuted for all that, the set grows again around the void that was found.
+        With prices (C,), cells with a positive price are added first, then others. If the final hull is refuted,
+        the set is grown again without the point that was found outside the solid.
         """
-        for _ in range(AGAIN):
+        for _ in range(MAX_REGROWTHS):
             members = self._grown(seed, nearest, prices)
             if len(members) == 1:
                 break
             hull = ConvexHull(np.vstack([self.points[j] for j in members]))
-            far = judged(self.solid, hull.points, self.limit, SURE)[1]
+            far = near_or_witness(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
             if far is None:
                 break
             self._voids.add(far, hull)
@@ -75,8 +81,8 @@ class Growth:
             away = np.linalg.norm(self._middles[candidates] - corners.mean(axis=0), axis=1)
             candidates = [candidates[i] for i in np.argsort(np.round(away, 9), kind="stable")]
             if not nearest:
-                some = self._least_in_vain(members, candidates[:COMPARED], known)
-                candidates = some + candidates[COMPARED:]
+                some = self._least_in_vain(members, candidates[:NEIGHBOURS_COMPARED], known)
+                candidates = some + candidates[NEIGHBOURS_COMPARED:]
             if prices is not None:
                 candidates.sort(key=lambda j: prices[j] <= 0.0)
             for j in candidates:
@@ -89,20 +95,20 @@ class Growth:
                 refused[j] = True
 
     def _least_in_vain(self, members: list[int], candidates: list[int], known: dict[int, float]) -> list[int]:
-        """The candidates, those first that add least to the hull beside what they hold: roughly, by few points.
+        """The candidates in order of the empty volume that they add to the hull, estimated from few points.
 
-        What is known from before the hull grew is asked again for the best of them only.
+        Estimates from before the hull grew are updated for the best of them only.
         """
         hull = ConvexHull(np.vstack([self._few[i] for i in members]))
         corners = hull.points[hull.vertices]
         best = sorted((j for j in candidates if j in known), key=lambda j: (known[j], candidates.index(j)))
-        for j in [j for j in candidates if j not in known] + best[:REFRESHED]:
+        for j in [j for j in candidates if j not in known] + best[:NEIGHBOURS_REFRESHED]:
             joined = ConvexHull(np.vstack([corners, self._few[j]]))
             known[j] = round(1.0 - (hull.volume + self._volumes[j]) / float(joined.volume), 9)
         return sorted(candidates, key=lambda j: (known[j], candidates.index(j)))
 
     def with_one_less(self, sets: Sequence[Members]) -> list[Members]:
-        """The sets, each cell in one only, after as many as possible have given all of theirs to neighbours."""
+        """The sets, made disjoint, after as many as possible were dissolved into their neighbours."""
         owned: set[int] = set()
         groups: list[list[int]] = []
         for members in sorted(sets, key=lambda members: (-len(members), members)):
@@ -117,13 +123,13 @@ class Growth:
         return [tuple(sorted(group)) for group in groups]
 
     def _given_away(self, groups: list[list[int]], giver: int) -> list[list[int]] | None:
-        """The groups without one of them, whose cells the others have taken; None if they cannot."""
+        """The groups after one of them was dissolved into the others; None if this is impossible."""
         others = [list(group) for index, group in enumerate(groups) if index != giver]
         for i in groups[giver]:
             touched = [b for b, group in enumerate(others) if self._touching[i, group].any()]
             middles = [self._middles[others[b]].mean(axis=0) for b in touched]
             away = [float(np.round(np.linalg.norm(middle - self._middles[i]), 9)) for middle in middles]
-            for b in [touched[k] for k in np.argsort(away, kind="stable")][:NEIGHBOURS]:
+            for b in [touched[k] for k in np.argsort(away, kind="stable")][:RECEIVING_NEIGHBOURS]:
                 if self._joint(tuple(sorted([*others[b], i]))):
                     others[b].append(i)
                     break
@@ -132,12 +138,14 @@ class Growth:
         return others
 
     def _joint(self, members: Members) -> bool:
-        """Whether the hull of some cells looks near, or did before the latest voids were found; of two: some lines."""
+        """Whether the hull of some cells appears near the solid, or did when last tested; for two cells, along lines."""
         if members not in self._joints:
             if len(members) == 2:
                 known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))
                 one, other = (self.points[j] for j in members)
-                self._joints[members] = not between_is_far(one, other, SAMPLES[:GLANCE], self.limit, *known)
+                self._joints[members] = not between_is_far(
+                    one, other, HALTON_POINTS[:SIGHT_LINES], self.limit, *known
+                )
             else:
                 hull = ConvexHull(np.vstack([self.points[j] for j in members]))
                 self._joints[members] = self._looks_near(hull)
@@ -154,20 +162,20 @@ class Growth:
         return False
 
     def _swallowed(self, hull: ConvexHull, members: list[int]) -> list[int]:
-        """Cells wholly inside a hull that are not members yet."""
-        low, high = hull.min_bound - INSIDE, hull.max_bound + INSIDE
+        """The cells inside a hull that are not members yet."""
+        low, high = hull.min_bound - PLANE_ROUNDING, hull.max_bound + PLANE_ROUNDING
         within = ((self._low >= low) & (self._high <= high)).all(axis=1)
         within[members] = False
         planes = hull.equations
         return [
             int(j)
             for j in np.flatnonzero(within)
-            if (self.points[j] @ planes[:, :3].T + planes[:, 3] <= INSIDE).all()
+            if (self.points[j] @ planes[:, :3].T + planes[:, 3] <= PLANE_ROUNDING).all()
         ]
 
 
 def thinned(points: Array, tolerance: float) -> Array:
-    """Some of the corners of a hull, so that no other is farther than `tolerance` [m] outside the hull of those."""
+    """Corners of a hull, chosen so that no other corner is farther than `tolerance` [m] from the hull of these."""
     points = points[np.sort(ConvexHull(points).vertices)]
     axes = np.array(
         [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
@@ -189,10 +197,12 @@ def thinned(points: Array, tolerance: float) -> Array:
 
 
 def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Array:
-    """What holding each cell is worth (C,), where sets may be taken in part: the dual of the cheapest cover.
+    """The price of covering each cell (C,): the dual solution of the linear relaxation of the cheapest cover.
 
-    Only a set whose cells are together worth more than it costs makes the cover cheaper [Dantzig and Wolfe 1960].
+    Only a set whose cells have a total price above its cost can make the cover cheaper [Dantzig and Wolfe 1960].
     """
+    from scipy.optimize import linprog  # 0.1 s, needed only where a decomposition is made
+
     holds = np.zeros((cells, len(sets)))
     for column, members in enumerate(sets):
         holds[list(members), column] = 1.0
@@ -205,7 +215,9 @@ def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Ar
 
 
 def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:
-    """The indices of the sets that together hold all cells for the least total cost."""
+    """The indices of the sets that cover all cells at the least total cost."""
+    from scipy.optimize import Bounds, LinearConstraint, milp  # as in `prices_of`
+
     holds = np.zeros((cells, len(sets)))
     for column, members in enumerate(sets):
         holds[list(members), column] = 1.0

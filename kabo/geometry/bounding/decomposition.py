@@ -1,9 +1,9 @@
 """A closed mesh as few convex parts of at most 24 vertices, each proven within a tolerance of the solid.
 
-CoACD [Wei 2022] proposes where to cut, besides planes across a cell's own axes; the parts are not its hulls (which
-miss some of the surface) but hulls of what the mesh itself keeps in the cells between the cuts, so their union covers
-the solid by construction. Cells whose part sticks out too far are cut again, neighbours are joined where one part may
-stand for both.
+Cutting planes come from CoACD [Wei 2022] and from a cell's own axes. The parts are not CoACD's hulls, which miss
+some of the surface, but hulls of the solid inside each cell between the cuts, so their union covers the solid by
+construction. Cells whose part sticks out too far are cut again; neighbours are joined where one part can replace
+two.
 """
 
 import os
@@ -19,40 +19,40 @@ from kabo.arrays import Array, Integers
 from kabo.children import made_in_child, never
 from kabo.errors import KaboError
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.reduction import enclosing_polytope, hull_planes, solid_points
+from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, hull_planes, solid_points
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes.topology import edges_of, repeating
 
-COARSE_CONCAVITY = 0.15  # CoACD's threshold, of a mesh scaled to [-1, 1]
-COACD_S = 120  # of processor time, of which the shipped meshes take 30 at most
-MOST_PARTS = 200  # cells; a mesh that needs more is refused
-POSITIONS = np.linspace(0.0, 1.0, 8)[1:-1]  # where a cell may be cut, along each direction
-THINNED, FINALISTS = 400, 3  # segments that rank the planes; planes that are compared in earnest
-PROVABLE = 0.9  # of the tolerance: what sticks out farther takes too many boxes to prove
-SHARES = (0.02, 0.5)  # of what is left to the tolerance: tried as tighter bounds
+COARSE_CONCAVITY = 0.15  # CoACD's threshold, for a mesh scaled to [-1, 1]
+COACD_PROCESSOR_SECONDS = 120  # allowed to CoACD; shipped meshes take 30 at most
+MAX_CELLS = 200  # a mesh that needs more is refused
+CUT_POSITIONS = np.linspace(0.0, 1.0, 8)[1:-1]  # of cutting planes, as shares of a cell along each direction
+RANKING_SEGMENTS, PLANES_COMPARED = 400, 3  # segments by which planes are ranked; planes compared exactly
+PROVABLE_SHARE = 0.9  # of the tolerance: parts that stick out farther take too long to prove
+TIGHTER_SHARES = (0.02, 0.5)  # between the deviation and the tolerance: tried as tighter bounds
 
 
 Cut = tuple[Array, float]  # a plane: normal·x = offset
 
 
-class TooFine(Exception):
-    """The tolerance needs more parts than is reasonable; carries the number of parts and the tolerance left."""
+class ToleranceTooFine(Exception):
+    """More cells than allowed would be needed for the tolerance; carries the number of cells."""
 
 
 @dataclass(frozen=True)
-class Piece:
-    """What the mesh keeps in a cell, and the part that encloses it; `part` is None while none is close enough."""
+class EnclosedCell:
+    """The solid inside a cell, and the part that encloses it; `part` is None while none is close enough."""
 
-    points: Array  # (P, 3) hull vertices of what is kept
-    cell: Cell | None  # None for what was joined
+    points: Array  # (P, 3) hull vertices of the solid inside the cell
+    cell: Cell | None  # None if cells were joined
     part: Array | None
 
 
 def decompose(solid: Solid, tolerance: float, seed: int, look: Callable[[], None] = never) -> list[Array]:
     """The parts (V <= 24, 3) [m]; one if the solid is nearly convex.
 
-    What takes long is done in a child process: CoACD cannot be interrupted, and its threads do not survive a fork.
-    `look` is called meanwhile; if it raises, the child is killed.
+    CoACD runs in a child process, since it cannot be interrupted and its threads do not survive a fork. `look` is
+    called meanwhile; if it raises, the child is killed.
 
     Raises:
         TooFine: more than 200 cells would be needed.
@@ -74,8 +74,8 @@ def _in_cells(solid: Solid, tolerance: float, seed: int, cell: Cell) -> list[Arr
 def proposed_cuts(vertices: Array, faces: Integers, seed: int) -> list[Cut]:
     """Planes between neighbouring hulls of a coarse CoACD decomposition of the mesh.
 
-    Its search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. There are none
-    for a mesh that is no manifold: CoACD does not expect one, and may crash.
+    CoACD's search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. A
+    mesh that is no manifold gets none, since CoACD may crash on it.
     """
     edges = edges_of(faces)
     if edges.crowded.any() or repeating(np.sort(faces, axis=1)).any():
@@ -113,26 +113,26 @@ def proven_deviation(solid: Solid, parts: list[Array], tolerance: float) -> floa
     """A proven bound, at most `tolerance`, of how far any point of the parts is from the solid [m]."""
     planes = [hull_planes(part) for part in parts]
     reached = max(float(solid.outside_distances(part).max()) for part in parts)
-    for share in SHARES:  # the farthest point is mostly a vertex, so the first try mostly succeeds
+    for share in TIGHTER_SHARES:  # the farthest point is mostly a vertex, so the first try mostly succeeds
         bound = reached + share * (tolerance - reached)
         if all(solid.proves_within(part, own, bound) for part, own in zip(parts, planes, strict=True)):
             return bound
     return tolerance
 
 
-def _piece(solid: Solid, tolerance: float, points: Array, cell: Cell | None) -> Piece:
-    """The piece with its part, if one is proven close enough."""
+def _piece(solid: Solid, tolerance: float, points: Array, cell: Cell | None) -> EnclosedCell:
+    """The points of a cell with an enclosing part, if one is proven close enough."""
     points = solid_points(points, 5e-3 * tolerance)
     if cell is None or _may_do(solid, points, tolerance):
         part = enclosing_polytope(points, 0.5 * tolerance)
-        near = (solid.outside_distances(part) <= PROVABLE * tolerance).all()
+        near = (solid.outside_distances(part) <= PROVABLE_SHARE * tolerance).all()
         if near and solid.proves_within(part, hull_planes(part), tolerance):
-            return Piece(points, cell, part)
-    return Piece(points, cell, None)
+            return EnclosedCell(points, cell, part)
+    return EnclosedCell(points, cell, None)
 
 
 def _may_do(solid: Solid, points: Array, tolerance: float) -> bool:
-    """Whether the bare hull is close enough at its faces' centres: if not, no part can be."""
+    """Whether the hull of the points is close enough at its faces' centres; if not, no enclosing part can be."""
     hull = ConvexHull(points)
     areas = np.linalg.norm(
         np.cross(
@@ -146,9 +146,9 @@ def _may_do(solid: Solid, points: Array, tolerance: float) -> bool:
 
 
 def _hulls(vertices: Array, faces: Integers, **parameters: Any) -> list[Array]:
-    """The corners (V, 3) of the hulls into which CoACD cuts a mesh; none if it crashes, or does not come to an end.
+    """The corners (V, 3) of the hulls into which CoACD cuts a mesh; none if it crashes or takes too long.
 
-    It is C++ that does so on meshes that it does not expect; that costs parts, never a proof.
+    It may crash on unusual meshes; then there are more parts, but proofs do not depend on it.
     """
     try:
         return made_in_child(lambda: _by_coacd(vertices, faces, parameters))
@@ -160,7 +160,7 @@ def _by_coacd(vertices: Array, faces: Integers, parameters: dict[str, Any]) -> l
     with suppress(ImportError):  # a system without such limits
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CPU, (COACD_S, COACD_S))
+        resource.setrlimit(resource.RLIMIT_CPU, (COACD_PROCESSOR_SECONDS, COACD_PROCESSOR_SECONDS))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.dup2(2, 1)  # what the library says is no answer of a command
     import coacd
@@ -169,8 +169,8 @@ def _by_coacd(vertices: Array, faces: Integers, parameters: dict[str, Any]) -> l
     return [np.asarray(hull[0], np.float64) for hull in coacd.run_coacd(coacd.Mesh(vertices, faces), **parameters)]
 
 
-def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Iterator[Piece]:
-    """Pieces with parts: cells are cut until each has one."""
+def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Iterator[EnclosedCell]:
+    """Cells with their parts: cells are cut until each has a part."""
     work = [(cell, list(cuts))]
     count = 0
     while work:
@@ -180,25 +180,25 @@ def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Ite
             count += 1
             yield piece
             continue
-        if count + len(work) >= MOST_PARTS:
-            raise TooFine(f"{MOST_PARTS}")
+        if count + len(work) >= MAX_CELLS:
+            raise ToleranceTooFine(f"{MAX_CELLS}")
         index, normal, offset = _best_cut(cell, piece.points, left)
         rest = [c for i, c in enumerate(left) if i != index]
         work += [(half, rest) for half in cut(cell, normal, offset) if len(half.segments)]
 
 
 def _best_cut(cell: Cell, points: Array, proposed: list[Cut]) -> tuple[int, Array, float]:
-    """The plane that leaves the least volume in both hulls: of those proposed, and across the cell's own axes."""
+    """The plane with the least volume of both hulls, among those proposed and those across the cell's own axes."""
     axes = np.vstack([np.eye(3), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]])
     candidates = list(enumerate(proposed))
     for axis in axes:
         low, high = (points @ axis).min(), (points @ axis).max()
-        candidates += [(-1, (axis, low + t * (high - low))) for t in POSITIONS]
+        candidates += [(-1, (axis, low + t * (high - low))) for t in CUT_POSITIONS]
     # A thinned cell ranks the planes, the whole cell decides between the best.
-    stride = max(1, len(cell.segments) // THINNED)
+    stride = max(1, len(cell.segments) // RANKING_SEGMENTS)
     thinned = Cell(cell.segments[::stride], np.arange(len(cell.segments[::stride])))
     ranked = sorted(range(len(candidates)), key=lambda i: (_cut_volume(thinned, *candidates[i][1]), i))
-    best = min(ranked[:FINALISTS], key=lambda i: (_cut_volume(cell, *candidates[i][1]), i))
+    best = min(ranked[:PLANES_COMPARED], key=lambda i: (_cut_volume(cell, *candidates[i][1]), i))
     return candidates[best][0], *candidates[best][1]
 
 
@@ -217,8 +217,8 @@ def _volume(points: Array) -> float:
         return 0.0
 
 
-def _joined(solid: Solid, tolerance: float, pieces: list[Piece]) -> list[Piece]:
-    """The pieces with neighbours joined, cheapest first, where one part may stand for both."""
+def _joined(solid: Solid, tolerance: float, pieces: list[EnclosedCell]) -> list[EnclosedCell]:
+    """The pieces after neighbours were joined, cheapest first, where one part can replace two."""
     refused: set[tuple[int, int]] = set()
     gains: dict[tuple[int, int], float] = {}
     numbered = dict(enumerate(pieces))
@@ -241,8 +241,8 @@ def _joined(solid: Solid, tolerance: float, pieces: list[Piece]) -> list[Piece]:
             return list(numbered.values())
 
 
-def _gain(first: Piece, second: Piece) -> float:
-    """The volume that joining two pieces would add, in parts of theirs; infinite if they are apart or it is too much."""
+def _gain(first: EnclosedCell, second: EnclosedCell) -> float:
+    """The volume that joining two pieces would add, relative to theirs; infinite if they are apart or it is too much."""
     low = np.maximum(first.points.min(axis=0), second.points.min(axis=0))
     high = np.minimum(first.points.max(axis=0), second.points.max(axis=0))
     if (low > high + 1e-6).any():

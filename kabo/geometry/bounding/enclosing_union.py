@@ -1,8 +1,7 @@
 """Few convex parts of few corners whose union encloses a solid and stays near it: cells, sets of cells, parts.
 
-Covering needs no sampling: the cells hold all of the solid by construction, and every cell is proven to lie inside
-one part. A part may stick out of its own cells wherever other parts of the solid are: what is proven is its distance
-to the whole solid.
+Covering needs no sampling: the cells contain the solid by construction, and every cell is proven to lie inside one
+part. A part may extend into other cells, since its distance to the whole solid is what is proven.
 """
 
 from collections.abc import Sequence
@@ -14,28 +13,32 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
-from kabo.geometry.bounding.nearness import Voids, judged, proven_near
-from kabo.geometry.bounding.reduction import PROOF
+from kabo.geometry.bounding.enclosing_polytope import CONTAINMENT_MARGIN
+from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
-from kabo.geometry.bounding.splitting import Atom, TooFine, atoms, in_two
+from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.triangles.solids import Solid
 
-CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
-COARSE, FEW = 0.7, 120  # of epsilon: then; cells so made, above which finer ones would be too many
-JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
-CROWDED = 110  # cells above which only the last of these is tried
-NUMEROUS = 150  # cells above which long ones are cut, and sets are grown that make the cover cheaper
-LONG = 9.5  # epsilon: then longer cells are cut, the longest first, while there are less than MANY
-WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
-MOST = 1000  # cells
-PRICED, CHEAPER = 4, 1e-6  # rounds of growing what would make the cover cheaper; by how much of a set
-ENOUGH = 2  # sets of one kind that hold a cell
-ROUNDS = 6  # of choosing sets by what their parts turned out to cost
-SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
-HALVINGS = 8  # of a cell whose part has too many corners
-CUTS = 24  # of a cell whose part cannot be proven
-SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
-FEWER_PARTS = 2.0  # corners that one part less is worth
+CELL_SHARE = 0.4  # of epsilon: deviation of a cell's hull
+MANY_CELLS = 200  # above which cells may deviate by COARSE_CELL_SHARE
+COARSE_CELL_SHARE = 0.7  # of epsilon: the same, tried first
+MAX_CELLS_TO_REFINE = 120  # coarse cells above which none are refined
+# Of epsilon, for hulls of sets, with whether the nearest cells are added first.
+JOINED_SHARES = ((0.8, False), (0.96, False), (0.96, True))
+SINGLE_GROWTH_ABOVE_CELLS = 110  # above which only the last of these is tried
+PRICING_ABOVE_CELLS = 150  # above which long cells are cut, and further sets grown by prices
+LONG_CELL_EPSILONS = 9.5  # length of a cell above which it is then cut, up to MANY_CELLS
+CELL_WEIGHTS = (0.01, -0.002)  # of a cell, if a set weighs 1: prefers small sets, and large ones
+MAX_CELLS = 1000  # a mesh that needs more is refused
+PRICING_ROUNDS = 4  # of growing sets by prices
+MIN_PRICE_GAIN = 1e-6  # of the cost of a set
+SETS_PER_CELL = 2  # of one kind, after which no set is grown from a cell
+CHOICE_ROUNDS = 6  # of choosing sets by the actual costs of their parts
+SPARE_PARTS_RATIO = 1.5  # parts made for each one used, after which no better choice is sought
+MAX_CORNER_CUTS = 8  # of a cell whose part has too many corners
+MAX_PROOF_CUTS = 24  # of a cell whose part cannot be proven
+TIGHTER_SHARES = (0.02, 0.25)  # between a part's deviation and epsilon: tried as tighter bounds
+CORNERS_PER_PART = 2.0  # worth of one part, in corners
 
 
 @dataclass(frozen=True)
@@ -50,36 +53,38 @@ class Undecided(Exception):
     """A cell cannot be enclosed within epsilon, however small it is cut."""
 
 
-def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
-    """Cells that hold all of the solid, whose hulls look near it.
+def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
+    """Cells that together contain the solid, with hulls that appear to be near it.
 
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    cells = atoms(solid, COARSE * epsilon, MOST, CELLS * epsilon)
-    if len(cells) <= FEW:
-        with suppress(TooFine):
-            cells = atoms(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, cells)
-    return _shorter(solid, cells, epsilon) if len(cells) > NUMEROUS else cells
+    cells = split_solid(solid, COARSE_CELL_SHARE * epsilon, MAX_CELLS, CELL_SHARE * epsilon)
+    if len(cells) <= MAX_CELLS_TO_REFINE:
+        with suppress(TooManyCells):
+            cells = split_solid(
+                solid, CELL_SHARE * epsilon, min(MANY_CELLS, MAX_CELLS), CELL_SHARE * epsilon, cells
+            )
+    return _shorter(solid, cells, epsilon) if len(cells) > PRICING_ABOVE_CELLS else cells
 
 
-def _shorter(solid: Solid, cells: list[Atom], epsilon: float) -> list[Atom]:
-    """The cells, the longest of which are cut across: what a long one holds on the way, a neighbour may take."""
+def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[HulledCell]:
+    """The cells after the longest ones were cut across, so that neighbours can take over parts of them."""
     cells = list(cells)
-    while len(cells) < MANY:
+    while len(cells) < MANY_CELLS:
         lengths = [float(np.round(np.ptp(cell.points, axis=0).max(), 9)) for cell in cells]
         longest = int(np.argmax(lengths))
-        if lengths[longest] <= LONG * epsilon:
+        if lengths[longest] <= LONG_CELL_EPSILONS * epsilon:
             break
-        cells[longest : longest + 1] = in_two(solid, cells[longest], CELLS * epsilon, None)
+        cells[longest : longest + 1] = cut_in_two(solid, cells[longest], CELL_SHARE * epsilon, None)
     return cells
 
 
-def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
+def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, corners: int | None) -> Union:
     """The union of parts around all cells, each proven within `epsilon` [m] of the solid.
 
     Args:
-        corners: of a part; a target, which cells are cut further to reach.
+        corners: a target for each part; cells are cut further to reach it.
 
     Raises:
         Undecided: a cell cannot be enclosed.
@@ -109,17 +114,17 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
     return Union(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered))
 
 
-def _sets(solid: Solid, cells: list[Atom], epsilon: float, voids: Voids) -> list[Members]:
-    """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
+def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
+    """Sets of cells whose hulls appear near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
-    for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
+    for share, nearest in JOINED_SHARES if len(cells) <= SINGLE_GROWTH_ABOVE_CELLS else JOINED_SHARES[-1:]:
         growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
         found |= _grown(growth, len(cells), nearest)
         sets = sorted(found)
-        for weight in WEIGHTS:
+        for weight in CELL_WEIGHTS:
             costs = [1.0 + weight * len(members) for members in sets]
             found |= set(growth.with_one_less([sets[i] for i in fewest_sets(len(cells), sets, costs)]))
-        for _ in range(PRICED if len(cells) > NUMEROUS else 0):
+        for _ in range(PRICING_ROUNDS if len(cells) > PRICING_ABOVE_CELLS else 0):
             before = len(found)
             found |= _priced(growth, len(cells), sorted(found), nearest)
             if len(found) == before:
@@ -128,7 +133,7 @@ def _sets(solid: Solid, cells: list[Atom], epsilon: float, voids: Voids) -> list
 
 
 def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> set[Members]:
-    """Sets that make the cheapest cover cheaper, if others are taken in part: grown from the dearest cells."""
+    """Sets that reduce the cost of the relaxed cover, grown from the cells with the highest prices."""
     prices = prices_of(cells, sets, [1.0] * len(sets))
     found: set[Members] = set()
     held = np.zeros(cells, np.bool_)
@@ -136,17 +141,17 @@ def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> s
         if prices[i] > 0.0 and not held[i]:
             members = growth.from_seed(int(i), nearest, prices)
             held[list(members)] = True
-            if prices[list(members)].sum() > 1.0 + CHEAPER:
+            if prices[list(members)].sum() > 1.0 + MIN_PRICE_GAIN:
                 found.add(members)
     return found
 
 
 def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
-    """Sets grown from every cell that is not in so many of them already that one more would hardly be new."""
+    """Sets grown from every cell that is in fewer than `SETS_PER_CELL` of them."""
     found: set[Members] = set()
     held = np.zeros(cells, np.int64)
     for i in range(cells):
-        if held[i] < ENOUGH:
+        if held[i] < SETS_PER_CELL:
             members = growth.from_seed(i, nearest)
             found.add(members)
             held[list(members)] += 1
@@ -154,9 +159,9 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
 
 
 def deviation(solid: Solid, part: Array, epsilon: float) -> float:
-    """A proven bound, at most `epsilon`, of how far any point of a part that is proven within it is from the solid."""
+    """A proven bound, at most `epsilon`, of the greatest distance of a part, proven within epsilon, from the solid."""
     reached = float(solid.outside_distances(part).max())
-    for share in SHARES:
+    for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
         if bound < epsilon and proven_near(solid, part, bound):
             return bound
@@ -164,7 +169,7 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
 
 
 def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Union:
-    """A union that was made around a solid not farther than `away` [m] from this one, proven again for this one.
+    """A union that was made for another solid, at most `away` [m] from this one, with deviations proven for this one.
 
     Raises:
         Undecided: a part cannot be proven to be within `epsilon` [m].
@@ -181,18 +186,18 @@ def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Un
 
 def _chosen(
     solid: Solid,
-    cells: list[Atom],
+    cells: list[HulledCell],
     sets: list[Members],
     made: dict[Members, Array | None],
     epsilon: float,
     corners: int | None,
     voids: Voids,
 ) -> list[Members]:
-    """The sets that hold all cells for the fewest corners, as far as known; their parts are in `made` then."""
+    """The sets that cover all cells with the fewest corners found; writes their parts to `made`."""
     typical = 10.0
     best: list[Members] = []
     best_cost = np.inf
-    for _ in range(ROUNDS + len(sets)):
+    for _ in range(CHOICE_ROUNDS + len(sets)):
         costs = [_cost(members, made, typical, corners) for members in sets]
         chosen = [sets[i] for i in fewest_sets(len(cells), sets, costs)]
         missing = [members for members in chosen if members not in made]
@@ -205,52 +210,52 @@ def _chosen(
             best, best_cost = chosen, cost
         known = [len(part) for part in made.values() if part is not None]
         typical = float(np.median(known)) if known else typical
-        if not missing or (best and len(made) > SPARE * len(best)):
+        if not missing or (best and len(made) > SPARE_PARTS_RATIO * len(best)):
             break
     return best
 
 
 def _cost(members: Members, made: dict[Members, Array | None], typical: float, corners: int | None) -> float:
-    """What a set costs: its part's corners, or what is typical; much if it cannot be had."""
+    """The cost of a set: the corners of its part, a typical number if it is not made yet, a high cost if it has none."""
     if members not in made:
-        return typical + FEWER_PARTS + 0.01 * len(members)
+        return typical + CORNERS_PER_PART + 0.01 * len(members)
     part = made[members]
     if part is None:
         return 1e4 if len(members) == 1 else 1e6
     if corners is not None and len(part) > corners:
         return 1e3 * (1.0 + len(members))
-    return len(part) + FEWER_PARTS
+    return len(part) + CORNERS_PER_PART
 
 
 def _in_smaller_cells(
-    solid: Solid, atom: Atom, epsilon: float, corners: int | None, voids: Voids
-) -> list[tuple[Atom, Array]]:
-    """A cell that has no part, cut until all that is left of it has one."""
+    solid: Solid, atom: HulledCell, epsilon: float, corners: int | None, voids: Voids
+) -> list[tuple[HulledCell, Array]]:
+    """The smaller cells, with parts, into which a cell without a part is cut."""
     work, found = [(atom, 0)], []
     while work:
         current, depth = work.pop()
         part = enclosing_part(solid, current.points, epsilon, voids)
-        few = corners is None or part is None or len(part) <= corners or depth >= HALVINGS
+        few = corners is None or part is None or len(part) <= corners or depth >= MAX_CORNER_CUTS
         if part is not None and few:
             found.append((current, part))
             continue
-        if depth == CUTS:
+        if depth == MAX_PROOF_CUTS:
             raise Undecided
-        far = judged(solid, current.points, CELLS * epsilon)[1]
-        work += [(half, depth + 1) for half in in_two(solid, current, CELLS * epsilon, far)]
+        far = near_or_witness(solid, current.points, CELL_SHARE * epsilon)[1]
+        work += [(half, depth + 1) for half in cut_in_two(solid, current, CELL_SHARE * epsilon, far)]
     return found
 
 
 def _shrunk(
     solid: Solid,
-    cells: list[Atom],
+    cells: list[HulledCell],
     live: list[int],
     parts: dict[Members, Array],
     needed: dict[Members, set[int]],
     epsilon: float,
     voids: Voids,
 ) -> dict[Members, Array]:
-    """The parts without what others hold anyway: dropped if nothing is left, made anew where that saves corners."""
+    """The parts after removing what other parts cover: dropped if nothing is left, made again if that saves corners."""
     inside = {name: _held(part, cells, live) for name, part in parts.items()}
     for name in sorted(parts, key=lambda name: (-len(parts[name]), name)):
         others: set[int] = set().union(*(held for other, held in inside.items() if other != name))
@@ -267,15 +272,15 @@ def _shrunk(
     return parts
 
 
-def _held(part: Array, cells: list[Atom], live: list[int]) -> set[int]:
-    """The cells that are proven to lie inside a part, by more than rounding can undo."""
+def _held(part: Array, cells: list[HulledCell], live: list[int]) -> set[int]:
+    """The cells that are proven to lie inside a part, with a margin above rounding."""
     planes = ConvexHull(part).equations
-    return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -PROOF).all()}
+    return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -CONTAINMENT_MARGIN).all()}
 
 
-def _covers(cells: list[Atom], live: list[int], parts: list[Array]) -> bool:
+def _covers(cells: list[HulledCell], live: list[int], parts: list[Array]) -> bool:
     """Whether every cell is proven to lie inside a part."""
     return set(live) == set().union(*(_held(part, cells, live) for part in parts))
 
 
-__all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]
+__all__ = ["TooManyCells", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]

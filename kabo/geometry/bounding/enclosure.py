@@ -1,15 +1,14 @@
-"""The convex parts that enclose a closed mesh, proven within a tolerance of it: stored ones, or made once.
+"""The convex parts that enclose a closed mesh, proven within a tolerance of it: read from a file, or computed once.
 
 Parts are looked up beside the mesh file, then in the cache, else computed by
-`kabo.geometry.bounding.decomposition` and kept. What a file says is believed once it is proven
-[kabo.geometry.bounding.believed_parts]. Parts beside a mesh that a scene scales are scaled with it: those with
+`kabo.geometry.bounding.decomposition` and stored. Parts from a file are used once their claims are proven
+[kabo.geometry.bounding.verified_parts]. If a scene scales a mesh, parts beside its file are scaled too: those with
 deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
 """
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,13 +17,14 @@ from kabo.children import never
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_parts
+from kabo.geometry.bounding.pieces import parts_of_pieces
+from kabo.geometry.bounding.verified_parts import are_verified, record_proof
 from kabo.geometry.parts import Enclosure
+from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, load_mesh, outwards, require_closed
 
-if TYPE_CHECKING:
-    from kabo.geometry.triangles.solids import Solid
-
-UNITS = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh were made, as a rule
+# [m] per unit of a mesh file, for which parts beside it were probably made.
+COMMON_SCALES = (1.0, 1e-3, 1e-2, 0.0254)
 
 
 def enclosing_parts(
@@ -46,24 +46,22 @@ def enclosing_parts(
         vertices: (V, 3) [m]. faces: (F, 3) indices. tolerance: [m].
         source: the mesh file; parts stored beside it are used if they were made for this mesh.
         cache: a folder; by default the parts' folder in kabo's cache.
-        seed: of CoACD.
-        look: called now and then while parts are made; what it raises ends that.
+        seed: the seed of CoACD.
+        look: called repeatedly while parts are computed; an exception ends the computation.
 
     Raises:
         MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
     """
     name = "mesh" if source is None else str(source)
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
-    from kabo.geometry.triangles.solids import Solid
-
     solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     if source is not None:
         beside = stored_parts.read(stored_parts.beside(source), digest) or _scaled(solid, source)
-        stored = _believed(solid, beside, tolerance)
+        stored = _verified(solid, beside, tolerance)
         if stored is not None:
             return stored
     kept = (cache_folder() / "parts" if cache is None else cache) / f"{digest[:32]}-{tolerance:.9g}-{seed}.parts"
-    found = _believed(solid, stored_parts.read(kept, digest), tolerance)
+    found = _verified(solid, stored_parts.read(kept, digest), tolerance)
     if found is not None:
         return found
     look()
@@ -73,23 +71,21 @@ def enclosing_parts(
     return made
 
 
-def _believed(solid: "Solid", stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
-    """Of stored enclosures the one that fits best, if it keeps what it says."""
-    from kabo.geometry.bounding.believed_parts import believed
-
+def _verified(solid: Solid, stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
+    """The best fitting of stored enclosures whose claims are proven; None if there is none."""
     left = dict(stored)
     while (best := stored_parts.fitting(left, tolerance)) is not None:
-        if believed(solid, best.parts, [best.deviation] * len(best.parts)):
+        if are_verified(solid, best.parts, [best.deviation] * len(best.parts)):
             return best
         left = {key: made for key, made in left.items() if made is not best}
     return None
 
 
-def _scaled(solid: "Solid", source: Path) -> dict[float, Enclosure]:
-    """What lies beside a mesh file, scaled along each axis as the mesh was; none if the mesh is no scaled one."""
+def _scaled(solid: Solid, source: Path) -> dict[float, Enclosure]:
+    """The enclosures beside a mesh file, scaled along each axis like the mesh; none if the mesh is no scaled copy."""
     if not stored_parts.beside(source).is_file():
         return {}
-    for unit in UNITS:
+    for unit in COMMON_SCALES:
         try:
             original = load_mesh(source, unit)
             vertices, faces = _usable(original.vertices, original.faces, source)
@@ -110,18 +106,16 @@ def _scaled(solid: "Solid", source: Path) -> dict[float, Enclosure]:
 def write_parts(
     mesh: Path, vertices: Array, faces: Integers, *tolerances: float, pieces: Sequence[Array] = ()
 ) -> None:
-    """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those that it holds already.
+    """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those already in it.
 
     Args:
-        mesh: the mesh file. vertices, faces: as it is loaded.
-        pieces: convex sets (P, 3) [m] that its designer knows to contain it together; used if that can be proven.
+        mesh: the mesh file. vertices, faces: its content, as loaded.
+        pieces: convex sets (P, 3) [m] that contain the mesh, as its designer knows; used if this can be proven.
 
     Raises:
         MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
     """
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
-    from kabo.geometry.triangles.solids import Solid
-
     solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
     for tolerance in tolerances:
@@ -131,17 +125,15 @@ def write_parts(
 
 
 def _made(
-    solid: "Solid",
+    solid: Solid,
     tolerance: float,
     seed: int,
     name: str,
     pieces: Sequence[Array] = (),
     look: Callable[[], None] = never,
 ) -> Enclosure:
-    from kabo.geometry.bounding.believed_parts import remember
-    from kabo.geometry.bounding.decomposition import TooFine, decompose, proven_deviation
-    from kabo.geometry.bounding.pieces import parts_of_pieces
-    from kabo.geometry.triangles.solids import Solid
+    # Loaded here since stored parts, which most runs use, need no search for cuts (0.1 s).
+    from kabo.geometry.bounding.decomposition import ToleranceTooFine, decompose, proven_deviation
 
     turned, done = outwards(Mesh(solid.vertices, solid.faces))
     if done is not None:  # inside out it is the same solid, but CoACD makes nothing of it
@@ -150,7 +142,7 @@ def _made(
         parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
             solid, tolerance, seed, look
         )
-    except TooFine as error:
+    except ToleranceTooFine as error:
         raise _unusable(
             name,
             f"a mesh of {len(solid.faces)} triangles needs more than {error} convex parts "
@@ -158,12 +150,12 @@ def _made(
             "ask for a larger epsilon, or simplify the mesh where it has fine hollows",
         ) from None
     made = Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
-    remember(solid, made.parts, [made.deviation] * len(made.parts))
+    record_proof(solid, made.parts, [made.deviation] * len(made.parts))
     return made
 
 
 def _usable(vertices: Array, faces: Integers, source: Path | None) -> tuple[Array, Integers]:
-    """The canonical form of a mesh that is closed."""
+    """The canonical form of a mesh; MeshError unless it is closed."""
     require_closed(Mesh(vertices, faces, source))
     return stored_parts.canonical(vertices, faces)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.kernels.within import directed_bounds, farthest_sample
+from kabo.geometry.bounding.kernels.triangle_bounds import directed_bounds, farthest_sample
 from kabo.geometry.triangles.triangle_trees import tree_of
 
 
@@ -16,12 +16,12 @@ def hausdorff_bound(
     *,
     ceiling: float = np.inf,
 ) -> tuple[float, float]:
-    """The greatest distance of a point of one surface to the other: a distance that is reached, and a proven bound [m].
+    """Bounds of the Hausdorff distance of two surfaces: a distance that is reached, and a proven upper bound [m].
 
     Args:
         first_vertices, second_vertices: (V, 3) [m]. first_faces, second_faces: (F, 3), at least one each.
-        rel: how far the two numbers may be apart, relative; a bound below 1e-4 of the diagonal is not made smaller.
-        ceiling: a number that the bound must not exceed if that can be shown [m].
+        rel: relative gap between the two numbers; an upper bound below 1e-4 of the diagonal is not improved.
+        ceiling: a value that the upper bound does not exceed, if that can be proven [m].
     """
     first, second = tree_of(first_vertices, first_faces), tree_of(second_vertices, second_faces)
     floor = 1e-4 * float(np.linalg.norm(np.ptp(first_vertices, axis=0)))

@@ -1,7 +1,7 @@
-"""Parts from convex pieces that a designer knows: quicker than searching for cuts, and proven like all others.
+"""Parts from convex pieces known to a designer: quicker than searching for cuts, and proven like all other parts.
 
-Each piece is enclosed by a part of at most 24 vertices, or halved until its halves are; what the mesh keeps outside
-all parts is cut out cell by cell, and must be nothing.
+Each piece is enclosed by a part of at most 24 vertices, or halved until that is possible; the solid outside all
+parts is computed cell by cell, and must be empty.
 """
 
 from collections.abc import Sequence
@@ -11,21 +11,21 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.reduction import enclosing_polytope, hull_planes
+from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, hull_planes
 from kabo.geometry.triangles.solids import Solid
 
-OVERLAP = 3e-5  # m: pieces grow by so much, so that neighbours overlap and rounding leaves no gap between them
-FINEST = 7  # halvings of a piece
-ENOUGH = 0.25  # of the tolerance: a part this tight need not be made tighter
+PIECE_OVERLAP = 3e-5  # [m] by which pieces grow, so that rounding leaves no gap between neighbours
+MAX_HALVINGS = 7  # of a piece
+TIGHT_ENOUGH_SHARE = 0.25  # of the tolerance, below which parts are not improved
 
 
 def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> list[Array] | None:
-    """Parts (V <= 24, 3) [m] that cover the solid, each proven within the tolerance of it; None if the pieces do not do.
+    """Parts (V <= 24, 3) [m] that cover the solid, each within the tolerance of it, proven; None if pieces do not suffice.
 
     Args:
         solid: the mesh.
         pieces: convex sets (P, 3) [m] that are meant to contain it together.
-        tolerance: what a part may stick out of the solid [m].
+        tolerance: how far a part may stick out of the solid [m].
     """
     parts: list[Array] = []
     for piece in pieces:
@@ -38,7 +38,7 @@ def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> 
 
 
 def uncovered(solid: Solid, parts: Sequence[Array]) -> list[Cell]:
-    """What the parts leave of the solid, in convex cells; none is the proof that they cover it."""
+    """The cells of the solid outside all parts; an empty list proves that the parts cover the solid."""
     cells = [whole(solid.vertices, solid.faces)]
     for part in sorted(parts, key=lambda part: -float(np.prod(np.ptp(part, axis=0)))):
         planes = hull_planes(part)
@@ -47,7 +47,7 @@ def uncovered(solid: Solid, parts: Sequence[Array]) -> list[Cell]:
 
 
 def _outside(cell: Cell, planes: Array) -> list[Cell]:
-    """What of a cell lies outside a convex part, given by planes (H, 4): the cell itself if they do not meet."""
+    """The cells of a cell's solid outside a convex part, given by planes (H, 4); the cell itself if they do not meet."""
     heights = cell.segments.reshape(-1, 3) @ planes[:, :3].T - planes[:, 3]
     if (heights.min(axis=0) >= 0.0).any():
         return [cell]
@@ -66,11 +66,11 @@ def _outside(cell: Cell, planes: Array) -> list[Cell]:
 
 
 def _settled(solid: Solid, points: Array, tolerance: float, depth: int) -> list[Array] | None:
-    part = enclosing_polytope(points, ENOUGH * tolerance)
+    part = enclosing_polytope(points, TIGHT_ENOUGH_SHARE * tolerance)
     near = (solid.outside_distances(part) <= tolerance).all()
     if near and solid.proves_within(part, hull_planes(part), tolerance):
         return [part]
-    if depth == FINEST:
+    if depth == MAX_HALVINGS:
         return None
     parts: list[Array] = []
     for half in _halves(points):
@@ -92,7 +92,7 @@ def _halves(points: Array) -> list[Array]:
 
 
 def _grown(points: Array) -> Array:
-    corners = OVERLAP * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    corners = PIECE_OVERLAP * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return _hull_points((points[:, None] + corners[None]).reshape(-1, 3))
 
 
@@ -102,7 +102,7 @@ def _hull_points(points: Array) -> Array:
 
 
 def _without_hidden(parts: list[Array]) -> list[Array]:
-    """The parts that do not lie within another one."""
+    """The parts that do not lie inside another one."""
     kept = list(range(len(parts)))
     for i in range(len(parts)):
         for j in kept:

@@ -1,36 +1,36 @@
 """A convex point set enclosed by a polytope of few corners that stays within a limit of a whole solid.
 
-Edges are contracted to points beyond all planes of the faces around them, so every step encloses the one before
-[K 4.3]; a corner may lie anywhere near the solid, also in what other parts cover.
+Edges are contracted to points beyond all planes of the faces around them, so every step encloses the one before [K
+4.3]; a corner may lie anywhere near the solid, also where other parts cover it.
 """
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.kernels.depths import star_is_far
+from kabo.geometry.bounding.enclosing_polytope import contains_proven, widened
+from kabo.geometry.bounding.kernels.depth_octree import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
-from kabo.geometry.bounding.nearness import Voids, faces_near, judged, proven_near
-from kabo.geometry.bounding.reduction import contains_proven, widened
+from kabo.geometry.bounding.nearness import Voids, faces_near, near_or_witness, proven_near
 from kabo.geometry.triangles.solids import Solid
 
-MANY = 24  # corners above which several edges are contracted in a round
-AT_ONCE = 0.25  # of the corners
-SHARES = (0.99, 0.93, 0.85)  # of the limit: what corners may take of it, tried in turn until the end can be proven
-AGAIN = 8  # times a way goes on after it was refuted, for each of these
-FACES = 256  # around an edge: more are left alone
+BATCH_ABOVE_CORNERS = 24  # above which several edges are contracted in a round
+BATCH_SHARE = 0.25  # of the corners, contracted in such a round
+CORNER_SHARES = (0.99, 0.93, 0.85)  # of the limit, for corners; tried in turn until the result is proven
+MAX_RESUMPTIONS = 8  # after refutations, for each of these shares
+MAX_FACES_AT_EDGE = 256  # edges with more faces around them are not contracted
 
 Scratch = tuple[Array, Array, Array, Array]
 
 
 def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | None = None) -> Array | None:
-    """Corners (V, 3) [m] of a polytope of few corners, proven to hold points (P, 3) and to stay near the solid.
+    """The corners (V, 3) [m] of a polytope with few corners, proven to contain points (P, 3) and to stay near the solid.
 
-    Where the end of the way is refuted, the way goes on from before it held the point that was found.
+    If the last polytope is refuted by a point, contraction resumes at the last polytope without this point.
 
     Args:
-        limit: how far any of it may be from the solid [m].
-        voids: points that no part may hold; those that are found are added.
+        limit: how far any point of the polytope may be from the solid [m].
+        voids: points that no part may contain; new ones are added.
 
     Returns:
         None if not even the hull of the points can be proven.
@@ -39,17 +39,17 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
     hull = ConvexHull(points)
     way = begun = [points[np.sort(hull.vertices)]]
     asked = False
-    for share in SHARES:
+    for share in CORNER_SHARES:
         way = begun
-        for _ in range(AGAIN):
+        for _ in range(MAX_RESUMPTIONS):
             if voids.meet(hull, limit):
                 return None
             way = _way(solid, way, share * limit, voids)
             end = widened(way[-1])
-            near, far = judged(solid, end, limit)
+            near, far = near_or_witness(solid, end, limit)
             if near and contains_proven(end, points):
                 return end
-            if not asked and (hollow := judged(solid, begun[0], limit)[1]) is not None:
+            if not asked and (hollow := near_or_witness(solid, begun[0], limit)[1]) is not None:
                 voids.add(hollow, hull)
                 return None
             asked = True
@@ -61,7 +61,7 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
 
 
 def _first_that_meets(way: list[Array], voids: Voids, limit: float) -> int:
-    """The first polytope of a way that holds one of the voids; the last one does, or does so widened."""
+    """The index of the first polytope of a sequence that contains a void; the last one does, at least after widening."""
     low, high = 0, len(way) - 1
     while low < high:
         middle = (low + high) // 2
@@ -73,7 +73,7 @@ def _first_that_meets(way: list[Array], voids: Voids, limit: float) -> int:
 
 
 def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) -> Array | None:
-    """The last polytope of a way that can be proven, by bisection."""
+    """The last polytope of a sequence that can be proven, found by bisection."""
     best: Array | None = None
     low, index = 0, len(way) - 1
     high = index + 1
@@ -91,7 +91,7 @@ def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) ->
 
 
 def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[Array]:
-    """A way carried on to the fewest corners: polytopes, each enclosing those before it, that hold no void."""
+    """The sequence continued to the fewest corners: polytopes without voids, each of which encloses those before it."""
     way, points = list(begun), begun[-1]
     scratch = _scratch()
     refused: set[tuple[bytes, bytes]] = set()
@@ -110,13 +110,18 @@ def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[A
 
 
 def _scratch() -> Scratch:
-    return np.empty((FACES, 4)), np.empty(FACES), np.empty((FACES, 4)), np.empty((2, 3))
+    return (
+        np.empty((MAX_FACES_AT_EDGE, 4)),
+        np.empty(MAX_FACES_AT_EDGE),
+        np.empty((MAX_FACES_AT_EDGE, 4)),
+        np.empty((2, 3)),
+    )
 
 
 def _contractions(
     solid: Solid, points: Array, hull: ConvexHull, limit: float, scratch: Scratch
 ) -> tuple[Integers, Array, Array]:
-    """The edges (E, 2) of a hull, what contracting each would cost, and where it would go."""
+    """The edges (E, 2) of a hull, the cost of contracting each, and the point it would be contracted to."""
     faces = hull.simplices.astype(np.int64)
     corners = points[faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -156,11 +161,11 @@ def _contracted(
     refused: set[tuple[bytes, bytes]],
     voids: Voids,
 ) -> Array | None:
-    """The points after the cheapest contractions whose new faces look near; None if there is none."""
-    many = len(points) > MANY
+    """The points after the cheapest contractions whose new faces appear near the solid; None if there are none."""
+    many = len(points) > BATCH_ABOVE_CORNERS
     good = np.flatnonzero(np.isfinite(costs))
     good = good[np.argsort(costs[good], kind="stable")]
-    allowed = max(1, int(AT_ONCE * len(points))) if many else 1
+    allowed = max(1, int(BATCH_SHARE * len(points))) if many else 1
     cheap = set(good[: max(1, len(good) // 3)].tolist())
     touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
     made: list[Array] = []
@@ -200,7 +205,7 @@ def _contracted(
 def _meets_between(
     points: Array, around: Integers, a: int, b: int, place: Array, limit: float, voids: Voids
 ) -> bool:
-    """Whether a hull would hold a void, were the edge a-b moved to a place; `around` are the faces around it."""
+    """Whether the hull would contain a void if the edge a-b moved to `place`; `around` are the faces at the edge."""
     box = np.vstack([points[np.unique(around)], place])
     if not len(voids.between(box.min(axis=0), box.max(axis=0), limit)):
         return False

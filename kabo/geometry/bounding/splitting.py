@@ -1,9 +1,9 @@
 """A solid cut into cells whose hulls stay near it, by lines of sight.
 
-Two points of the solid block each other if the line between them leaves it by more than a limit; a convex part near
-the solid holds no such pair. The plane taken is the one that separates most blocked pairs for few others: unlike the
-volume of the hulls it sees what a first cut through a bore is good for. A cell is cut because some point of its hull
-is too far from the solid: what is seen from there is looked at, too, so that a small hollow in a large cell is found.
+Two points of the solid block each other if the line between them leaves it by more than a limit; a convex part
+near the solid holds no such pair. The plane chosen separates many blocked pairs and few others; unlike the volume
+of hulls, this measure also values a first cut through a bore. A cell is cut because some point of its hull is too
+far from the solid; points visible from there are included, so that a small hollow in a large cell is found.
 Candidates are planes along the faces of concave edges, and across the axes of the cell.
 """
 
@@ -16,21 +16,21 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.kernels.sight import blocked_pairs, first_crossings
-from kabo.geometry.bounding.nearness import EVEN, judged
-from kabo.geometry.bounding.reduction import solid_points
+from kabo.geometry.bounding.enclosing_polytope import solid_points
+from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
+from kabo.geometry.bounding.nearness import EVEN_DIRECTIONS, near_or_witness
 from kabo.geometry.triangles.solids import Solid
 
-SIGHTS = 48  # points of a cell between which lines are drawn
-SEEN = 0.4  # of the limit: what a line may leave the solid by; less than the limit, since few lines pass the worst place
-CROSSINGS = 256  # of a line and the surface: more are not looked at
-POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # where a cell may be cut, along each of its axes
-CONCAVE = 60  # concave edges of a cell that propose planes, the greatest first
-FOR_THE_REST = 0.5  # what separating a pair that sees each other weighs against one that does not
-SLIVER = 0.2  # of the limit: nothing thinner is cut off
-LARGE = 4000  # points of a cell above which only some are looked at
-PROOF = 20_000  # tetrahedra after which a cell that looks near is taken for it
-THICK = 5e-3  # of the limit: a flat cell is made as thick
+SIGHT_POINTS = 48  # points of a cell between which lines are drawn
+SIGHT_SHARE = 0.4  # of the limit, by which lines may leave the solid; below 1 since few lines pass the worst place
+MAX_CROSSINGS = 256  # of a line with the surface; further ones are ignored
+CUT_POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # of cutting planes, as shares of a cell along its axes
+MAX_CONCAVE_EDGES = 60  # of a cell that propose planes, the sharpest and longest first
+SEEN_PAIR_WEIGHT = 0.5  # of separating a pair that sees each other, if a blocked pair weighs 1
+MIN_THICKNESS_SHARE = 0.2  # of the limit: thinner slices are not cut off
+MAX_POINTS_LOOKED_AT = 4000  # of a cell; of more points only some are used
+PROOF_TETRAHEDRA = 20_000  # of a proof, after which a cell that appears near is accepted
+FLAT_THICKNESS_SHARE = 5e-3  # of the limit, given to flat cells
 
 
 @dataclass(frozen=True)
@@ -43,77 +43,81 @@ class Creases:
     weights: Array
 
     def within(self, chosen: NDArray[np.bool_] | Integers) -> "Creases":
-        """Those chosen."""
+        """The chosen creases."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
 
     def nearest(self, point: Array) -> "Creases":
-        """Those nearest to a point."""
+        """The creases nearest to a point."""
         away = ((self.middles - point) ** 2).sum(axis=1)
-        return self.within(np.argsort(np.round(away, 12), kind="stable")[:CONCAVE])
+        return self.within(np.argsort(np.round(away, 12), kind="stable")[:MAX_CONCAVE_EDGES])
 
 
 @dataclass(frozen=True)
-class Atom:
-    """What the mesh keeps in a cell: its hull's corners (P, 3), and the concave edges."""
+class HulledCell:
+    """A cell with its hull's corners (P, 3) and the concave edges inside it."""
 
     points: Array
     cell: Cell
     concave: Creases
 
 
-class TooFine(Exception):
+class TooManyCells(Exception):
     """More cells would be needed than were allowed; carries their number."""
 
 
-def atoms(solid: Solid, limit: float, most: int, sight: float, begun: Sequence[Atom] | None = None) -> list[Atom]:
-    """Cells whose hulls look near the solid within `limit` [m]; together they hold all of it.
+def split_solid(
+    solid: Solid, limit: float, most: int, sight: float, begun: Sequence[HulledCell] | None = None
+) -> list[HulledCell]:
+    """Cells that together contain the solid, with hulls that appear to be within `limit` [m] of it.
 
     Args:
-        most: cells allowed.
-        sight: how far a line between two points that see each other may leave the solid [m]: where cells are cut.
-        begun: cells to go on from, not from the whole solid.
+        most: how many cells are allowed.
+        sight: how far a line of sight may leave the solid [m]; decides where cells are cut.
+        begun: cells to start from, instead of the whole solid.
 
     Raises:
         TooFine: more than `most` cells would be needed.
     """
     work = [_whole(solid, sight)] if begun is None else list(begun)
-    found: list[Atom] = []
+    found: list[HulledCell] = []
     while work:
         atom = work.pop()
-        near, far = judged(solid, atom.points, limit, PROOF)
+        near, far = near_or_witness(solid, atom.points, limit, PROOF_TETRAHEDRA)
         if near is not False:
             found.append(atom)
             continue
         if len(found) + len(work) >= most:
-            raise TooFine(f"{most}")
-        work += in_two(solid, atom, sight, far)
+            raise TooManyCells(f"{most}")
+        work += cut_in_two(solid, atom, sight, far)
     return found
 
 
-def _whole(solid: Solid, sight: float) -> Atom:
+def _whole(solid: Solid, sight: float) -> HulledCell:
     cell = whole(solid.vertices, solid.faces)
-    return Atom(solid_points(cell.points, THICK * sight), cell, creases(solid.vertices, solid.faces))
+    return HulledCell(
+        solid_points(cell.points, FLAT_THICKNESS_SHARE * sight), cell, creases(solid.vertices, solid.faces)
+    )
 
 
-def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[Atom]:
-    """The parts of a cell on both sides of a plane.
+def cut_in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
+    """Both parts of a cell that is cut by the best plane.
 
     Args:
         limit: how far lines of sight may leave the solid [m].
-        far: a point (3,) of the cell's hull that is farther than that from the solid; None: any halves will do.
+        far: a point (3,) of the cell's hull that is farther from the solid; None: the cell is halved.
     """
     plane = _middle(atom.points) if far is None else _best_plane(solid, atom, limit, far)
     normal, offset = plane[:3], float(plane[3])
     above = atom.concave.middles @ normal >= offset
     return [
-        Atom(solid_points(half.points, THICK * limit), half, atom.concave.within(side))
+        HulledCell(solid_points(half.points, FLAT_THICKNESS_SHARE * limit), half, atom.concave.within(side))
         for half, side in zip(cut(atom.cell, normal, offset), (~above, above), strict=True)
         if len(half.segments)
     ]
 
 
 def creases(vertices: Array, faces: Integers) -> Creases:
-    """The edges of a closed mesh at which it is hollow by more than 5 degrees."""
+    """The edges of a closed mesh that are concave by more than 5 degrees."""
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
@@ -132,55 +136,57 @@ def creases(vertices: Array, faces: Integers) -> Creases:
 
 
 def _middle(points: Array) -> Array:
-    """The plane (4,) across the middle of the longest side."""
+    """The plane (4,) through the middle of the longest side, perpendicular to it."""
     low, high = points.min(axis=0), points.max(axis=0)
     axis = int(np.argmax(high - low))
     plane: Array = np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
     return plane
 
 
-def _best_plane(solid: Solid, atom: Atom, limit: float, far: Array) -> Array:
-    """The plane (4,) that separates most blocked pairs for few others."""
+def _best_plane(solid: Solid, atom: HulledCell, limit: float, far: Array) -> Array:
+    """The plane (4,) that separates many blocked pairs and few others."""
     points = atom.points
-    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHTS)
+    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHT_POINTS)
     blocked = _blocked(solid, sights, limit)
     planes = np.vstack([_across(points), _along(atom.concave)])
     if not blocked.any():  # too coarse a look
         sights = np.ascontiguousarray(np.vstack([sights, _seen_from(solid, points, far)]))
-        blocked = _blocked(solid, sights, SEEN * limit)
+        blocked = _blocked(solid, sights, SIGHT_SHARE * limit)
         planes = np.vstack([planes, _through(planes[:, :3], far), _along(atom.concave.nearest(far))])
     above = (sights @ planes[:, :3].T >= planes[:, 3]).astype(float)
     heights = points @ planes[:, :3].T - planes[:, 3]
     thickness = np.minimum(-heights.min(axis=0), heights.max(axis=0))
-    score = _separated(blocked, above) - FOR_THE_REST * _separated(1.0 - blocked, above)
+    score = _separated(blocked, above) - SEEN_PAIR_WEIGHT * _separated(1.0 - blocked, above)
     if not blocked.any():
         score = thickness  # the middle is as good as any
-    score = np.where(thickness >= min(SLIVER * limit, float(thickness.max())), score, -np.inf)
+    score = np.where(thickness >= min(MIN_THICKNESS_SHARE * limit, float(thickness.max())), score, -np.inf)
     return np.asarray(planes[int(np.argmax(np.round(score, 9)))], np.float64)
 
 
 def _blocked(solid: Solid, sights: Array, limit: float) -> Array:
-    """Which pairs of points (N, 3) cannot see each other: 1.0, others 0.0 (N, N)."""
+    """A matrix (N, N): 1.0 for pairs of points (N, 3) that cannot see each other, else 0.0."""
     blocked = np.zeros((len(sights), len(sights)), np.int64)
-    blocked_pairs(sights, limit, *solid.tree, np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS), blocked)
+    blocked_pairs(
+        sights, limit, *solid.tree, np.zeros(64, np.int64), np.zeros(6), np.zeros(MAX_CROSSINGS), blocked
+    )
     return blocked.astype(float)
 
 
 def _seen_from(solid: Solid, points: Array, far: Array) -> Array:
-    """The points (N, 3) of the surface that are seen from a point within the hull of others, and are in that hull."""
+    """The surface points (N, 3) inside a hull of points that are visible from a point of this hull."""
     hull = ConvexHull(points).equations
     room = np.maximum(-(hull[:, :3] @ far + hull[:, 3]), 0.0)
-    nearing = np.maximum(hull[:, :3] @ EVEN.T, 1e-12)  # of each face, in each direction
-    steps = np.ascontiguousarray(EVEN * (room[:, None] / nearing).min(axis=0)[:, None])
+    nearing = np.maximum(hull[:, :3] @ EVEN_DIRECTIONS.T, 1e-12)  # of each face, in each direction
+    steps = np.ascontiguousarray(EVEN_DIRECTIONS * (room[:, None] / nearing).min(axis=0)[:, None])
     shares = np.ones(len(steps))
-    scratch = np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS)
+    scratch = np.zeros(64, np.int64), np.zeros(6), np.zeros(MAX_CROSSINGS)
     first_crossings(far, steps, *solid.tree, *scratch, shares)
     met = shares < 1.0
     return np.asarray(far + steps[met] * shares[met, None])
 
 
 def _separated(pairs: Array, above: Array) -> Array:
-    """The share of the pairs (N, N) that each plane separates, given who is above (N, planes)."""
+    """The share of the pairs (N, N) that each plane separates; `above` (N, planes): which points lie above it."""
     return np.asarray(((pairs @ above) * (1.0 - above)).sum(axis=0) / max(0.5 * pairs.sum(), 1.0))
 
 
@@ -188,8 +194,8 @@ def _across(points: Array) -> Array:
     """Planes across the coordinate axes and the points' own."""
     axes = np.vstack([np.eye(3), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]])
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
-    offsets = low[:, None] + POSITIONS * (high - low)[:, None]
-    return np.column_stack([np.repeat(axes, len(POSITIONS), axis=0), offsets.reshape(-1)])
+    offsets = low[:, None] + CUT_POSITIONS * (high - low)[:, None]
+    return np.column_stack([np.repeat(axes, len(CUT_POSITIONS), axis=0), offsets.reshape(-1)])
 
 
 def _through(normals: Array, point: Array) -> Array:
@@ -200,7 +206,7 @@ def _through(normals: Array, point: Array) -> Array:
 
 def _along(concave: Creases) -> Array:
     """Planes along both faces of concave edges, and between them."""
-    chosen = np.argsort(-concave.weights, kind="stable")[:CONCAVE]
+    chosen = np.argsort(-concave.weights, kind="stable")[:MAX_CONCAVE_EDGES]
     left, right = concave.left[chosen], concave.right[chosen]
     between = left - right
     between /= np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-300)
@@ -210,8 +216,8 @@ def _along(concave: Creases) -> Array:
 
 
 def _spread(points: Array, many: int) -> Array:
-    """So many of the points, each as far from those before it as can be."""
-    points = points[:: len(points) // LARGE + 1]
+    """`many` of the points, each as far as possible from those before it."""
+    points = points[:: len(points) // MAX_POINTS_LOOKED_AT + 1]
     chosen = [int(np.argmin(points @ np.array([1.0, 0.9, 0.8])))]
     distances = ((points - points[chosen[0]]) ** 2).sum(axis=1)
     while len(chosen) < min(many, len(points)):

@@ -1,6 +1,6 @@
-"""Bounding decompositions in the cache: named by the content of the mesh and all parameters, whole or not at all.
+"""Bounding decompositions in the cache: files named by the content of the mesh and all parameters, written atomically.
 
-A file is found by the mesh's arrays as they are, which takes a millisecond, else by its triangles in canonical order.
+A file is found by the mesh's arrays as given, which takes a millisecond, or by its triangles in canonical order.
 """
 
 import hashlib
@@ -12,12 +12,12 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.stored_parts import read_whole, write_whole
 
 FORMAT = "kabo-decomposition/1"
-METHOD = 4  # to be counted up when other parts come out of the same mesh and parameters
+METHOD_VERSION = 4  # to be incremented when the same mesh and parameters give other parts
 
 
 def name_of(vertices: Array, faces: Integers, parameters: tuple[float | int | None, ...]) -> str:
     """The SHA-256 of a mesh's arrays, the parameters and the method."""
-    digest = hashlib.sha256(repr((FORMAT, METHOD, vertices.shape, faces.shape, parameters)).encode())
+    digest = hashlib.sha256(repr((FORMAT, METHOD_VERSION, vertices.shape, faces.shape, parameters)).encode())
     digest.update(np.ascontiguousarray(vertices, "<f8").tobytes())
     digest.update(np.ascontiguousarray(faces, "<i8").tobytes())
     return digest.hexdigest()
@@ -26,7 +26,7 @@ def name_of(vertices: Array, faces: Integers, parameters: tuple[float | int | No
 def read(folder: Path, name: str) -> tuple[tuple[Array, ...], tuple[float, ...]] | None:
     """The parts and their deviations; None if the file is missing, foreign or damaged.
 
-    What they say of the mesh is not asked here [kabo.geometry.bounding.believed_parts].
+    Their claims about the mesh are verified elsewhere [kabo.geometry.bounding.verified_parts].
     """
     whole = read_whole(_file(folder, name))
     if whole is None:
@@ -47,7 +47,7 @@ def read(folder: Path, name: str) -> tuple[tuple[Array, ...], tuple[float, ...]]
 
 
 def write(folder: Path, name: str, parts: tuple[Array, ...], deviations: tuple[float, ...]) -> None:
-    """Writes them, the same bytes for the same parts, and never half a file.
+    """Writes parts and deviations atomically; the same parts give the same bytes.
 
     Raises:
         OSError: the folder cannot be written.

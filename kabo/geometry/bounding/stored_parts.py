@@ -17,13 +17,13 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.parts import COLUMNS, Enclosure
 
 FORMAT = "kabo-parts/1"
-METHOD = 1  # to be counted up when other parts come out of the same mesh and tolerance
-LARGEST_FILE = 64 * 1024**2  # bytes: far more than the parts of any mesh need
-LARGEST_HEAD = 1024**2  # bytes of the line of JSON
+METHOD_VERSION = 1  # to be incremented when the same mesh and tolerance give other parts
+MAX_FILE_BYTES = 64 * 1024**2  # far more than the parts of any mesh need
+MAX_HEADER_BYTES = 1024**2  # of the line of JSON
 
 
 def canonical(vertices: Array, faces: Integers) -> tuple[Array, Integers]:
-    """The same triangles with vertices and faces in one order of all possible ones, equal vertices merged."""
+    """The same triangles with vertices and faces in a canonical order, equal vertices merged."""
     merged, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)
     turned = index.reshape(-1)[faces]
     turned = np.take_along_axis(turned, (np.argmin(turned, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
@@ -38,12 +38,12 @@ def digest_of(vertices: Array, faces: Integers) -> str:
 
 
 def beside(mesh: Path) -> Path:
-    """Where the parts of a mesh file are kept: `<mesh>.parts`."""
+    """The path of the parts file of a mesh file: `<mesh>.parts`."""
     return mesh.with_name(f"{mesh.name}.parts")
 
 
 def digest_beside(mesh: Path | None) -> str | None:
-    """The SHA-256 of what lies in the place for the parts of a mesh file; None if nothing can be read there."""
+    """The SHA-256 of the parts file of a mesh file; None if it cannot be read."""
     if mesh is None:
         return None
     try:
@@ -55,14 +55,14 @@ def digest_beside(mesh: Path | None) -> str | None:
 def read(path: Path, digest: str) -> dict[float, Enclosure]:
     """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged.
 
-    What they say of the mesh is not asked here [kabo.geometry.bounding.believed_parts].
+    Their claims about the mesh are verified elsewhere [kabo.geometry.bounding.verified_parts].
     """
     whole = read_whole(path)
     if whole is None:
         return {}
     header, numbers = whole
     try:
-        if header["format"] != FORMAT or header["method"] != METHOD or header["mesh"] != digest:
+        if header["format"] != FORMAT or header["method"] != METHOD_VERSION or header["mesh"] != digest:
             return {}
         counts = [list(entry["vertices"]) for entry in header["entries"]]
         sizes = [count for entry in counts for count in entry]
@@ -83,10 +83,10 @@ def read(path: Path, digest: str) -> dict[float, Enclosure]:
 def read_whole(path: Path) -> tuple[Any, Array] | None:
     """The line of JSON and the numbers of a file that `write_whole` wrote; None if it is missing, huge or damaged."""
     try:
-        if path.stat().st_size > LARGEST_FILE:
+        if path.stat().st_size > MAX_FILE_BYTES:
             return None
         head, _, body = path.read_bytes().partition(b"\n")
-        if len(head) > LARGEST_HEAD:
+        if len(head) > MAX_HEADER_BYTES:
             return None
         header = json.loads(head)
         if header["body"] != hashlib.sha256(body).hexdigest():
@@ -97,7 +97,7 @@ def read_whole(path: Path) -> tuple[Any, Array] | None:
 
 
 def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
-    """Writes all enclosures of a mesh, the same bytes for the same parts, and never half a file.
+    """Writes all enclosures of a mesh atomically; the same enclosures give the same bytes.
 
     Raises:
         OSError: the folder cannot be written.
@@ -108,12 +108,12 @@ def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
         for tolerance, made in ordered
     ]
     body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for _, made in ordered for part in made.parts)
-    header = {"format": FORMAT, "method": METHOD, "mesh": digest, "entries": entries}
+    header = {"format": FORMAT, "method": METHOD_VERSION, "mesh": digest, "entries": entries}
     write_whole(path, header, body)
 
 
 def write_whole(path: Path, header: dict[str, Any], body: bytes) -> None:
-    """Writes a line of JSON, with the digest of the body, and the body: under another name, then renamed.
+    """Writes a line of JSON, with the digest of the body, and the body, atomically.
 
     Raises:
         OSError: the folder cannot be written.
@@ -131,6 +131,6 @@ def write_whole(path: Path, header: dict[str, Any], body: bytes) -> None:
 
 
 def fitting(enclosures: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
-    """Of the enclosures that deviate by no more than the tolerance, the one with the fewest parts."""
+    """The enclosure with the fewest parts among those that deviate by at most the tolerance; None if there is none."""
     good = [made for made in enclosures.values() if made.deviation <= tolerance]
     return min(good, key=lambda made: (len(made.parts), -made.deviation), default=None)

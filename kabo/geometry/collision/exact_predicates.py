@@ -1,18 +1,18 @@
-"""The predicates of [K Def. 1] on the original meshes, through python-fcl: what bounded ones are compared with.
+"""The predicates of [K Def. 1] on the original meshes, through python-fcl; bounded predicates are compared with these.
 
-Exact where a body stands still; what a motion sweeps is sampled, so densely that no point moves farther than a step
-from one sample to the next: between them nothing is proven.
+They are exact for standing bodies. Motions are sampled, so densely that no point moves farther than a step between
+samples; between samples nothing is proven.
 """
 
 import fcl
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry.collision.arrays import chain_of
-from kabo.geometry.collision.exact import Surface, surface_of, surrounds
+from kabo.geometry.collision.exact_view import Surface, surface_of, surrounds
 from kabo.geometry.collision.kernels.tracks import motion as motion_bounds
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.motions import Motion, Segment
+from kabo.geometry.collision.view_arrays import chain_of
 from kabo.geometry.parts import FixedGroup, Mesh
 
 
@@ -58,7 +58,7 @@ def exact_distance(first: FixedGroup, second: FixedGroup) -> float:
 
 
 def exact_sweep_collides(motion: Motion, other: Motion | FixedGroup, step: float) -> bool:
-    """Whether any sample of a motion touches a body, or any sample of another motion [K Def. 1.2, 1.3].
+    """Whether any sample of a motion collides with a body, or with any sample of another motion [K Def. 1.2, 1.3].
 
     Args:
         motion: with a mesh for every body. other: the same, or a body that stands.
@@ -87,7 +87,7 @@ def exact_sweep_collides(motion: Motion, other: Motion | FixedGroup, step: float
 
 
 def _samples(motion: Motion, step: float) -> list[FixedGroup]:
-    """The bodies of a motion wherever it is sampled."""
+    """The bodies of a motion at every sample."""
     found = []
     for segment in motion.segments:
         count = max(1, int(np.ceil(_longest_path(motion, segment) / step)))
@@ -100,7 +100,7 @@ def _samples(motion: Motion, step: float) -> list[FixedGroup]:
 
 
 def _longest_path(motion: Motion, segment: Segment) -> float:
-    """A bound of how far any point of the bodies travels on a segment [m]."""
+    """An upper bound of how far any point of the bodies travels on a segment [m]."""
     chain = chain_of(motion.tree)
     lengths, turned = np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(len(motion.tree.parent))
     rows = np.array([*segment, segment[0]])

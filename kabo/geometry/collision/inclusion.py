@@ -6,8 +6,8 @@ from kabo.arrays import Array
 def contains(halfspaces: tuple[Array, Array], points: Array, margin: float) -> bool:
     """Whether all points lie in all half-spaces, at least `margin` deep.
 
-    True is a proof as long as `margin` is more than rounding (1e-9 m is, up to a kilometre); from a depth of twice
-    the margin on the answer is True. The hull of points inside is inside too, so for a convex part its vertices do.
+    True is a proof if `margin` exceeds rounding (1e-9 m does, up to a kilometre); at a depth of twice the margin
+    or more the answer is True. The hull of points inside is inside too, so for a convex part its vertices do.
 
     Args:
         halfspaces: normals (H, 3) of length 1 and offsets (H,): n·x <= d. points: (P, 3), same frame. margin: [m].

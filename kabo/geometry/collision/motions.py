@@ -1,6 +1,6 @@
 """Motions of bodies on a chain along straight joint-space segments, and their arrays for the kernels.
 
-Links, tools and what a gripper holds are all bodies on a joint; a body that stands still is a motion of nothing.
+Links, tools and held objects are all bodies on a joint; a standing body is a motion without joints.
 """
 
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.arrays import chain_of, reach
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
+from kabo.geometry.collision.view_arrays import chain_of, reach
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 Segment = tuple[Array, Array]  # start and end (n,)
 
 
-class Placed(NamedTuple):
+class PlacedParts(NamedTuple):
     """The parts of one body in its joint's frame."""
 
     blocks: Array  # (B, 3, 24)
@@ -32,7 +32,7 @@ class Placed(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A body on a segment, as `kernels.volumes` takes it."""
+    """A body on a segment, as arrays for `kernels.volumes`."""
 
     poses: Array  # (N + 1, 12) of its joint, at the nodes
     blocks: Array
@@ -50,7 +50,7 @@ class Motion:
     waypoints: Array  # (W, n), W >= 1
 
     def __post_init__(self) -> None:
-        """Refuses waypoints that are no configurations of the tree.
+        """Checks that the waypoints are configurations of the tree.
 
         Raises:
             ValueError: another shape, a value that is not finite or far out of a sliding joint's limits, a tree
@@ -67,12 +67,12 @@ class Motion:
 
     @property
     def deviation(self) -> float:
-        """How far the parts of any body stick out of it [m]."""
+        """The greatest deviation of the bodies' enclosures [m]."""
         return max((body.enclosure.deviation for body in self.bodies), default=0.0)
 
     @property
     def reach(self) -> float:
-        """How far any vertex may get from the world's origin [m]."""
+        """An upper bound of the distance of any vertex from the world's origin [m]."""
         far = reach(chain_of(self.tree))
         return max(
             (far[b.joint] + p.radii.max(initial=0.0) for b, p in zip(self.bodies, self.placed, strict=True)),
@@ -80,23 +80,23 @@ class Motion:
         )
 
     @cached_property
-    def placed(self) -> list[Placed]:
+    def placed(self) -> list[PlacedParts]:
         """The parts of every body.
 
         Raises:
-            ValueError: vertices or poses that are no finite numbers.
+            ValueError: vertices or poses are not finite.
         """
         return [placed(body) for body in self.bodies]
 
     @property
     def segments(self) -> list[Segment]:
-        """Start and end of every straight segment; one of no length for a single waypoint."""
+        """Start and end of every straight segment; a single waypoint gives one segment of length 0."""
         if len(self.waypoints) == 1:
             return [(self.waypoints[0], self.waypoints[0])]
         return list(zip(self.waypoints, self.waypoints[1:], strict=False))
 
     def swept(self, start: Array, end: Array, intervals: int) -> list[Swept]:
-        """Every body on a straight segment, at the nodes of 2^k intervals; one that does not move needs one."""
+        """Every body on a straight segment, at the nodes of 2^k intervals; of one interval if it does not move."""
         chain = chain_of(self.tree)
         lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
         segment, turned = np.array([start, end, start]), np.zeros(len(lengths))
@@ -116,11 +116,11 @@ class Motion:
         return found
 
 
-def placed(body: MovingGroup) -> Placed:
+def placed(body: MovingGroup) -> PlacedParts:
     """The parts of a body in its joint's frame.
 
     Raises:
-        ValueError: vertices or a pose that are no finite numbers.
+        ValueError: vertices or a pose are not finite.
     """
     packed = body.enclosure.packed
     pose = np.asarray(body.joint_T_group, np.float64).reshape(1, -1)
@@ -131,14 +131,14 @@ def placed(body: MovingGroup) -> Placed:
     starts = np.array([0, count], np.int64)
     place_groups(packed.blocks, packed.sizes, starts, pose, blocks, extents, np.empty((1, 6)), np.empty(1))
     radii = np.linalg.norm(blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
-    return Placed(blocks, packed.sizes, extents, radii, packed.diameters)
+    return PlacedParts(blocks, packed.sizes, extents, radii, packed.diameters)
 
 
-_STANDING: "WeakKeyDictionary[FixedGroup, Placed]" = WeakKeyDictionary()
+_STANDING: "WeakKeyDictionary[FixedGroup, PlacedParts]" = WeakKeyDictionary()
 
 
-def standing_parts(body: FixedGroup) -> Placed:
-    """The parts of a standing body in the world, made once for as long as the body is there.
+def standing_parts(body: FixedGroup) -> PlacedParts:
+    """The parts of a standing body in the world, computed once in the lifetime of the body object.
 
     Raises:
         ValueError: as `placed`.
@@ -155,10 +155,10 @@ def _nothing() -> KinematicTree:
     return KinematicTree(whole, whole, whole, one, one, world, none, none, none)
 
 
-NOTHING = _nothing()  # the tree of what stands still: the world alone
+WORLD_TREE = _nothing()  # the world alone, for standing bodies
 
 
 def standing(*bodies: FixedGroup) -> Motion:
     """Bodies that stand still, as a motion."""
     groups = tuple(MovingGroup(0, body.world_T_group, body.enclosure, body.mesh) for body in bodies)
-    return Motion(NOTHING, groups, np.zeros((1, 0)))
+    return Motion(WORLD_TREE, groups, np.zeros((1, 0)))

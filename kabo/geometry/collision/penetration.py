@@ -1,9 +1,9 @@
-"""How deep bodies overlap: the shortest way to move one until they are apart, with proven bounds [K Table 4.1].
+"""Penetration depth: the shortest translation of one body until both are apart, with proven bounds [K Table 4.1].
 
-The depth of two convex sets is the distance of the origin from the border of their difference set, whose hull is
-built. Neither bound trusts the hull: a direction along which the extents overlap by u is a way of length u to get
-apart, whatever the direction; and a closed surface of points of the difference set that winds around the origin at a
-distance r leaves no shorter way than r.
+The depth of two convex sets is the distance of the origin from the boundary of their Minkowski difference, whose
+hull is computed. Neither bound relies on this hull being exact: if the extents along any direction overlap by u, a
+translation by u separates them; and if a closed surface of points of the difference winds around the origin at a
+distance r, no translation shorter than r does.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from kabo.geometry.parts import FixedGroup
 from kabo.geometry.triangles.hulls import hull_mesh
 from kabo.geometry.triangles.solids import Solid
 
-AXES = np.concatenate([np.eye(3), -np.eye(3)])
+COORDINATE_DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def penetration(first: Array, second: Array) -> Bounds:
@@ -40,18 +40,20 @@ def penetration(first: Array, second: Array) -> Bounds:
         corners, faces = hull_mesh(differences)
     except (QhullError, ValueError):  # flat, or fewer than four points: nothing overlaps
         flat = np.linalg.svd(differences - differences.mean(axis=0))[2]
-        return Bounds(0.0, _way_out(first, second, np.concatenate([AXES, flat, -flat])) + delta)
+        return Bounds(0.0, _way_out(first, second, np.concatenate([COORDINATE_DIRECTIONS, flat, -flat])) + delta)
     triangles = corners[faces]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     normals = normals[lengths > 0] / lengths[lengths > 0, None]
     solid, origin = Solid(corners, faces), np.zeros((1, 3))
     lower = float(solid.surface_distances(origin)[0]) if abs(solid.winding_number(origin[0])) > 0.5 else 0.0
-    return Bounds(max(0.0, lower - delta), _way_out(first, second, np.concatenate([AXES, normals])) + delta)
+    return Bounds(
+        max(0.0, lower - delta), _way_out(first, second, np.concatenate([COORDINATE_DIRECTIONS, normals])) + delta
+    )
 
 
 def _corners(points: Array) -> Array:
-    """The points that span the hull; all of them if they lie in a plane, or nearly."""
+    """The corners of the points' hull; all points if they lie, nearly, in a plane."""
     try:
         return np.asarray(points[ConvexHull(points).vertices])
     except (QhullError, ValueError):
@@ -59,7 +61,7 @@ def _corners(points: Array) -> Array:
 
 
 def _way_out(first: Array, second: Array, directions: Array) -> float:
-    """The least overlap of the extents along any of the directions (D, 3) of length 1, 0 if some have a gap."""
+    """The least overlap of the extents along the unit directions (D, 3); 0 if there is a gap along one of them."""
     overlaps = (first @ directions.T).max(axis=0) - (second @ directions.T).min(axis=0)
     return max(0.0, float(overlaps.min()))
 
@@ -67,11 +69,11 @@ def _way_out(first: Array, second: Array, directions: Array) -> float:
 def signed_distance(first: FixedGroup, second: FixedGroup) -> Bounds:
     """Proven bounds of the signed distance of two bodies [m]: positive apart, minus the penetration depth if not.
 
-    Where the parts overlap, the lower bound is how far the bodies' hulls must be moved to get apart. The upper one is
-    what the parts' deviations say; if both bodies have meshes, it is minus the depth of their deepest vertex.
+    Where parts overlap, the lower bound is minus the penetration depth of the bodies' hulls. The upper one follows
+    from the parts' deviations; if both bodies have meshes, it is minus the depth of their deepest vertex.
 
     Raises:
-        ValueError: parts or poses that are not usable.
+        ValueError: parts or poses are not usable.
     """
     apart = distance(first, second)
     if apart.lower > 0.0:
@@ -88,7 +90,7 @@ def _points(points: Array, pose: Array) -> Array:
 
 
 def _deepest(inner: FixedGroup, outer: FixedGroup) -> float:
-    """How deep in the outer solid the deepest vertex of the inner mesh lies, -inf if none is inside."""
+    """The depth of the inner mesh's deepest vertex in the outer solid; -inf if none is inside."""
     assert inner.mesh is not None and outer.mesh is not None
     R, t = outer.world_T_group[:9].reshape(3, 3), outer.world_T_group[9:]
     local = (_points(inner.mesh[0], inner.world_T_group) - t) @ R

@@ -1,8 +1,8 @@
 """The bounded predicates of [K Def. 1]: answers that err on one side only, and by less than epsilon [K Table 4.1].
 
-Bodies are convex parts that enclose the true shape; a *proven* distance of the parts decides "free", all else counts
-as a collision; a *proven* inclusion of the parts in what lies within the container decides "included". How epsilon is
-spent is written in `Budget`; with deviations e_a, e_b of both bodies' parts (e_b <= `geometry`, too, of the inner
+Bodies are convex parts that enclose the true shape. "Free" needs a *proven* distance of the parts, everything else
+counts as a collision; "included" needs a *proven* inclusion of the parts in a solid within the container. `Budget`
+says how epsilon is spent; with deviations e_a, e_b of both bodies' parts (e_b <= `geometry`, too, of the inner
 mesh of a container):
 
 - free is said if the parts are proven farther apart than `clearance`; hit if they come closer than
@@ -10,7 +10,7 @@ mesh of a container):
 - included is said if the parts are proven `numeric` deep in the inner mesh, hence wherever the body is
   e_a + e_b + 2 `numeric` < epsilon deep in the container.
 
-A motion is compared with a motion at all times of both [K Def. 1.3]; bodies that move in step are `CollisionView`'s.
+Two motions are compared at all times of both [K Def. 1.3]; for bodies that move in step there is `CollisionView`.
 """
 
 from dataclasses import dataclass, field
@@ -20,23 +20,24 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
-from kabo.geometry.collision.arrays import offset_for
 from kabo.geometry.collision.kernels.containment import first_outside
 from kabo.geometry.collision.kernels.distance import unions_apart, unions_distance
 from kabo.geometry.collision.kernels.volumes import FINER, MEET, volumes_meet
 from kabo.geometry.collision.motions import Motion, Segment, Swept, placed, standing, standing_parts
+from kabo.geometry.collision.view_arrays import offset_for
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.geometry.triangles.solids import Solid
+from kabo.meshes import Mesh as TriangleMesh
 
-INTERVALS = 64  # of a segment, before it is halved
-HALVINGS = 14  # of a segment: 2^20 intervals in all
+MAX_INTERVALS = 64  # of a segment: where more are needed it is halved
+MAX_SEGMENT_HALVINGS = 14  # down to 2^20 intervals in all
 
 
 @dataclass(frozen=True, eq=False)
-class Container:
-    """A solid that lies within a container: an inner bounding mesh, or the container's own mesh (deviation 0).
+class InnerSolid:
+    """A solid inside a container: an inner bounding mesh, or the container's own mesh (deviation 0).
 
-    Wherever the container is more than `deviation` deep, the inner mesh contains it. Neither needs to be convex.
+    It contains every point deeper in the container than `deviation`. Neither needs to be convex.
     """
 
     world_T_container: Array  # (12,)
@@ -48,7 +49,7 @@ class Container:
         """Makes the box tree.
 
         Raises:
-            ValueError: a deviation that is no distance, a pose that is not 12 finite numbers.
+            ValueError: the deviation is negative, or the pose is not 12 finite numbers.
         """
         if not self.deviation >= 0.0:
             raise ValueError(f"an inner mesh deviates by {self.deviation:g} m, which is no distance")
@@ -60,14 +61,14 @@ class Container:
     solid: Solid = field(init=False)
 
     @classmethod
-    def within(cls, world_T_container: Array, vertices: Array, faces: Integers, tolerance: float) -> "Container":
-        """The container of a closed mesh through an inner bounding mesh, at most `tolerance` [m] inside it.
+    def within(cls, world_T_container: Array, vertices: Array, faces: Integers, tolerance: float) -> "InnerSolid":
+        """An inner bounding mesh of a closed mesh, at most `tolerance` [m] inside it.
 
         Raises:
             MeshError: the mesh is not closed, or cannot be used: with counts and the remedy.
         """
+        # Loaded here since only containers of many triangles need its kernels (0.1 s).
         from kabo.geometry.bounding.bounding_mesh import bounding_mesh
-        from kabo.meshes import Mesh as TriangleMesh
 
         inner = bounding_mesh(TriangleMesh(vertices, faces, None), tolerance, "inner")
         return cls(world_T_container, inner.vertices, inner.faces, inner.hausdorff_upper_bound)
@@ -75,7 +76,7 @@ class Container:
 
 @dataclass(frozen=True)
 class Bounds:
-    """A number that is proven to lie between two."""
+    """Proven lower and upper bounds of a number."""
 
     lower: float  # [m]
     upper: float  # [m]
@@ -95,7 +96,7 @@ def collides(first: FixedGroup, second: FixedGroup, budget: Budget) -> bool:
 
 
 def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -> bool:
-    """Whether what a motion sweeps may meet a body, or what another motion sweeps [K Def. 1.2, 1.3].
+    """Whether a motion's swept volume may meet a body, or that of another motion [K Def. 1.2, 1.3].
 
     True where the swept volumes share a point, whatever the times; False where they are epsilon apart.
 
@@ -116,7 +117,7 @@ def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -
     offset = offset_for(max(motion.reach, against.reach))
     question = (slack, slack + budget.clearance, budget.margin, offset, *scratch, np.zeros(4, np.int64))
     return any(
-        _meet(motion, mine, against, theirs, question, HALVINGS)
+        _meet(motion, mine, against, theirs, question, MAX_SEGMENT_HALVINGS)
         for mine in motion.segments
         for theirs in against.segments
     )
@@ -125,7 +126,7 @@ def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -
 def _meet(
     motion: Motion, mine: Segment, other: Motion, theirs: Segment, question: tuple[object, ...], halvings: int
 ) -> bool:
-    """Whether two motions' volumes may meet on a segment of each: halves the segments where more nodes are needed."""
+    """Whether two motions' swept volumes may meet, on a segment of each; halves segments where more nodes are needed."""
     ours, others = _swept(motion, mine), _swept(other, theirs)
     answers = {volumes_meet(*a, *b, *question) for a in ours for b in others}
     if MEET in answers or FINER not in answers:
@@ -142,7 +143,7 @@ def _moves(segment: Segment) -> bool:
 
 
 def _swept(motion: Motion, segment: Segment) -> list[Swept]:
-    return motion.swept(*segment, INTERVALS if _moves(segment) else 1)
+    return motion.swept(*segment, MAX_INTERVALS if _moves(segment) else 1)
 
 
 def _halves(segment: Segment) -> list[Segment]:
@@ -151,7 +152,7 @@ def _halves(segment: Segment) -> list[Segment]:
     return [(segment[0], middle), (middle, segment[1])] if _moves(segment) else [segment]
 
 
-def includes(container: Container, body: FixedGroup, budget: Budget) -> bool:
+def includes(container: InnerSolid, body: FixedGroup, budget: Budget) -> bool:
     """Whether a body is proven to lie inside a container [K Def. 1.4].
 
     False where any point of the body is outside; True where all of it is epsilon deep.
@@ -174,8 +175,8 @@ def includes(container: Container, body: FixedGroup, budget: Budget) -> bool:
 def distance(first: FixedGroup, second: FixedGroup) -> Bounds:
     """Proven bounds of the distance of two bodies [m]; the lower one is 0 where the parts are not proven apart.
 
-    The lower bound is that of the enclosing parts. The upper one adds both deviations: each point of a part is so
-    near to a point of its body.
+    The lower bound is that of the enclosing parts. The upper one adds both deviations: each point of a part is as
+    near as its deviation to a point of its body.
 
     Raises:
         ValueError: parts or poses that are not usable.
@@ -186,7 +187,7 @@ def distance(first: FixedGroup, second: FixedGroup) -> Bounds:
 
 
 class _Pair(NamedTuple):
-    """The parts of two bodies in the world, one after the other, as the kernels of distances want them."""
+    """The parts of two bodies in the world, one after the other, as arrays for distance kernels."""
 
     blocks: Array  # (B, 3, 24)
     sizes: Integers  # (B,)

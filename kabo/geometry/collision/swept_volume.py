@@ -1,12 +1,13 @@
-"""Bounding swept volumes: convex polyhedra that contain all that moving bodies sweep [K 4.5, Proposition 3].
+"""Bounding swept volumes: convex polyhedra that contain the volume swept by moving bodies [K 4.5, Proposition 3].
 
-Between two poses of a part the hull of both, grown by the deviation D of its points from their chords, contains what
-is swept [K Eq. 4.19-4.22]; the sum is taken joint by joint with the distance that a joint really has to the part
-(`kernels.tracks.motion`), sliding joints included. The other side is kept, too: a point of such a hull lies within
-D + |R0 - R1| d / 4 of what is truly swept, R the rotations of both poses and d the part's diameter. An interval of a
-part is halved until what sticks out is small enough, so slow or small parts get few polyhedra, long bars many.
+Between two poses of a part, the hull of both, grown by the deviation D of its points from their chords, contains
+the swept volume [K Eq. 4.19-4.22]; D is summed up joint by joint with the actual distance of each joint from the
+part (`kernels.tracks.motion`), prismatic joints included. The excess is bounded, too: a point of such a hull lies
+within D + |R0 - R1| d / 4 of the true swept volume, where R are the rotations of both poses and d is the part's
+diameter. The intervals of a part are halved until the excess is small enough, so slow or small parts get few
+polyhedra, long bars many.
 
-Grown is a hull by the corners of an icosahedron about the ball of radius D: at most 1.2585 D, with twelve corners.
+A hull is grown by an icosahedron around the ball of radius D, whose twelve corners are at most 1.2585 D away.
 """
 
 from collections.abc import Iterator
@@ -25,10 +26,10 @@ from kabo.geometry.triangles.hulls import hull_mesh
 _GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
 _CORNERS = np.array([c for a in (-1, 1) for b in (-_GOLDEN, _GOLDEN) for c in ((0, a, b), (a, b, 0), (b, 0, a))])
 _INRADIUS = _GOLDEN**2 / np.sqrt(3.0)  # of the icosahedron with edges of length 2
-BALL = _CORNERS / _INRADIUS * (1.0 + 1e-9)  # (12, 3) its hull contains the ball of radius 1
-OUT = float(np.linalg.norm(BALL[0])) * (1.0 + 1e-9)  # 1.2585: how far its corners are
-ROUNDING = 1e-9  # metres: of poses and hulls; every polyhedron is grown by so much more
-FINEST = 16  # halvings of a segment; what sticks out is said, whatever it is
+ICOSAHEDRON = _CORNERS / _INRADIUS * (1.0 + 1e-9)  # (12, 3) corners; it contains the ball of radius 1
+CORNER_RADIUS = float(np.linalg.norm(ICOSAHEDRON[0])) * (1.0 + 1e-9)  # 1.2585: of the icosahedron
+POSE_ROUNDING = 1e-9  # [m] added to the growth of every polyhedron
+MAX_HALVINGS = 16  # of a segment; the result states the excess that is left
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +38,12 @@ class Hull:
 
     points: Array  # (P, 3) the part's vertices at both poses, in the world
     growth: float  # D: the points' hull grown by so much contains what the part sweeps [m]
-    deviation: float  # how far the polyhedron sticks out of what the body sweeps [m], proven
+    deviation: float  # how far the polyhedron sticks out of the swept volume at most [m]
 
 
 @dataclass(frozen=True, eq=False)
 class SweptVolume:
-    """Convex polyhedra whose union contains everything that bodies sweep along a motion.
+    """Convex polyhedra whose union contains the volume swept by bodies along a motion.
 
     `hulls` are not grown yet, as [K 4.5] stores them; `parts` are.
     """
@@ -51,7 +52,7 @@ class SweptVolume:
 
     @property
     def deviation(self) -> float:
-        """A proven bound of how far any point of the polyhedra is from what the bodies sweep [m]."""
+        """A proven bound of how far any point of the polyhedra is from the volume swept by the bodies [m]."""
         return max((hull.deviation for hull in self.hulls), default=0.0)
 
     @cached_property
@@ -60,9 +61,9 @@ class SweptVolume:
         return tuple(hull_mesh(_grown(hull))[0] for hull in self.hulls)
 
     def mesh(self) -> tuple[Array, Integers]:
-        """All polyhedra as one mesh: vertices (V, 3) [m], triangles (F, 3) that turn outwards.
+        """All polyhedra as one mesh: vertices (V, 3) [m], triangles (F, 3) facing outwards.
 
-        Every polyhedron is a closed component; where they overlap, they cross.
+        Every polyhedron is a closed component; overlapping components cross.
         """
         vertices: list[Array] = []
         faces: list[Integers] = []
@@ -82,11 +83,12 @@ def swept_volume(motion: Motion, tolerance: float) -> SweptVolume:
 
     Args:
         motion: links, tools and attached objects on their joints, and the waypoints.
-        tolerance: how far the polyhedra may stick out of what the bodies' parts sweep [m]; the deviation of the
-            parts themselves comes on top.
+        tolerance: how far the polyhedra may stick out of the volume swept by the bodies' parts [m]; the parts' own
+        deviation
+            is added to that.
 
     Raises:
-        ValueError: a tolerance of less than a micrometre, arrays that are not usable.
+        ValueError: the tolerance is less than a micrometre, or arrays are not usable.
     """
     if not tolerance >= 1e-6:
         raise ValueError(f"the tolerance of a swept volume is at least a micrometre, not {tolerance:g} m")
@@ -104,18 +106,18 @@ def _swept(motion: Motion, segment: Segment, tolerance: float) -> list[Swept]:
     """Every body on a segment, at as many nodes as its worst part needs."""
     bounds = np.concatenate([np.zeros((1, 3)), *(own.bounds for own in motion.swept(*segment, 1))])
     level = 0
-    while level < FINEST and _sticking(bounds[:, DEVIATION], bounds[:, TURN], level).max() > tolerance:
+    while level < MAX_HALVINGS and _sticking(bounds[:, DEVIATION], bounds[:, TURN], level).max() > tolerance:
         level += 1
     return motion.swept(*segment, 1 << level)
 
 
 def _sticking(deviation: Array, turn: Array, level: int) -> Array:
-    """How far polyhedra of intervals of a level stick out at most."""
-    return (1.0 + OUT) * (deviation * 0.25**level + ROUNDING) + turn * 0.5**level
+    """Upper bounds of how far the polyhedra of a level's intervals stick out."""
+    return (1.0 + CORNER_RADIUS) * (deviation * 0.25**level + POSE_ROUNDING) + turn * 0.5**level
 
 
 def _hulls(own: Swept, part: int, tolerance: float, deviation: float) -> Iterator[Hull]:
-    """The hulls of a part: intervals are halved until their polyhedra stick out no more than the tolerance."""
+    """The hulls of a part, whose intervals are halved until their polyhedra stick out by at most the tolerance."""
     whole = len(own.poses) - 1
     stack = [(0, whole)]
     while stack:
@@ -123,7 +125,7 @@ def _hulls(own: Swept, part: int, tolerance: float, deviation: float) -> Iterato
         share, ends = width / whole, own.poses[[node, node + width]]
         growth = float(own.bounds[part, DEVIATION]) * share * share
         spread = hull_spread(ends, 0, 1, own.bounds[part, TURN] * share, own.bounds[part, QUARTER])
-        sticking = (1.0 + OUT) * (growth + ROUNDING) + float(spread)
+        sticking = (1.0 + CORNER_RADIUS) * (growth + POSE_ROUNDING) + float(spread)
         if sticking <= tolerance or width == 1:
             local = own.blocks[part, :, : own.sizes[part]]
             points = np.concatenate([(end[:9].reshape(3, 3) @ local).T + end[9:] for end in ends])
@@ -137,4 +139,4 @@ def _grown(hull: Hull) -> Array:
     points = np.unique(hull.points, axis=0)
     with suppress(QhullError):  # flat, a needle, or one point: then all of them count
         points = points[ConvexHull(points).vertices]
-    return np.asarray((points[:, None] + (hull.growth + ROUNDING) * BALL[None]).reshape(-1, 3))
+    return np.asarray((points[:, None] + (hull.growth + POSE_ROUNDING) * ICOSAHEDRON[None]).reshape(-1, 3))

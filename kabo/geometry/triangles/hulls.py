@@ -1,4 +1,4 @@
-"""Convex hulls as closed meshes whose triangles all turn outwards."""
+"""Convex hulls as closed meshes whose triangles face outwards."""
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -7,7 +7,7 @@ from kabo.arrays import Array, Integers
 
 
 def hull_mesh(points: Array) -> tuple[Array, Integers]:
-    """The corners (V, 3) of the hull of points (P, 3), and its triangles (F, 3) turned outwards.
+    """The corners (V, 3) of the hull of points (P, 3), and its triangles (F, 3), facing outwards.
 
     Raises:
         scipy.spatial.QhullError: the points lie in a plane.

@@ -1,4 +1,4 @@
-"""A closed mesh as a solid: whether it is usable, distances to it, and how far convex parts stick out of it."""
+"""A closed mesh as a solid: distances to it, winding numbers, and how far convex parts stick out of it."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,15 +10,15 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.triangles.kernels.solids import insides, sticks_out, surface_distances, winding_number
 from kabo.geometry.triangles.triangle_trees import tree_of
 
-FLAT = 1e-9  # m: rounding of the planes of a convex mesh
-MANY = 20_000_000  # faces times vertices: above, convexity is not asked for
-NODES = 1_000_000  # of the octree of depths, at most
-CELLS = 80_000  # boxes after which a proof is given up: some tenths of a second
+PLANE_TOLERANCE = 1e-9  # [m] of rounding in the planes of a convex mesh
+MAX_CONVEXITY_WORK = 20_000_000  # faces times vertices: above, convexity is not tested
+MAX_OCTREE_NODES = 1_000_000  # of the depth octree
+MAX_PROOF_BOXES = 80_000  # after which a proof is given up: some tenths of a second
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A closed triangle mesh; the solid is where its winding number is not zero, with the surface."""
+    """A closed triangle mesh; the solid is the set of points with a non-zero winding number, and the surface."""
 
     vertices: Array  # (V, 3) [m]
     faces: Integers  # (F, 3)
@@ -30,13 +30,13 @@ class Solid:
 
     @cached_property
     def depths(self) -> tuple[Array, Array, Integers]:
-        """An octree of depths: its frame (5,), depths (N,), children (N,); it grows where kernels ask it."""
+        """The depth octree: its frame (5,), depths (N,), children (N,); kernels refine it on demand."""
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         frame = np.r_[0.5 * (low + high), 0.55 * float((high - low).max()), 1.0]
-        return frame, np.full(NODES, np.nan), np.zeros(NODES, np.int64)
+        return frame, np.full(MAX_OCTREE_NODES, np.nan), np.zeros(MAX_OCTREE_NODES, np.int64)
 
     def outside_distances(self, points: Array) -> Array:
-        """How far each point (N, 3) is from the solid (N,) [m]; 0 inside."""
+        """The distance of each point (N, 3) from the solid (N,) [m]; 0 inside."""
         boxes, children, triangles = self.tree
         points = np.ascontiguousarray(points, np.float64)
         distances, within, stack = np.empty(len(points)), np.empty(len(points), np.bool_), np.zeros(64, np.int64)
@@ -51,7 +51,7 @@ class Solid:
         return within
 
     def surface_distances(self, points: Array) -> Array:
-        """How far each point (N, 3) is from the surface (N,) [m]."""
+        """The distance of each point (N, 3) from the surface (N,) [m]."""
         distances = np.empty(len(points))
         surface_distances(np.ascontiguousarray(points, np.float64), *self.tree, np.zeros(64, np.int64), distances)
         return distances
@@ -62,9 +62,9 @@ class Solid:
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether no vertex lies in front of any face by more than `FLAT`: then the solid is its own hull."""
+        """Whether no vertex lies in front of any face by more than `PLANE_TOLERANCE`: then the solid equals its hull."""
         corners = self.vertices[self.faces]
-        if len(self.faces) * len(self.vertices) > MANY:
+        if len(self.faces) * len(self.vertices) > MAX_CONVEXITY_WORK:
             return False
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1)
@@ -73,12 +73,12 @@ class Solid:
             return False
         normals = normals[area] / lengths[area, None]
         heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[area, 0])[:, None]
-        return bool(np.nanmax(heights) <= FLAT)
+        return bool(np.nanmax(heights) <= PLANE_TOLERANCE)
 
     def proves_within(self, part: Array, planes: Array, limit: float) -> bool:
         """Whether every point of a convex part (V, 3), also given by planes (H, 4), is proven within `limit` [m]."""
         if self.is_convex:  # the distance to a convex set is greatest at a corner
-            return bool((self.outside_distances(part) <= limit - 10 * FLAT).all())
+            return bool((self.outside_distances(part) <= limit - 10 * PLANE_TOLERANCE).all())
         low, high = part.min(axis=0), part.max(axis=0)
         scratch = np.zeros(64, np.int64), np.empty((256, 7))
-        return int(sticks_out(planes, low, high, limit, *self.tree, *scratch, CELLS)) == 0
+        return int(sticks_out(planes, low, high, limit, *self.tree, *scratch, MAX_PROOF_BOXES)) == 0

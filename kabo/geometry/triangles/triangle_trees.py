@@ -1,4 +1,4 @@
-"""Box trees over the triangles of a mesh, as the kernels of distances want them."""
+"""Box trees over the triangles of a mesh, as arrays for distance kernels."""
 
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ class TriangleTree(NamedTuple):
     boxes: Array
     children: Integers
     triangles: Array
-    order: Integers  # the face that triangle t was
+    order: Integers  # the face index of triangle t
 
 
 def tree_of(vertices: Array, faces: Integers) -> TriangleTree:

@@ -1,7 +1,7 @@
-"""Closed-form inverse kinematics of many poses: the chain as its form wants it, its turns, and forward kinematics.
+"""Closed-form inverse kinematics of many poses: bring a chain into the shape of its form, solve, confirm, refine.
 
-Every solution is put to forward kinematics of the tree before it is given out; what rounding, or a robot file's few
-decimals, left of the error is made up by a step of Gauss-Newton.
+Every solution is confirmed by forward kinematics of the tree; errors from rounding, or from a robot file with few
+decimals, are removed by a Gauss-Newton step.
 """
 
 import numpy as np
@@ -15,19 +15,19 @@ from kabo.kinematics.kernels.forms import (
     solve_spherical,
     solve_three_parallel,
 )
-from kabo.kinematics.kernels.turns import carried, cross, direction, origin, turned
+from kabo.kinematics.kernels.subproblems import carried, cross, direction, origin, turned
 from kabo.scene.kernels.poses import forward_kinematics
 
-MOST = 8  # solutions of one pose
-FREE_TURNS = 16  # values tried for a turn that is free, until one is within reach and limits
-ROUNDS = 1e-7  # rad outside limits: of solutions at a limit, where they are then set
-NEARLY = 1e-4  # rad outside limits: what refining may bring back
-AGREES = 1e-9  # how exactly a solution must reach the pose, every number of it
+MAX_SOLUTIONS = 8  # of one pose
+FREE_TURN_VALUES = 16  # values tried for a free joint, until one gives a solution within limits
+LIMIT_ROUNDING = 1e-7  # [rad] outside a limit: such values are set to the limit
+REFINABLE_EXCESS = 1e-4  # [rad] outside a limit: refinement may correct this much
+POSE_TOLERANCE = 1e-9  # of every entry of the pose that a solution reaches
 
 
 @lean_kernel  # (12,) f8, (12,) f8 -> writes (12,) f8
 def motion_between(start, end, motion):
-    """Writes the motion of the world that takes one pose to another: end · start^-1."""
+    """Writes the rigid motion, in the world frame, from one pose to another: end · start^-1."""
     for r in range(3):
         for c in range(3):
             motion[3 * r + c] = (
@@ -40,7 +40,7 @@ def motion_between(start, end, motion):
 
 @lean_kernel  # (m, 6) f8, i8, f8, i8, bool -> writes (k, 6) f8
 def chain_with_lock(axes, lock, value, backwards, chain):
-    """Writes the axes without the locked one, those behind it carried along; backwards: from the end to the base."""
+    """Writes the axes without the locked one, those after it moved by it; backwards: from the end to the base."""
     last, number = chain.shape[0] - 1, 0
     for j in range(axes.shape[0]):
         if j == lock:
@@ -56,7 +56,7 @@ def chain_with_lock(axes, lock, value, backwards, chain):
 
 @lean_kernel  # (12,) f8 x 2, (m, 6) f8, i8, f8, bool -> writes (12,) f8 x 2
 def motion_of_chain(goal, zero, axes, lock, value, backwards, moved, motion):
-    """Writes what the turns of a chain must do together."""
+    """Writes the rigid motion that the rotations of a chain must have as their product."""
     if lock >= 0:
         h = direction(axes[lock])
         for c in range(3):
@@ -74,14 +74,14 @@ def motion_of_chain(goal, zero, axes, lock, value, backwards, moved, motion):
 
 @lean_kernel  # (n,) f8, (m,) i8, (J,) i8, (n,) f8 x 2 -> f8, i8; writes q
 def outside(q, joints, source, lower, upper):
-    """Turns each angle by whole turns to the middle of its limits: how far the worst is outside [rad], and which."""
+    """Moves each angle by whole turns towards the middle of its limits; returns the largest excess [rad] and its index."""
     worst, fault = 0.0, -1
     for a in range(joints.shape[0]):
         k = source[joints[a]]
         value, low, high = q[k], lower[k], upper[k]
         value += 2.0 * np.pi * np.round((0.5 * (low + high) - value) / (2.0 * np.pi))
         beyond = max(low - value, value - high)
-        if beyond <= ROUNDS:
+        if beyond <= LIMIT_ROUNDING:
             value = min(max(value, low), high)
         elif beyond > worst:
             worst, fault = beyond, a
@@ -91,7 +91,7 @@ def outside(q, joints, source, lower, upper):
 
 @lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, i8, tree x 6 -> f8
 def miss(q, goal, world_T, joint, parent, kind, source, ratio, shift, placement):
-    """By how much, in its worst number, forward kinematics of the tree misses the pose at q."""
+    """The largest difference of an entry between the pose at q, by forward kinematics of the tree, and the goal."""
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
     worst = 0.0
     for k in range(12):
@@ -101,7 +101,7 @@ def miss(q, goal, world_T, joint, parent, kind, source, ratio, shift, placement)
 
 @lean_kernel  # (m, 6) f8, (m + 1) x m work -> bool; writes step (m,) f8
 def solved_step(system, step):
-    """Gaussian elimination with pivots of a small system (m, m + 1)."""
+    """Solves a small linear system (m, m + 1) by Gaussian elimination with pivoting; False if it is singular."""
     m = system.shape[0]
     for i in range(m):
         best = i
@@ -126,7 +126,7 @@ def solved_step(system, step):
 
 @lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, (m,) i8, (m, 7) f8 x 2, i8, i8, ratio -> writes q
 def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio):
-    """One Gauss-Newton step of the axes from where forward kinematics has put them: what rounding left is made up."""
+    """One Gauss-Newton step from the poses in world_T, which removes rounding errors."""
     m = joints.shape[0]
     turn = (
         0.5 * antisymmetric(goal, world_T[joint], 2, 1),
@@ -157,7 +157,7 @@ def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio
 
 @lean_kernel  # (12,) f8 x 2, i8, i8 -> f8
 def antisymmetric(goal, at, r, c):
-    """Number (r, c) less number (c, r) of goal · at^T."""
+    """Entry (r, c) minus entry (c, r) of goal · at^T."""
     a = goal[3 * r] * at[3 * c] + goal[3 * r + 1] * at[3 * c + 1] + goal[3 * r + 2] * at[3 * c + 2]
     b = goal[3 * c] * at[3 * r] + goal[3 * c + 1] * at[3 * r + 1] + goal[3 * c + 2] * at[3 * r + 2]
     return a - b
@@ -165,13 +165,13 @@ def antisymmetric(goal, at, r, c):
 
 @lean_kernel  # (J, 12) f8, i8, i8 -> vector
 def between(world_T, a, b):
-    """From the origin of joint b to that of joint a."""
+    """The vector from the origin of joint b to that of joint a."""
     return world_T[a, 9] - world_T[b, 9], world_T[a, 10] - world_T[b, 10], world_T[a, 11] - world_T[b, 11]
 
 
 @lean_kernel  # (n,) f8, (M, n) f8, i8 -> bool
 def is_known(q, found, count):
-    """Whether two branches have met."""
+    """Whether a configuration was found before, as where two branches meet."""
     for i in range(count):
         worst = 0.0
         for k in range(q.shape[0]):
@@ -183,7 +183,7 @@ def is_known(q, found, count):
 
 @lean_kernel  # (k,) f8, bool, i8, (m,) i8, (J,) x 3, (n,) f8 -> writes q
 def write_turns(turns, backwards, lock, joints, source, ratio, shift, q):
-    """Writes the values of the joints that a solution turns; the locked one keeps its own."""
+    """Writes the joint values of a solution into q; the locked joint keeps its value."""
     used, count = 0, joints.shape[0] - (1 if lock >= 0 else 0)
     for a in range(joints.shape[0]):
         if a != lock:
@@ -210,10 +210,10 @@ def settle(
     shift,
     placement,
 ):
-    """Brings a solution within limits and refines it: how far it is outside, which axis, and what it misses."""
+    """Brings a solution within limits and refines it; returns its excess, the axis at fault, and its pose error."""
     end = joints[joints.shape[0] - 1]
     worst, fault = outside(q, joints, source, lower, upper)
-    if worst > NEARLY:
+    if worst > REFINABLE_EXCESS:
         return worst, fault, np.inf
     error = miss(q, goal, world_T, end, parent, kind, source, ratio, shift, placement)
     for _ in range(4):
@@ -227,7 +227,7 @@ def settle(
 
 @kernel  # (n,) f8, i8, i8, f8 -> writes (n,) f8
 def begin(base, lock, held, value, q):
-    """Writes the values of joints off the chain, and of the locked one if there is one."""
+    """Writes the values of joints outside the chain, and of the locked joint if there is one."""
     for j in range(q.shape[0]):
         q[j] = base[j]
     if lock >= 0:
@@ -239,16 +239,16 @@ def solve_poses(
     goals, locked, base, form, placing, mirrored, backwards, lock, axes, zero, joints, lower, upper,
     parent, kind, source, ratio, shift, placement, found, counts, free, short,
 ):  # fmt: skip
-    """Writes all configurations (N, MOST, n) that bring the last joint to each pose, `counts` (N,) of them.
+    """Writes all configurations (N, MAX_SOLUTIONS, n) that bring the last joint to each pose, `counts` (N,) of them.
 
-    `base` has the values of joints off the chain; `locked` the value of the locked joint for each pose. `free` says
-    what was free in each, `short` (N, 4) what is missing where there is none: metres, tilt [rad], the least that the
-    limits are exceeded by [rad], and the axis at fault.
+    `base` has the values of joints outside the chain; `locked` the value of the locked joint for each pose. `free`
+    gets the singularities of each solution as bits, `short` (N, 4) why a pose has none: metres, tilt [rad], the
+    least excess of limits [rad], and the axis at fault.
     """
     m, hold = axes.shape[0], joints[max(lock, 0)]
     chain = np.empty((m - 1 if lock >= 0 else m, 6))
     triples, swapped = np.empty((4, 3)), np.empty((3, 6))
-    turns, marks = np.empty((MOST, 6)), np.empty(MOST, np.int64)
+    turns, marks = np.empty((MAX_SOLUTIONS, 6)), np.empty(MAX_SOLUTIONS, np.int64)
     moved, motion, q = np.empty(12), np.empty(12), base.copy()
     columns, system, world_T = np.empty((m, 7)), np.empty((m, m + 1)), np.zeros((parent.shape[0], 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
@@ -258,8 +258,8 @@ def solve_poses(
         chain_with_lock(axes, lock, held, backwards, chain)
         motion_of_chain(goals[i], zero, axes, lock, held, backwards, moved, motion)
         short[i, 2], short[i, 3], counts[i] = np.inf, -1.0, 0
-        for trial in range(FREE_TURNS):
-            spare = 2.0 * np.pi * trial / FREE_TURNS
+        for trial in range(FREE_TURN_VALUES):
+            spare = 2.0 * np.pi * trial / FREE_TURN_VALUES
             if form == SPHERICAL:
                 number, singular, missing = solve_spherical(
                     chain, motion, placing, mirrored, triples, swapped, turns, marks, spare
@@ -279,7 +279,7 @@ def solve_poses(
                 if worst > 0.0:
                     if worst < short[i, 2]:
                         short[i, 2], short[i, 3] = worst, fault
-                elif error <= AGREES and not is_known(q, found[i], counts[i]):
+                elif error <= POSE_TOLERANCE and not is_known(q, found[i], counts[i]):
                     found[i, counts[i]], free[i, counts[i]] = q, marks[s]
                     counts[i] += 1
             if singular == 0 or counts[i] > 0:
@@ -288,7 +288,7 @@ def solve_poses(
 
 @kernel  # (N, n) f8, i8, tree x 6 -> (N, 12) f8
 def poses_of(Q, joint, parent, kind, source, ratio, shift, placement):
-    """The pose of one joint in the world at every configuration."""
+    """The poses (N, 12) of one joint in the world at every configuration."""
     world_T = np.zeros((parent.shape[0], 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
     poses = np.empty((Q.shape[0], 12))

@@ -2,7 +2,7 @@
 
 What differs from the thesis, and why [docs/decisions/001-kernels.md]: Jacobians are analytic; the damping vanishes
 with the error instead of a pseudo-inverse that jumps; the step is capped, since full steps end outside the limits;
-what ends outside all the same goes back to its seed, and the other joints make up for it.
+a joint that ends outside all the same returns to its seed, and the other joints compensate.
 """
 
 import numpy as np
@@ -11,17 +11,17 @@ from kabo.compilation import kernel, lean_kernel
 from kabo.kinematics.kernels.rows import LOWER, SCALE, TOLERANCE, UPPER, differentiate, evaluate
 from kabo.scene.kernels.poses import forward_kinematics
 
-STEP = 0.5  # the largest change of a joint in one iteration [rad or m]
+MAX_STEP = 0.5  # [rad or m] of a joint in one iteration
 BASE_DAMPING, DAMPING = 1e-9, 1e-3  # lambda = base + damping * min(|F|^2, 1) [m^2]
 # What to do with a joint outside its limits: whole turns back; then hold it at the limit, or at its seed.
 WRAPS, FREEZES, RETURNS = 1, 2, 4
 LOST, OUTSIDE, ARRIVED = 0, 1, 2  # how far a seed got
-PATIENCE = 8  # iterations that the others have, each time joints were returned to their seed
+EXTRA_ITERATIONS = 8  # for the other joints, each time that some were returned to their seed
 
 
 @kernel  # i8, i8, i8 -> tuple of arrays
 def scratch(rows, joints, size):
-    """The arrays that `descend` works in, for so many rows, joints and values of q."""
+    """The scratch arrays of `descend`, for so many rows, joints and values of q."""
     world_T = np.zeros((joints, 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
     return (
@@ -38,10 +38,10 @@ def scratch(rows, joints, size):
 
 @lean_kernel  # (R, W) f8, (R,) f8 x 3, (R,) i8, (R,) f8 -> bool, f8, i8; writes held and residuals
 def find_residuals(rows, values, inner_lower, inner_upper, held, residuals):
-    """Writes which rows hold something, and how far each of those is from its inner bounds [m].
+    """Writes which rows are active, and how far each of those is from its inner bounds [m].
 
-    A row is at rest inside an interval; outside it aims at the inner bounds. Answers whether all rows are fulfilled,
-    the sum of squares, and how many rows hold something.
+    A row is inactive inside its interval; outside it aims at the inner bounds. Returns whether all rows are
+    fulfilled, the sum of squares, and the number of active rows.
     """
     fulfilled, square, count = True, 0.0, 0
     for i in range(rows.shape[0]):
@@ -95,9 +95,9 @@ def move(q, jacobian, rows, weights, steps, cap):
 
 @lean_kernel  # (n,) f8 x 4, (n,) bool, (n,) bool, i8 -> bool, i8; writes q and free
 def bring_within_limits(q, seed, lower, upper, free, turning, policy):
-    """Whether q is within its limits, after whole turns, and how many values are free then.
+    """Adds whole turns to q; returns whether it is within its limits, and how many values are still free.
 
-    As `policy` says, what is outside stops at its limit, or goes back to where it was in the seed, and is free no more.
+    A value outside stops at its limit or returns to that of the seed, as `policy` says, and is free no more.
     """
     inside, count = True, 0
     for j in range(q.shape[0]):
@@ -128,12 +128,12 @@ def bring_within_limits(q, seed, lower, upper, free, turning, policy):
 def descend(
     q, seed, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy
 ):
-    """Moves q until every row holds within its own tolerance and q is within its limits; how far it got.
+    """Moves q until every row holds within its own tolerance and q is within its limits; returns how far it got.
 
     ARRIVED, OUTSIDE (the rows held, but not within the limits) or LOST (they never did).
 
-    Only values that are `free` move. Where `policy` is not content with whole turns, `free` is written: what came
-    outside its limits stays at the limit (FREEZES) or where it was in `seed` (RETURNS), and the others make up for it.
+    Only values that are `free` move. Unless `policy` allows whole turns only, `free` is written: a value outside
+    its limits stays at the limit (FREEZES) or returns to that of `seed` (RETURNS), and the others compensate.
     """
     parent, kind, source, ratio, shift, placement = tree
     world_T, values, wrenches, held, residuals, jacobian, factor, steps = work
@@ -149,7 +149,7 @@ def descend(
                 return ARRIVED
             reached = OUTSIDE
             if policy & RETURNS and able > count:
-                left = PATIENCE
+                left = EXTRA_ITERATIONS
             elif not policy & FREEZES:
                 return OUTSIDE
             continue
@@ -162,5 +162,5 @@ def descend(
                 for k in range(count):
                     jacobian[k, j] = 0.0
         solve_damped(jacobian, count, residuals, BASE_DAMPING + DAMPING * min(square, 1.0), factor)
-        move(q, jacobian, count, residuals, steps, STEP)
+        move(q, jacobian, count, residuals, steps, MAX_STEP)
     return reached

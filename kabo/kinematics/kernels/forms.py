@@ -1,15 +1,15 @@
-"""The forms that closed-form inverse kinematics has: which turns of an arm's axes make a given motion [K A.3].
+"""The forms of closed-form inverse kinematics: rotations about an arm's axes with a given product [K A.3].
 
-The axes (m, 6) are those of the arm at zero, the motion (12,) is what all turns do together: turn_1 … turn_m. So any
-frames, offsets and link lengths will do as long as the axes lie as the form demands.
+The axes (m, 6) are those of the arm at zero; the motion (12,) is the product of all rotations: turn_1 … turn_m. So
+frames, offsets and link lengths are arbitrary as long as the axes lie as the form demands.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.kinematics.kernels.turns import (
-    FREE,
-    SMALL,
+from kabo.kinematics.kernels.subproblems import (
+    ON_AXIS_DISTANCE,
+    SINGULAR_SLACK,
     across,
     angle_between,
     angles_to_plane,
@@ -29,13 +29,18 @@ from kabo.kinematics.kernels.turns import (
 
 SPHERICAL, THREE_PARALLEL, FIVE = 0, 1, 2  # forms
 PARALLEL, CROSSING = 0, 1  # how the three axes before a spherical wrist lie: second and third, or first and second
-ON_FIRST_AXIS, ON_SECOND_AXIS, ON_THIRD_AXIS, WRIST_ALIGNED = 1, 2, 4, 8  # what leaves a turn free
-LEANS = 1e-5  # rad: of axes that are not quite parallel; refining puts it right
+ON_FIRST_AXIS, ON_SECOND_AXIS, ON_THIRD_AXIS, WRIST_ALIGNED = (
+    1,
+    2,
+    4,
+    8,
+)  # singularities
+LEAN_TOLERANCE = 1e-5  # [rad] between axes that count as parallel; refinement corrects it
 
 
 @lean_kernel  # (12,) f8, vector -> vector
 def moved_direction(T, v):
-    """A direction by a pose."""
+    """A direction rotated by a pose."""
     return (
         T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
         T[3] * v[0] + T[4] * v[1] + T[5] * v[2],
@@ -45,13 +50,13 @@ def moved_direction(T, v):
 
 @lean_kernel  # (12,) f8, vector -> vector
 def moved_point(T, p):
-    """A point by a pose."""
+    """A point transformed by a pose."""
     return plus((T[9], T[10], T[11]), 1.0, moved_direction(T, p))
 
 
 @lean_kernel  # (6,) f8 x 3, vector, vector -> i8, i8, f8; writes (4, 3) f8
 def turns_of_parallel(a, b, c, start, goal, found, spare):
-    """Turns about three axes, b and c parallel, that take a point to a point: how many, what is free, missing [m]."""
+    """Angles about three axes, b and c parallel, that move a point to a goal: their count, free angles, missing [m]."""
     n, sense = direction(b), 1.0 if dot(direction(b), direction(c)) > 0.0 else -1.0
     count, first, second, missing = angles_to_plane(a, goal, n, dot(n, plus(start, -1.0, origin(a))))
     total, free, short = 0, 0, missing if count == 0 else np.inf
@@ -75,7 +80,7 @@ def turns_of_parallel(a, b, c, start, goal, found, spare):
 
 @lean_kernel  # (6,) f8 x 3, vector, vector -> i8, i8, f8; writes (4, 3) f8
 def turns_of_crossing(a, b, c, start, goal, found, spare):
-    """Turns about three axes, a and b crossing, that take a point to a point: how many, what is free, missing [m]."""
+    """Angles about three axes, a and b crossing, that move a point to a goal: their count, free angles, missing [m]."""
     s = meeting_point(a, b)
     h = direction(c)
     u, v, end = plus(start, -1.0, origin(c)), plus(s, -1.0, origin(c)), plus(goal, -1.0, s)
@@ -87,7 +92,7 @@ def turns_of_crossing(a, b, c, start, goal, found, spare):
     count, first, second, missing = cosine_angles(dot(vp, up), dot(vp, cross(h, up)), value)
     if count == 0:
         far, near = np.sqrt((lu + lv) ** 2 + rise * rise), np.sqrt((lu - lv) ** 2 + rise * rise)
-        return 0, 0, max(np.sqrt(apart) - far, near - np.sqrt(apart), missing / max(lu + lv, SMALL))
+        return 0, 0, max(np.sqrt(apart) - far, near - np.sqrt(apart), missing / max(lu + lv, SINGULAR_SLACK))
     total, free, short = 0, 0, np.inf
     if count < 0:
         count, first, free = 1, spare, ON_THIRD_AXIS
@@ -96,7 +101,7 @@ def turns_of_crossing(a, b, c, start, goal, found, spare):
         begin = plus(carried(c, t, start), -1.0, s)
         number, p1, q1, p2, q2, missing = two_turns(direction(a), direction(b), begin, end, spare)
         short = min(short, missing)
-        if norm(cross(direction(b), begin)) <= FREE:
+        if norm(cross(direction(b), begin)) <= ON_AXIS_DISTANCE:
             free = free | ON_SECOND_AXIS
         if number < 0:
             number, free = 1, free | ON_FIRST_AXIS
@@ -110,7 +115,7 @@ def turns_of_crossing(a, b, c, start, goal, found, spare):
 
 @lean_kernel  # i8, bool, (m, 6) f8, (3, 6) f8, vector, vector, (4, 3) f8 -> i8, i8, f8
 def turns_to_point(placing, mirrored, axes, swapped, start, goal, found, spare):
-    """Turns about the first three axes that take a point to a point; mirrored: looked at from the goal."""
+    """Angles about the first three axes that move a point to a goal; if mirrored, solved from the goal backwards."""
     if not mirrored:
         if placing == PARALLEL:
             return turns_of_parallel(axes[0], axes[1], axes[2], start, goal, found, spare)
@@ -129,7 +134,7 @@ def turns_to_point(placing, mirrored, axes, swapped, start, goal, found, spare):
 
 @lean_kernel  # (6, 6) f8, (12,) f8, i8, bool, (4, 3) f8, (3, 6) f8 -> i8, f8; writes (MOST, 6) f8, (MOST,) i8
 def solve_spherical(axes, motion, placing, mirrored, found, swapped, turns, free, spare):
-    """Axes 4, 5 and 6 meet: the first three place that point, the others turn the end [K A.3, six axes]."""
+    """Solves arms whose axes 4, 5 and 6 meet: the first three move that point [K A.3, six axes]."""
     centre = meeting_point(axes[4], axes[3])
     count, unbound, missing = turns_to_point(
         placing, mirrored, axes, swapped, centre, moved_point(motion, centre), found, spare
@@ -158,7 +163,7 @@ def solve_spherical(axes, motion, placing, mirrored, found, swapped, turns, free
 
 @lean_kernel  # (m, 6) f8, (12,) f8, f8 x 4, i8, i8 -> i8, f8; writes turns, free
 def bend(axes, motion, first, whole, fifth, sixth, unbound, total, turns, free, spare):
-    """Writes the turns of the three parallel axes that are left when the others, and the sum of theirs, are known."""
+    """Writes the angles of the three parallel axes, once the other angles and the sum of these three are known."""
     n, m = direction(axes[1]), axes.shape[0]
     p = carried(axes[4], -fifth, origin(axes[3]))
     if m == 6:
@@ -181,7 +186,7 @@ def bend(axes, motion, first, whole, fifth, sixth, unbound, total, turns, free, 
 
 @lean_kernel  # (6, 6) f8, (12,) f8 -> i8, f8; writes (MOST, 6) f8, (MOST,) i8
 def solve_three_parallel(axes, motion, turns, free, spare):
-    """Axes 2, 3 and 4 are parallel, 5 and 6 meet [Hawkins 2013]: the first by where they meet, then the hand."""
+    """Solves arms whose axes 2, 3 and 4 are parallel while 5 and 6 meet [Hawkins 2013]."""
     n, z5, z6 = direction(axes[1]), direction(axes[4]), direction(axes[5])
     centre, mark = meeting_point(axes[4], axes[5]), across(z6)
     count, first, second, missing = angles_to_plane(
@@ -207,9 +212,10 @@ def solve_three_parallel(axes, motion, turns, free, spare):
 
 @lean_kernel  # (5, 6) f8, (12,) f8 -> i8, f8, f8; writes (MOST, 6) f8, (MOST,) i8
 def solve_five(axes, motion, turns, free, spare):
-    """Axes 2, 3 and 4 are parallel, axis 5 turns the end [K A.3, five axes]; also how far the end is tilted [rad].
+    """Solves arms of five axes, 2, 3 and 4 parallel [K A.3, five axes]; also returns the tilt that is out of reach [rad].
 
-    Five axes reach every point with any pitch and roll, but the end's last axis must lie as the first one lets it.
+    Five axes reach every point with any pitch and roll, but the direction of the last axis is restricted by the
+    first axis.
     """
     n, z5 = direction(axes[1]), direction(axes[4])
     point, mark, y0 = origin(axes[4]), across(direction(axes[4])), moved_direction(motion, direction(axes[4]))
@@ -227,7 +233,7 @@ def solve_five(axes, motion, turns, free, spare):
         t = first if k == 0 else second
         y = turned(h, -t, y0)
         lean = abs(dot(n, y) - dot(n, z5))
-        if lean > LEANS:
+        if lean > LEAN_TOLERANCE:
             tilt = min(tilt, lean)
         else:
             whole = angle_between(n, z5, y)

@@ -1,4 +1,4 @@
-"""Projection onto constraint rows, many seeds in one call: what is aimed at, from how many seeds."""
+"""Projection onto constraint rows, many seeds in one call: the aims of each sample, and its further seeds."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from kabo.scene.kernels.poses import forward_kinematics
 
 __all__ = ["FREEZES", "RETURNS", "WRAPS", "descend", "project_seeds", "row_jacobian", "row_values", "scratch"]
 
-AIMED = 20  # iterations for each try to meet the aims: what meets them needs about ten
+AIM_ITERATIONS = 20  # for each try to reach the aims; successful tries need about ten
 
 
 @kernel  # (R, W) f8, tree -> (R, W) f8, tree of the joints that the rows depend on
 def restricted(rows, parent, kind, source, ratio, shift, placement):
-    """The rows and the tree without the joints that no row depends on (grippers, links beside)."""
+    """The rows and the tree without joints that no row depends on (grippers, other branches)."""
     joints = parent.shape[0]
     number = np.full(joints, -1, np.int64)
     number[0] = 0
@@ -52,7 +52,7 @@ def restricted(rows, parent, kind, source, ratio, shift, placement):
 
 @kernel  # i8, (J,) i8, (J,) i8, (J,) f8 -> (n,) bool
 def find_turning(size, kind, source, ratio):
-    """Which values of q may change by whole turns: those that move revolute joints at full ratio only."""
+    """Which values of q may change by whole turns: those that drive only revolute joints, with ratio 1."""
     turning = np.zeros(size, np.bool_)
     for j in range(1, kind.shape[0]):
         turning[source[j]] = True
@@ -64,7 +64,7 @@ def find_turning(size, kind, source, ratio):
 
 @lean_kernel  # (W,) f8 -> bool
 def is_interval(row):
-    """Whether the row may take any value between two bounds: what can be aimed at."""
+    """Whether the row may take any value between two different bounds, so that samples can aim at values inside."""
     return row[LOWER] < row[UPPER] and row[UPPER] - row[LOWER] < np.inf
 
 
@@ -87,9 +87,9 @@ def draw_aims(key, first, rows, aims):
 
 @lean_kernel  # (R, W) f8, i8, (R,) f8, f8, i8 -> bool; writes aimed, low, high
 def set_bounds(rows, required, aims, inset, aimed, low, high):
-    """Writes the bounds that one descent works towards: of each row its aim if it has one, else its own, moved in.
+    """Writes the bounds that one descent aims at: the aim of each row that has one, else its own bounds, moved inwards.
 
-    Rows from `required` on without an aim are at rest everywhere. Answers whether there is any aim.
+    Rows from `required` on without an aim are never active. Returns whether there is any aim.
     """
     any_aim = False
     for i in range(rows.shape[0]):
@@ -106,7 +106,7 @@ def set_bounds(rows, required, aims, inset, aimed, low, high):
 
 @kernel  # u8, i8, i8, (n,) f8 x 2, (n,) bool, (n,) f8 -> writes q
 def draw_again(key, index, attempt, lower, upper, active, q):
-    """Writes another seed of a sample: what `streams.draw` gives is attempt 0. An unbounded joint takes one turn."""
+    """Writes a further seed of a sample; `streams.draw` gives attempt 0. Unbounded joints take values of one turn."""
     for j in range(q.shape[0]):
         if active[j]:
             low = lower[j] if lower[j] > -np.inf else -np.pi
@@ -116,7 +116,7 @@ def draw_again(key, index, attempt, lower, upper, active, q):
 
 @kernel  # (n,) f8, (n,) bool -> writes (n,) f8, (n,) bool
 def keep(q, active, kept, free):
-    """Copies values and a mask; one by one, since numba spends seconds on what it might say of assigned slices."""
+    """Copies values and a mask in a loop, since numba takes seconds to compile assigned slices."""
     for j in range(q.shape[0]):
         kept[j], free[j] = q[j], active[j]
 
@@ -126,10 +126,11 @@ def project_seeds(
     Q, succeeded, rows, required, aims, inset, lower, upper, active, parent, kind, source, ratio, shift, placement,
     iterations, policy, key, first, tries,
 ):  # fmt: skip
-    """Projects each line of Q in place, and writes whether it arrived: `rows[:required]` hold, q is within limits.
+    """Projects each row of Q in place; writes whether it succeeded: `rows[:required]` hold and q is within limits.
 
-    Aims are tried from `tries` seeds: Q's, then others of samples `first` … of the stream `key`. What misses them all
-    is what Q's seed leads to with the bounds alone; if it leads nowhere even outside the limits, one try is enough.
+    Aims are tried from `tries` seeds: Q's, then others of samples `first` … of the stream `key`. If all tries
+    miss, the result is the projection of Q's seed onto the bounds alone; if that fails even outside the limits,
+    there is one try only.
     """
     turning = find_turning(Q.shape[1], kind, source, ratio)
     rows, tree = restricted(rows, parent, kind, source, ratio, shift, placement)
@@ -145,7 +146,7 @@ def project_seeds(
             if attempt > 0:
                 draw_again(key, first + i, attempt, lower, upper, active, q)
             keep(q, active, seed, free)
-            budget = AIMED if aiming else iterations
+            budget = AIM_ITERATIONS if aiming else iterations
             reached = descend(
                 q, seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, budget, policy
             )

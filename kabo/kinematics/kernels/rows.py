@@ -1,14 +1,16 @@
-"""Constraint rows: scalar functions of the relative pose of two frames, their values and their gradients.
+"""Constraint rows: scalar functions of the relative pose of two frames, their values, gradients and ranges.
 
-A row is a line of numbers (columns below). Its value depends on the pose of its first frame relative to its second
-one only, so one wrench (g, m) is its whole gradient: a relative motion with angular velocity w and velocity v (of
-the point at the world's origin) changes it by m.w + g.v. A joint on the first frame's branch contributes its screw
-with a plus, one on the second's with a minus, and common ancestors nothing.
+A row is an array of numbers (columns below). Its value depends only on the pose of its first frame relative to its
+second one, so one wrench (g, m) is its whole gradient: a relative motion with angular velocity w and velocity v
+(of the point at the world's origin) changes it by m.w + g.v. A joint on the first frame's branch contributes its
+screw with a plus, one on the second's with a minus, and common ancestors nothing.
+
+Seen from one of the frames a row is a function of one vector y; `holds_between` bounds it wherever y is near a chord.
 """
 
 import numpy as np
 
-from kabo.compilation import lean_kernel
+from kabo.compilation import kernel, lean_kernel
 
 # Columns. For ALIGNED the origin of the first holds its direction, and its direction a normal to that; for AZIMUTH
 # the origin of the second holds the direction of angle zero.
@@ -157,7 +159,7 @@ def differentiate(wrenches, chosen, count, signs, kind, source, world_T, jacobia
 
 @lean_kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
 def find_signs(rows, parent, ratio, signs):
-    """Writes how each joint moves the first frame of each row relative to the second: + ratio, - ratio or 0."""
+    """Writes the ratio, with sign, by which each joint moves a row's first frame relative to its second; 0 for none."""
     for i in range(rows.shape[0]):
         for k in range(parent.shape[0]):
             signs[i, k] = 0.0
@@ -169,3 +171,72 @@ def find_signs(rows, parent, ratio, signs):
         while j > 0:
             signs[i, j] -= ratio[j]
             j = parent[j]
+
+
+@kernel  # (W,) f8, (J, 12) f8, (3,) f8 -> writes y
+def relative(row, world_T, y):
+    """Writes the vector that the row's value depends on, from the second's frame (ALIGNED: from the first's)."""
+    a, b = int(row[FIRST]), int(row[SECOND])
+    if row[KIND] < DIRECTION:
+        x0, x1, x2 = turned(world_T, a, row[2], row[3], row[4])
+        x0 += world_T[a, 9] - world_T[b, 9]
+        x1 += world_T[a, 10] - world_T[b, 10]
+        x2 += world_T[a, 11] - world_T[b, 11]
+    elif row[KIND] == ALIGNED:
+        x0, x1, x2 = turned(world_T, b, row[12], row[13], row[14])
+        b = a
+    else:
+        x0, x1, x2 = turned(world_T, a, row[5], row[6], row[7])
+    for k in range(3):
+        y[k] = world_T[b, k] * x0 + world_T[b, 3 + k] * x1 + world_T[b, 6 + k] * x2
+        if row[KIND] < DIRECTION:
+            y[k] -= row[9 + k]
+
+
+@kernel  # (3,) f8 x 2, f8 x 3 -> f8, f8
+def along(y0, y1, u0, u1, u2):
+    """The components of both vectors along the direction (u0, u1, u2)."""
+    return y0[0] * u0 + y0[1] * u1 + y0[2] * u2, y1[0] * u0 + y1[1] * u1 + y1[2] * u2
+
+
+@kernel  # (3,) f8 x 2, f8, f8, (W,) f8 -> f8, f8
+def norm_range(y0, y1, s0, s1, row):
+    """The least and the largest norm on a chord, less its components s0, s1 along the second's direction."""
+    square0, square1, mixed = 0.0, 0.0, 0.0
+    for k in range(3):
+        u = row[12 + k]
+        a, b = y0[k] - s0 * u, y1[k] - s1 * u
+        square0 += a * a
+        square1 += b * b
+        mixed += a * b
+    length = square0 + square1 - 2.0 * mixed
+    least = min(square0, square1)
+    if length > 0.0 and 0.0 < square0 - mixed < length:
+        least = square0 - (square0 - mixed) ** 2 / length
+    return np.sqrt(max(least, 0.0)), np.sqrt(max(square0, square1))
+
+
+@kernel  # (W,) f8, (3,) f8 x 2, f8, f8 -> bool
+def holds_between(row, y0, y1, deviation, tolerance):
+    """Whether the row surely holds, within `tolerance`, wherever y is within `deviation` of the chord y0 y1."""
+    kind, low, high = int(row[KIND]), row[LOWER] - tolerance, row[UPPER] + tolerance
+    if kind == ALIGNED:
+        a0, a1 = along(y0, y1, row[2], row[3], row[4])
+        n0, n1 = along(y0, y1, row[5], row[6], row[7])
+        cosine = min(a0, a1) - deviation
+        if not cosine > 0.0:
+            return False
+        return (max(abs(n0), abs(n1)) + deviation) * np.sqrt(2.0 / (1.0 + cosine)) <= high
+    s0, s1 = along(y0, y1, row[12], row[13], row[14])
+    if kind == ANGLE:
+        least, most = min(s0, s1) - deviation, max(s0, s1) + deviation
+        return (high >= np.pi or least >= np.cos(high)) and (low <= 0.0 or most <= np.cos(low))
+    if kind in (PLANE, DIRECTION):
+        return low <= min(s0, s1) - deviation and max(s0, s1) + deviation <= high
+    if kind == GAP:
+        least = 0.0 if s0 * s1 <= 0.0 else min(abs(s0), abs(s1))
+        return low <= max(least - deviation, 0.0) and max(abs(s0), abs(s1)) + deviation <= high
+    if kind != LINE:
+        s0, s1 = 0.0, 0.0
+    least, most = norm_range(y0, y1, s0, s1, row)
+    return low <= max(least - deviation, 0.0) and most + deviation <= high

@@ -159,16 +159,17 @@ def _common(objects: Mapping[str, int], allowed: Sequence[Mapping[str, None]]) -
 
 def free_variables(tree: object) -> tuple[str, ...]:
     """The names of all variables in a tree, each once, in the order of their first occurrence."""
-    return tuple(dict.fromkeys(_variables(tree)))
+    return tuple(dict.fromkeys(variable.name for variable in variables_in(tree)))
 
 
-def _variables(tree: object) -> Iterator[str]:
+def variables_in(tree: object) -> Iterator[Variable]:
+    """Every place of a variable anywhere in a tree, in order."""
     if isinstance(tree, Variable):
-        yield tree.name
+        yield tree
     elif isinstance(tree, tuple):
         for part in tree:
-            yield from _variables(part)
+            yield from variables_in(part)
     elif hasattr(tree, "__dataclass_fields__"):
         for name in tree.__dataclass_fields__:
             if name != "place":
-                yield from _variables(getattr(tree, name))
+                yield from variables_in(getattr(tree, name))

@@ -30,7 +30,7 @@ _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":e
 
 @dataclass
 class ActionSchema:
-    """An action as it was read."""
+    """An action of a PDDL file, read but not yet built."""
 
     name: str  # kabo's
     resolver: NameResolver
@@ -130,7 +130,7 @@ def _sensed(here: NameResolver, node: Node) -> Iterator[f.Atom]:
 # -------------------------------------------------------------------------------------------------------- building
 @dataclass(frozen=True)
 class Surmise:
-    """What building an action needs to know of the whole problem.
+    """Facts about the whole problem that building an action depends on.
 
     Attributes:
         vocabulary: all names.
@@ -150,7 +150,7 @@ class Surmise:
 
 
 def build_action(schema: ActionSchema, surmise: Surmise) -> Action:
-    """The action; what cannot be expressed is reported."""
+    """The action in kabo's form; what kabo cannot express is reported."""
     here, vocabulary = schema.resolver, surmise.vocabulary
     sorts: Mapping[str, str] = vocabulary.types_of_objects()
 
@@ -178,7 +178,7 @@ def build_action(schema: ActionSchema, surmise: Surmise) -> Action:
 
 
 def summed(here: NameResolver, pieces: list[ConditionalEffect]) -> list[ConditionalEffect]:
-    """The pieces with several changes of one number made one: PDDL adds them up."""
+    """The effects with several changes of one number joined into one: PDDL adds them up."""
     found: list[ConditionalEffect] = []
     joined: dict[int, int] = {}  # how many changes are one now, by where it is
     numbers: dict[object, int] = {}  # term and condition -> where its first change is

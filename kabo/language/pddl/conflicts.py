@@ -19,7 +19,7 @@ _MOST_MEETINGS = 20_000  # of one action
 
 @dataclass(frozen=True)
 class ConflictContext:
-    """What is known where deletions and additions meet.
+    """Knowledge of an action that decides whether a deletion and an addition conflict.
 
     Attributes:
         types: the types of the domain.
@@ -59,7 +59,7 @@ class ConflictContext:
 
 
 def additions_win(pieces: list[ConditionalEffect], around: ConflictContext) -> list[ConditionalEffect]:
-    """The pieces of one action with deletions that no longer meet an addition."""
+    """The effects of one action, each deletion restricted to where no addition of the same atom happens."""
     additions: dict[str, list[ConditionalEffect]] = {}
     pieces = list(dict.fromkeys(pieces))
     for piece in pieces:
@@ -106,7 +106,7 @@ def _renamed(addition: ConditionalEffect, avoided: set[str]) -> ConditionalEffec
 
 
 def may_be_same(first: ConditionalEffect, second: ConditionalEffect, around: ConflictContext) -> bool:
-    """Whether two pieces may be about the same atom or term."""
+    """Whether two effects may change the same atom or term."""
     return _equalities(first, second, around) is not None
 
 

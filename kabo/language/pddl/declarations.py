@@ -12,7 +12,7 @@ _MOST_ALTERNATIVES = 64
 
 
 def typed_list(here: NameResolver, nodes: list[Node]) -> Iterator[tuple[Token, Node | None]]:
-    """Every name of `a b - t c` with its type; the type is None where none is written."""
+    """Each name of a typed list `a b - t c` with its type, or None if it has none."""
     waiting: list[Token] = []
     position = 0
     while position < len(nodes):

@@ -1,4 +1,4 @@
-"""PDDL's terms and atoms as expressions, and the words in which its files are told what is wrong with them."""
+"""PDDL's terms and atoms as expressions, its rules for names and types, and its wording of faults."""
 
 import re
 
@@ -16,7 +16,7 @@ _MOST_OPERATORS = 60
 
 
 class PddlDialect(Dialect):
-    """Objects, variables and predicates have names of their own; a word that is none is no function either."""
+    """The dialect of PDDL: objects, variables and predicates have namespaces of their own."""
 
     def unknown_term(self, here: NameResolver, node: Expression) -> None:
         """An unknown variable, object or function."""

@@ -1,6 +1,6 @@
-"""PDDL effects as a flat list of pieces: for all variables, if a condition holds, one outcome.
+"""PDDL effects as a flat list of conditional effects: for all variables, if a condition holds, one outcome.
 
-What becomes of a piece in kabo depends on what may be unknown; that is decided once all of them have been read.
+Their form in kabo depends on which atoms may be unknown, which is decided after all actions have been read.
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ Outcome = f.Literal | f.Comparison
 
 @dataclass(frozen=True)
 class ConditionalEffect:
-    """One outcome of an action.
+    """One outcome of an action, with the condition under which it happens.
 
     Attributes:
         variables: the outcome and its condition hold for every instance of them.
@@ -61,7 +61,7 @@ class ConditionalEffect:
 
 
 def read_effects(here: NameResolver, node: Node) -> list[ConditionalEffect]:
-    """All pieces of an effect; those that are wrong are reported and left out."""
+    """The conditional effects that an effect consists of; wrong ones are reported and left out."""
     return list(_pieces(here, node, (), f.Truth(True)))
 
 

@@ -24,7 +24,7 @@ _LETTERS = "xyzuvwabcdefgh"
 
 @dataclass
 class Initial:
-    """An initial state as it was read; atoms by their first mention, with places."""
+    """An initial state of a PDDL file; atoms in the order of their first mention."""
 
     facts: dict[f.Atom, f.Literal] = field(default_factory=dict)
     values: dict[f.Application, f.Comparison] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""From the definitions of PDDL files to a Problem: declarations, actions, then what the initial state makes of them."""
+"""From the definitions of PDDL files to a Problem: declarations, initial state, goal, then the actions."""
 
 from collections.abc import Iterable, Mapping
 
@@ -22,10 +22,10 @@ from kabo.language.vocabulary import Vocabulary
 
 
 class Pddl:
-    """The format of PDDL files."""
+    """The reader of PDDL files."""
 
     def definitions(self, source: SourceFile, findings: Findings) -> list[Definition]:
-        """All domains and problems of a file; what is none is reported."""
+        """All domains and problems of a file; anything else in it is reported."""
         document = read_forms(source, findings)
         return [] if document is None else list(definitions_of(document))
 

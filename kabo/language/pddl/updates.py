@@ -1,8 +1,9 @@
-"""From the pieces of PDDL effects to kabo's updates: about knowledge where all is known, else about the world."""
+"""From PDDL's conditional effects to kabo's updates: of knowledge where all is known, else of the world (`when … then`)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import groupby, product
+from operator import attrgetter
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
@@ -15,7 +16,7 @@ _MOST_CASES = 64
 
 @dataclass(frozen=True)
 class Disjunct:
-    """One way in which a condition holds: for some variables, with what is known and with claims of the world."""
+    """A disjunct of a condition: for some variables a part that is always known, and claims about the world."""
 
     variables: tuple[f.Variable, ...] = ()
     guard: tuple[f.Formula, ...] = ()  # nothing in it can be unknown
@@ -29,23 +30,11 @@ class _CannotBeAsked(Exception):
 def updates_of(
     here: NameResolver, pieces: list[ConditionalEffect], known: Callable[[object], bool]
 ) -> tuple[f.Effect, ...]:
-    """The updates, in the order of the pieces; neighbours under the same condition are one."""
+    """The updates, in the order of the effects; neighbours under the same condition are joined."""
     updates: list[f.Effect] = []
-    for group in _groups(pieces):
-        updates.extend(_updates(here, group, known))
+    for _, group in groupby(pieces, attrgetter("variables", "condition")):
+        updates.extend(_updates(here, list(group), known))
     return tuple(updates)
-
-
-def _groups(pieces: list[ConditionalEffect]) -> Iterator[list[ConditionalEffect]]:
-    """Neighbours that differ in their outcomes only."""
-    group: list[ConditionalEffect] = []
-    for piece in pieces:
-        if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
-            yield group
-            group = []
-        group.append(piece)
-    if group:
-        yield group
 
 
 def _updates(

@@ -1,4 +1,4 @@
-"""PKS actions; those whose arguments may be values that are only known when the plan runs, once for each source.
+"""PKS actions, with a variant for each function whose value a parameter may have at run time.
 
 A parameter ?x with the precondition Kv(?x) may be bound to a constant, or to a function whose value will be known:
 kabo's run-time variables name their function, so each function that fits gives an action of its own.

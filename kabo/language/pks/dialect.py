@@ -1,4 +1,4 @@
-"""The words in which PKS files are told what is wrong with names and types, and how their variables are bound."""
+"""PKS's rules for names and types, its wording of faults, and the binding of its variables."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from kabo.language.vocabulary import Symbol, Vocabulary
 
 
 class PksDialect(Dialect):
-    """Objects and variables have names of their own; numbers may be the names of objects."""
+    """The dialect of PKS: objects and variables have namespaces of their own; numbers may be names of objects."""
 
     only_numbers = True
 

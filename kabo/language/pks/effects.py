@@ -1,7 +1,9 @@
 """PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import attrgetter
 from typing import cast
 
 from kabo.language import formulas as f
@@ -19,7 +21,7 @@ _DATABASES = ("Kf", "Kw", "Kv", "Kx", "LCW")
 
 @dataclass(frozen=True)
 class _GuardedUpdate:
-    """One update, with the variables and conditions around it."""
+    """An update with the variables and the condition around it."""
 
     variables: tuple[f.Variable, ...]
     condition: f.Formula
@@ -37,7 +39,8 @@ def read_effects(here: NameResolver, node: Expression, *, conditional: bool = Tr
     """
     updates: list[f.Effect] = []
     pieces = _pieces(here, node, (), f.Truth(True), conditional)
-    for group in _groups(pieces):
+    for _, same in groupby(pieces, attrgetter("variables", "condition")):
+        group = list(same)
         first = group[0]
         effects: tuple[f.Effect, ...] = tuple(each.change for each in group)
         if first.condition != f.Truth(True):
@@ -46,18 +49,6 @@ def read_effects(here: NameResolver, node: Expression, *, conditional: bool = Tr
             effects = (f.ForEach(first.variables, effects, first.place),)
         updates += effects
     return updates
-
-
-def _groups(pieces: Iterable[_GuardedUpdate]) -> Iterator[list[_GuardedUpdate]]:
-    """Neighbours under the same variables and condition."""
-    group: list[_GuardedUpdate] = []
-    for piece in pieces:
-        if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
-            yield group
-            group = []
-        group.append(piece)
-    if group:
-        yield group
 
 
 def _pieces(

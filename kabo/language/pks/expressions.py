@@ -1,4 +1,4 @@
-"""PKS expressions as trees: one grammar for queries, effects and facts, told apart by whoever reads them.
+"""The parser of PKS expressions: one grammar for queries, effects and facts.
 
 From loose to tight: `=>` (to the right), `|` and xor, `^` and `&`, `!`, comparisons, `+ -`, `* /`. A quantifier's
 body reaches as far as it can. Statements end with `;` or where the next one begins.
@@ -25,7 +25,7 @@ _LEVEL_OF = {sign: level for level, signs in enumerate(_LEVELS) for sign in sign
 
 
 class Broken(Exception):
-    """The text is no expression: where, what stands there, what was expected."""
+    """Raised where the text is no expression; carries the unexpected token and what was expected."""
 
     def __init__(self, token: Expression, expected: str) -> None:
         super().__init__(expected)

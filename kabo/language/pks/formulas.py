@@ -43,7 +43,7 @@ def read_formula(here: NameResolver, node: Expression, *, goal: bool = False) ->
 
 
 def denial(body: f.Formula, place: f.Place | None) -> f.Formula:
-    """Not the body."""
+    """The negation of the body."""
     return f.Truth(not body.value, place) if isinstance(body, f.Truth) else f.Not(body, place)
 
 

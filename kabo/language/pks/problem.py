@@ -81,10 +81,10 @@ class PksDefinition:
 
 
 class Pks:
-    """The format of PKS files."""
+    """The reader of PKS files."""
 
     def definitions(self, source: SourceFile, findings: Findings) -> list[Definition]:
-        """All domains and problems of a file; what is none is reported."""
+        """All domains and problems of a file; anything else in it is reported."""
         markup = read_markup(source, findings)
         found: list[Definition] = []
         for root in [] if markup is None else markup.roots:
@@ -123,7 +123,7 @@ class Pks:
 
 
 def _check_elements(markup: Markup, element: Element) -> None:
-    """Reports elements and texts that have no place."""
+    """Reports elements and texts where none may stand."""
     allowed = _ALLOWED.get(element.name, ())
     for child in element.children:
         if child.name in allowed:
@@ -211,7 +211,7 @@ def _initial(vocabulary: Vocabulary, problem: PksDefinition) -> tuple[f.Effect, 
 
 
 def _together(effects: list[f.Effect]) -> tuple[f.Effect, ...]:
-    """The updates with neighbours that add facts of Kf made one, so that a long list is not many small steps.
+    """The updates with neighbouring additions to Kf joined, so that a long list is not many small steps.
 
     What speaks of the same atom or term stays apart: there the order matters.
     """

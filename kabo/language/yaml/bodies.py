@@ -38,7 +38,7 @@ _FEATURE = re.compile(r"([a-z][a-z0-9_]*)\.([a-z][a-z0-9_]*)")
 
 @dataclass(frozen=True)
 class PartialBody:
-    """A body or a model of which shape, pose and features are known, its families not yet."""
+    """A body or model half read: its shape, pose and features, not yet its grasps and placements."""
 
     name: str
     mapping: Mapping
@@ -51,7 +51,7 @@ class PartialBody:
 
     @property
     def owner(self) -> Owner:
-        """The part as something that a role may stand for."""
+        """The body as an owner of features, which roles of constraints refer to."""
         return Owner(self.name, self.features)
 
 
@@ -66,7 +66,7 @@ class BodyReader:
     def part(
         self, name: str, mapping: Mapping, model: str | None, *, movable: bool, complete: bool
     ) -> PartialBody:
-        """The first half of a body; a model need not be `complete`: the shape may stand in the body."""
+        """The first half of a body; if not `complete` (a model), the shape may be missing."""
         reader = self.reader
         shape = self.shape(mapping, required=complete, what="a body")
         own = read_features(reader, mapping.get("features"))

@@ -7,33 +7,17 @@ from itertools import product
 
 import lark
 
+from kabo.language.constraint_kinds import CONSTRAINT_KINDS, DIMENSION, Quantity
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Constraint, Feature, FeatureName
 from kabo.language.yaml.documents import Scalar
 from kabo.language.yaml.syntax import Parsed, Tree, parse
 
-_DIRECTED = {("line", "line"), ("line", "plane"), ("plane", "plane")}
-_FROM_POINT = {("point", "point"), ("point", "line"), ("point", "plane")}
-SHAPES: Mapping[str, set[tuple[str, str]]] = {
-    "coincident": _FROM_POINT | {("line", "line"), ("plane", "plane")},
-    "parallel": _DIRECTED,
-    "aligned": _DIRECTED,
-    "opposed": _DIRECTED,
-    "perpendicular": _DIRECTED,
-    "distance": _FROM_POINT,
-    "height": {("point", "plane")},
-    "angle": _DIRECTED,
-    "inside": set(),
-}
-BOUNDED = ("distance", "height", "angle")
-_ORDER = ("point", "line", "plane")
-_ROUNDING = 1e-9
-
 
 @dataclass(frozen=True)
 class Owner:
-    """Something that a role may stand for, and its features."""
+    """A thing that a role of a constraint may refer to, with its features."""
 
     name: str
     features: Mapping[str, Feature | None]  # None: something is wrong with it, which was reported
@@ -81,7 +65,7 @@ class ConstraintReader:
             hint = self.findings.near(name.owner, roles.keys()) or f"the roles here are {', '.join(roles)}"
             self.findings.add(place, f'unknown role "{name.owner}" in "{name}"', hint)
             return None
-        whole = constraint is not None and constraint.kind == "inside"
+        whole = constraint is not None and not CONSTRAINT_KINDS[constraint.kind].shapes
         if name.feature is None:
             if whole:
                 return ()
@@ -117,21 +101,22 @@ class ConstraintReader:
 
     def _in_order(self, written: "_Written", pairs: set[tuple[str, str]]) -> Constraint | None:
         constraint = written.constraint
-        allowed = SHAPES[constraint.kind]
+        kind = CONSTRAINT_KINDS[constraint.kind]
         for first, second in sorted(pairs):
-            if (first, second) in allowed:
+            if (first, second) in kind.shapes:
                 continue
-            swapped = (second, first) in allowed
-            if swapped and constraint.kind not in ("distance", "height"):
+            swapped = (second, first) in kind.shapes
+            if swapped and not kind.point_first:
                 continue
             hint = f"the point stands first: {constraint.kind}({constraint.second}, {constraint.first})"
-            shapes = ", ".join(f"{a}–{b}" for a, b in sorted(allowed, key=lambda pair: [*map(_ORDER.index, pair)]))
+            in_order = sorted(kind.shapes, key=lambda pair: [DIMENSION[shape] for shape in pair])
+            shapes = ", ".join(f"{a}–{b}" for a, b in in_order)
             message = f"{constraint.kind} does not relate a {first} and a {second}"
             self.findings.add(
                 constraint.place or written.features[0][1], message, hint if swapped else f"it relates {shapes}"
             )
             return None
-        if pairs and all(_ORDER.index(first) > _ORDER.index(second) for first, second in pairs):
+        if pairs and all(DIMENSION[first] > DIMENSION[second] for first, second in pairs):
             first_name, second_name = constraint.second, constraint.first
             return Constraint(
                 constraint.kind, first_name, second_name, constraint.lower, constraint.upper, constraint.place
@@ -144,8 +129,9 @@ class ConstraintReader:
         if parsed is None:
             return None
         name, first, second, *bound = parsed.tree.children
-        if str(name) not in SHAPES:
-            hint = self.findings.near(str(name), SHAPES) or f"the constraints are {', '.join(SHAPES)}"
+        if str(name) not in CONSTRAINT_KINDS:
+            known = f"the constraints are {', '.join(CONSTRAINT_KINDS)}"
+            hint = self.findings.near(str(name), CONSTRAINT_KINDS) or known
             self.findings.add(parsed.place(name), f'unknown constraint "{name}"', hint)
             return None
         limits = self._limits(parsed, str(name), bound)
@@ -160,31 +146,30 @@ class ConstraintReader:
     def _limits(
         self, parsed: Parsed, kind: str, bound: Sequence[Tree | lark.Token]
     ) -> tuple[float | None, float | None] | None:
-        if kind not in BOUNDED:
+        quantity = CONSTRAINT_KINDS[kind].quantity
+        if quantity is None:
             if bound:
                 self.findings.add(parsed.place(bound[0]), f"{kind} has no bound")
             return None if bound else (None, None)
         if not bound:
-            form = "<= 10 deg" if kind == "angle" else "<= 0.01"
-            self.findings.add(
-                parsed.place(parsed.tree), f"{kind} needs a bound", f"{kind}(…) {form}, or in [x, y]"
-            )
+            hint = f"{kind}(…) {'<= 10 deg' if quantity.unit == 'rad' else '<= 0.01'}, or in [x, y]"
+            self.findings.add(parsed.place(parsed.tree), f"{kind} needs a bound", hint)
             return None
-        quantities = [piece for piece in bound if isinstance(piece, lark.Tree)]
-        values = [self._quantity(parsed, tree, kind) for tree in quantities]
+        trees = [piece for piece in bound if isinstance(piece, lark.Tree)]
+        values = [self._value(parsed, tree, quantity) for tree in trees]
         if None in values:
             return None
         numbers = [value for value in values if value is not None]
         if len(numbers) == 2:
             lower, upper = numbers
             if lower > upper:
-                self.findings.add(parsed.place(quantities[0]), "the lower bound is greater than the upper one")
+                self.findings.add(parsed.place(trees[0]), "the lower bound is greater than the upper one")
                 return None
-            return self._sensible(parsed, quantities[0], kind, lower, upper)
-        return self._compared(parsed, kind, bound[0], quantities[0], numbers[0])
+            return self._sensible(parsed, trees[0], quantity, lower, upper)
+        return self._compared(parsed, quantity, bound[0], trees[0], numbers[0])
 
     def _compared(
-        self, parsed: Parsed, kind: str, compare: Tree | lark.Token, tree: Tree, value: float
+        self, parsed: Parsed, quantity: Quantity, compare: Tree | lark.Token, tree: Tree, value: float
     ) -> tuple[float | None, float | None] | None:
         if compare not in ("=", "<=", ">="):
             hint = f'write "{compare}="' if compare in ("<", ">") else None
@@ -192,39 +177,46 @@ class ConstraintReader:
             return None
         lower = value if compare != "<=" else None
         upper = value if compare != ">=" else None
-        return self._sensible(parsed, tree, kind, lower, upper)
+        return self._sensible(parsed, tree, quantity, lower, upper)
 
-    def _quantity(self, parsed: Parsed, tree: Tree, kind: str) -> float | None:
+    def _value(self, parsed: Parsed, tree: Tree, quantity: Quantity) -> float | None:
         words = [str(token) for token in tree.children]
         degrees = words[-1] == "deg"
         value = float(words[-2] if degrees else words[-1]) * (-1.0 if words[0] == "-" else 1.0)
         if not math.isfinite(value):
             self.findings.add(parsed.place(tree), "this number is too large")
             return None
-        if degrees and kind != "angle":
-            self.findings.add(parsed.place(tree), f"{kind} is in metres: only angles have the suffix deg")
+        if degrees and quantity.unit != "rad":
+            self.findings.add(parsed.place(tree), f"{quantity.name} is in metres: only angles have the suffix deg")
             return None
         return math.radians(value) if degrees else value + 0.0
 
     def _sensible(
-        self, parsed: Parsed, tree: Tree, kind: str, lower: float | None, upper: float | None
+        self, parsed: Parsed, tree: Tree, quantity: Quantity, lower: float | None, upper: float | None
     ) -> tuple[float | None, float | None] | None:
-        """The bounds if they can hold and do not say what another word says better."""
+        """The bounds if they can hold and do not say what another constraint says better."""
         place = parsed.place(tree)
-        largest = math.pi if kind == "angle" else math.inf
         given = [value for value in (lower, upper) if value is not None]
-        if kind != "height" and any(value < 0 or value > largest + _ROUNDING for value in given):
-            limits = "an angle lies between 0 and 180 deg" if kind == "angle" else "a distance is never negative"
-            self.findings.add(place, limits)
+        if any(value < quantity.least or value > quantity.largest + quantity.tolerance for value in given):
+            self.findings.add(place, quantity.outside)
             return None
-        zero = kind != "height" and upper is not None and upper <= _ROUNDING * (kind == "angle")
-        if zero or (kind == "angle" and lower is not None and lower >= math.pi - _ROUNDING):
-            word = "coincident" if kind == "distance" else "aligned" if zero else "opposed"
-            bound = "distance 0" if kind == "distance" else "angle 0" if zero else "angle 180 deg"
+        better = _better(quantity, lower, upper)
+        if better is not None:
+            bound, word = better
             names = ", ".join(str(_feature_name(feature)) for feature in parsed.tree.children[1:3])
             self.findings.add(place, f"{bound} has a word of its own", f"write {word}({names})")
             return None
         return lower, upper
+
+
+def _better(quantity: Quantity, lower: float | None, upper: float | None) -> tuple[str, str] | None:
+    """The bound at an end of the range, in words, and the constraint that says the same without one."""
+    if quantity.at_least is not None and upper is not None and upper <= quantity.least + quantity.tolerance:
+        return f"{quantity.name} {quantity.least:g}", quantity.at_least
+    if quantity.at_largest is not None and lower is not None and lower >= quantity.largest - quantity.tolerance:
+        largest = f"{math.degrees(quantity.largest):g} deg" if quantity.unit == "rad" else f"{quantity.largest:g}"
+        return f"{quantity.name} {largest}", quantity.at_largest
+    return None
 
 
 @dataclass(frozen=True)

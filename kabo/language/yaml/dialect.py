@@ -1,4 +1,4 @@
-"""The words in which YAML files are told what is wrong with names and types; all names share one namespace."""
+"""The rules of kabo's own files for names and types (one namespace for all names), and the wording of faults."""
 
 from kabo.language import formulas as f
 from kabo.language.expressions import Expression
@@ -8,7 +8,7 @@ from kabo.language.vocabulary import Role, Symbol
 
 
 class YamlDialect(Dialect):
-    """Findings stand at the name; the arguments of what is unknown are checked as well."""
+    """The dialect of YAML files: findings are placed at names; arguments of unknown names are checked as well."""
 
     one_namespace = True
     longest_quote = None

@@ -1,4 +1,4 @@
-"""YAML as marked text: a tree of scalars, lists and mappings that know their place and decide no types.
+"""YAML documents as trees of scalars, lists and mappings with places; scalars stay text.
 
 Read from parser events with an explicit stack: libyaml's composer would overflow the C stack on deep nesting, and
 its trees would hide duplicate keys. What YAML could do beyond plain data (tags, anchors, aliases, merge keys, a
@@ -77,7 +77,7 @@ class Mapping(YamlNode):
 
 
 def size_of(node: YamlNode) -> int:
-    """How many nodes the tree below `node` has, itself included."""
+    """The number of nodes of the tree below `node`, itself included."""
     waiting, count = [node], 0
     while waiting:
         here = waiting.pop()
@@ -150,7 +150,7 @@ class _DocumentBuilder:
         self._anchors: dict[str, _Anchored] | None = {} if aliases else None
 
     def take(self, event: Any) -> bool:
-        """Adds what the event says; False if reading must stop."""
+        """Adds the node of a parser's event; returns False if reading must stop."""
         if isinstance(event, yaml.DocumentStartEvent):
             self._documents += 1
             if self._documents > 1:

@@ -35,7 +35,7 @@ _Read = TypeVar("_Read")
 
 @dataclass
 class DomainReading:
-    """A domain while it is read, and its names for the problems that use it."""
+    """A domain while it is read, and its vocabulary, which problems extend."""
 
     findings: Findings
     reader: Reader

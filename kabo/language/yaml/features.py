@@ -18,7 +18,7 @@ WORLD_FEATURES: MappingType[str, Feature] = {
 
 
 def given_features(shape: Shape | None) -> dict[str, Feature]:
-    """The features that a primitive has without being told."""
+    """The implicit features of a primitive."""
     if shape is None or shape.size is None:
         return {}
     features = {"center": Feature("point", _ZERO)}
@@ -34,7 +34,7 @@ def given_features(shape: Shape | None) -> dict[str, Feature]:
 
 
 def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | None]:
-    """The features of a mapping, by name; wrong ones are reported and None."""
+    """The features of a mapping by name; None for each that is wrong, which is reported."""
     features: dict[str, Feature | None] = {}
     for name, key, value in reader.entries(node, "features"):
         reader.check_name(key, "a feature")
@@ -51,7 +51,7 @@ def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | 
 
 
 def sound_features(features: MappingType[str, Feature | None]) -> dict[str, Feature]:
-    """The features that could be read."""
+    """The features without those that are None."""
     return {name: feature for name, feature in features.items() if feature is not None}
 
 

@@ -1,4 +1,4 @@
-"""From paths to a Problem: which files belong together, and every finding of all of them at once."""
+"""From paths of YAML files to a Problem: the files that belong together, with all findings at once."""
 
 import os
 from collections.abc import Iterable
@@ -10,10 +10,9 @@ from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
-from kabo.language.source import UnreadableError, read_source
+from kabo.language.source import UnreadableError, beside, read_source
 from kabo.language.yaml.documents import Mapping, YamlNode, read_document
 from kabo.language.yaml.domain_file import DomainReading, read_domain
-from kabo.language.yaml.paths import OUTSIDE, beside, lies_within, near_file
 from kabo.language.yaml.problem_file import read_problem
 from kabo.language.yaml.scene_file import SceneReading, read_scene
 from kabo.language.yaml.task_file import read_task
@@ -31,9 +30,7 @@ class _Loading:
     def document(self, name: str, named_at: Place | None = None, *, aliases: bool = False) -> Mapping | None:
         """The document of the file called `name`; a missing one is reported where it is named."""
         try:
-            if not lies_within(Path(name), self.within):
-                raise UnreadableError(OUTSIDE)
-            source = read_source(Path(name), name)
+            source = read_source(Path(name), name, within=self.within)
         except UnreadableError as error:
             self._report(name, named_at, error)
             return None
@@ -41,17 +38,12 @@ class _Loading:
         return read_document(source, self.findings, aliases=aliases)
 
     def _report(self, name: str, named_at: Place | None, error: UnreadableError) -> None:
-        if error.offset is not None:
-            before = error.text[: error.offset]
-            line, column = before.count("\n") + 1, error.offset - before.rfind("\n")
-            self.findings.add(Place(name, line, column), error.message, error.hint)
-        elif named_at is not None:
-            shown = os.path.relpath(name, os.path.dirname(named_at.file) or ".").replace(os.sep, "/")
-            hint = error.hint or near_file(self.findings, Path(name), self.within)
-            self.findings.add(named_at, f'"{shown}": {error.message}', hint)
-        else:
-            hint = error.hint or near_file(self.findings, Path(name), self.within)
-            self.findings.add(Place(name, 1, 1), error.message, hint)
+        if error.offset is not None or named_at is None:
+            self.findings.add_unreadable(name, error, self.within)
+            return
+        shown = os.path.relpath(name, os.path.dirname(named_at.file) or ".").replace(os.sep, "/")
+        hint = error.hint or self.findings.near_file(Path(name), self.within)
+        self.findings.add(named_at, f'"{shown}": {error.message}', hint)
 
     def problem(self, root: Mapping, name: str) -> Problem | None:
         """The problem of a document, with its domain and scene."""
@@ -83,7 +75,7 @@ class _Loading:
         return reading
 
     def note(self, reading: DomainReading) -> None:
-        """Counts the task files that were read among those that belong to this reading."""
+        """Records the task files that a domain has read as files of this reading."""
         digests = reading.tasks.digests
         self.digests |= digests
         self.tasks.update(digests)
@@ -125,7 +117,7 @@ _TELLING = {
 
 
 def kind_of(root: Mapping) -> str | None:
-    """What a document is, told by the keys that only one kind of file has; None if there are none."""
+    """The kind of a document, by the keys that only one kind of file has; None if it has none of them."""
     keys = root.entries.keys()
     for kind, telling in _TELLING.items():
         if keys & telling:

@@ -4,44 +4,17 @@
 example-robot-data of the extra `robots`.
 """
 
-import os
 import sys
 import sysconfig
 from collections.abc import Mapping
 from pathlib import Path
 
-from kabo.language.findings import Findings
-from kabo.language.source import missing_file_reason
+from kabo.language.source import OUTSIDE, beside, lies_within, missing_file_reason
 from kabo.language.yaml.documents import YamlNode
 from kabo.language.yaml.values import Reader
 
-OUTSIDE = "the file lies outside of the folder that may be read"
 INSTALLED = "installed"
 _SCHEME = "package://"
-
-
-def beside(folder: str, written: str) -> str:
-    """The path `written` in a file that lies in `folder`, with `..` resolved by name."""
-    return os.path.normpath(os.path.join(folder, written))
-
-
-def lies_within(path: Path, folder: Path | None) -> bool:
-    """Whether `path` lies in `folder` once links are followed; always if there is no folder."""
-    try:
-        return folder is None or path.resolve().is_relative_to(folder.resolve())
-    except (OSError, ValueError, RuntimeError):  # a null character, a circle of links
-        return False
-
-
-def near_file(findings: Findings, path: Path, within: Path | None = None) -> str | None:
-    """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
-    try:
-        if not lies_within(path.parent, within) or path.exists():
-            return None
-        beside_it = sorted(os.listdir(path.parent))
-    except (OSError, ValueError):
-        return None
-    return findings.near(path.name, beside_it, all_if_few=False)
 
 
 def installed_folder(name: str) -> Path | None:
@@ -92,6 +65,6 @@ def read_file_path(reader: Reader, node: YamlNode | None, what: str, packages: M
         path = Path(beside(str(node.source.path.parent), text))
     reason = missing_file_reason(path) if lies_within(path, reader.within) else OUTSIDE
     if reason is not None:
-        hint = near_file(reader.findings, path, reader.within) or f"looked for {path}"
+        hint = reader.findings.near_file(path, reader.within) or f"looked for {path}"
         reader.findings.add(node.place, f'{what} "{text}": {reason}', hint)
     return path

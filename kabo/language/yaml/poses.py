@@ -1,4 +1,4 @@
-"""Poses and the frames they chain through [docs/files.md#scene]."""
+"""Poses, and the tree of frames that they form [docs/files.md#scene]."""
 
 import math
 import re
@@ -67,7 +67,7 @@ def _orientation(reader: Reader, mapping: Mapping) -> Quaternion:
 
 @dataclass(frozen=True)
 class Framed:
-    """A thing with a pose; `place` is where the frame is written."""
+    """A thing with a pose; `place` is that of the name of its frame."""
 
     frame: str
     place: Place

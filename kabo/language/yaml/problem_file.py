@@ -95,7 +95,7 @@ def _read_objects(
 
 # ------------------------------------------------------------------------------------------------------- options
 def read_options(reader: Reader, node: YamlNode | None) -> SolveOptions:
-    """The options that a problem says."""
+    """The options that a problem file sets."""
     mapping = reader.mapping(node, "`options`")
     if mapping is None:
         return {}

@@ -1,4 +1,4 @@
-"""The geometric procedures that a domain may call: tasks, each a file whose declared properties are its arguments.
+"""The geometric procedures that a domain may call: each is a task file, whose declared properties are its arguments.
 
 Task files beside the domain come first, then the library that kabo brings along [docs/tasks.md]. Read here are their
 headers, as data: what the stages mean is the task room's business. A file is opened when its name is called.
@@ -13,8 +13,7 @@ from kabo.language.findings import Findings
 from kabo.language.names import NAME
 from kabo.language.source import UnreadableError, read_source
 from kabo.language.task_description import ProcedureProperty, Signature, TaskDescription
-from kabo.language.yaml.paths import OUTSIDE, lies_within
-from kabo.language.yaml.task_file import read_task_text, report_unreadable
+from kabo.language.yaml.task_file import read_task_text
 
 FOLDER = "tasks"
 LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
@@ -73,11 +72,9 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
 
     def _task(self, path: str) -> TaskDescription | None:
         try:
-            if not lies_within(Path(path), self._within):
-                raise UnreadableError(OUTSIDE)
-            source = read_source(Path(path), path)
+            source = read_source(Path(path), path, within=self._within)
         except UnreadableError as error:
-            report_unreadable(path, error, self._findings)
+            self._findings.add(error.place(path), error.message, error.hint)
             return None
         self.digests[path] = source.digest
         return read_task_text(source, self._findings)

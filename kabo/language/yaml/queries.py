@@ -35,7 +35,7 @@ def read_formula(here: NameResolver, node: Expression, *, temporal: bool = False
 
 
 def read_variables(here: NameResolver, node: Expression) -> tuple[tuple[f.Variable, ...], NameResolver]:
-    """The variables of a quantifier, and the resolver in whose scope they are bound."""
+    """The variables of a quantifier, and a resolver with them in scope."""
     found: dict[str, Symbol] = {}
     variables: list[f.Variable] = []
     for name, kind in node.variables:

@@ -39,7 +39,7 @@ _CONTACT = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
 
 @dataclass
 class SceneReading:
-    """A scene while it is read; afterwards what problems want to know of it."""
+    """A scene while it is read, and afterwards the facts about it that problems are checked against."""
 
     findings: Findings
     reader: Reader
@@ -97,7 +97,7 @@ def read_scene(
 def with_model(
     reading: "SceneReading", mapping: Mapping, models: MappingType[str, Mapping]
 ) -> tuple[Mapping, str | None]:
-    """The mapping with the keys of its `model` copied beneath its own, and the model's name."""
+    """The mapping completed by the keys of its `model`, and the model's name."""
     reader = reading.reader
     name = reader.text(mapping.get("model"), "`model`")
     if name is None:
@@ -227,7 +227,7 @@ class _SceneBodies:
         return found
 
     def roles(self, regions: MappingType[str, RegionDescription]) -> Roles:
-        """What tool, this, support, region and world may stand for in this scene."""
+        """The things of this scene that the roles tool, this, support, region and world may refer to."""
         parts = [part.owner for part in (*self.models.values(), *self.parts.values())]
         areas = [Owner(name, given_features(region.shape)) for name, region in regions.items()]
         tools = [tool for tool in self.tools.values() if tool.features]

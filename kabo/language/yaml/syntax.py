@@ -1,4 +1,4 @@
-"""From the text of a formula to its parse tree: the grammar kabo.lark, exact places, and what was meant instead.
+"""The parser of formulas: the grammar kabo.lark, exact places, and remedies for syntax errors.
 
 The parser gets the source text between the scalar's marks with header and quotes blanked, not the value that YAML
 folds from it, so that an offset in the formula is an offset in the file.
@@ -51,7 +51,7 @@ def _parser() -> lark.Lark:
 
 @dataclass(frozen=True)
 class Parsed:
-    """A parse tree and the scalar it came from."""
+    """A parse tree and the scalar that holds its text."""
 
     tree: Tree
     scalar: Scalar

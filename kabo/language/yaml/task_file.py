@@ -54,16 +54,9 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
     try:
         source = read_source(path, name)
     except UnreadableError as error:
-        report_unreadable(name, error, findings)
+        findings.add(error.place(name), error.message, error.hint)
         return None
     return read_task_text(source, findings)
-
-
-def report_unreadable(name: str, error: UnreadableError, findings: Findings) -> None:
-    """Reports a file that is no text, where it ceases to be."""
-    before = error.text[: error.offset or 0]
-    place = Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
-    findings.add(place, error.message, error.hint)
 
 
 def read_task_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
@@ -104,7 +97,7 @@ class _Reading:
         )  # fmt: skip
 
     def check_once(self, inputs: tuple[Input, ...], keys: dict[str, Place]) -> None:
-        """Reports what is both declared as a property to be given and set at once."""
+        """Reports properties that are both declared as inputs and set to a value."""
         for each in inputs:
             if each.name in keys:
                 hint = f"declared in line {each.place.line}; a value that it has if none is given is its `default`"
@@ -243,7 +236,7 @@ class _Reading:
 
     # ---------------------------------------------------------------------------------------------------- values
     def written(self, node: YamlNode, what: str) -> Written | None:
-        """A value as it stands; None after a report."""
+        """The value of a node as it is written; None after a report."""
         if isinstance(node, Sequence):
             items = [self.written(item, f"every item of {what}") for item in node.items]
             return Items(tuple(each for each in items if each is not None), node.place)

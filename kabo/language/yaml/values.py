@@ -1,4 +1,4 @@
-"""What the scalars of a file mean, decided by the place where they stand and never by the look of the word.
+"""Readers of scalars and mappings: the key decides what a scalar means, never the look of the word.
 
 Every reading returns the value, or None after having reported what is wrong.
 """
@@ -24,7 +24,7 @@ _Word = TypeVar("_Word", bound=str)
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads values from nodes; what is wrong goes to `findings`.
+    """Reads values from nodes; faults go to `findings`.
 
     `within`: if given, no file outside of this folder is looked at.
     """
@@ -129,7 +129,7 @@ class Reader:
         return node
 
     def text(self, node: YamlNode | None, what: str) -> str | None:
-        """The text of a scalar as it stands; for paths and names that other programs gave."""
+        """The text of a scalar unchanged: a path, or a name that another program defines."""
         scalar = self.scalar(node, what)
         return None if scalar is None else scalar.text
 
@@ -174,7 +174,7 @@ class Reader:
         return self.between(node, what, SMALLEST_EPSILON, LARGEST_EPSILON, "m")
 
     def between(self, node: YamlNode | None, what: str, least: float, most: float, unit: str) -> float | None:
-        """A number above zero within two bounds."""
+        """A number between two bounds above zero."""
         value = self.positive(node, what)
         if value is not None and node is not None and not least <= value <= most:
             span = f"between {least:g} and {most:g} {unit}"
@@ -183,12 +183,12 @@ class Reader:
         return value
 
     def size(self, node: YamlNode | None, what: str) -> float | None:
-        """A length above zero that a thing can have [m]."""
+        """A length above zero that is a possible size of a thing [m]."""
         value = self.positive(node, what)
         return value if node is None or self.sensible(node, what, value, SMALLEST_SIZE) else None
 
     def position(self, node: YamlNode | None, what: str) -> tuple[float, float, float] | None:
-        """Three lengths that a thing can be away [m]."""
+        """A position that is possible in a scene: three lengths [m]."""
         values = self.vector(node, what)
         if values is None or not isinstance(node, Sequence):
             return values
@@ -196,7 +196,7 @@ class Reader:
         return values if all(near) else None
 
     def sensible(self, node: YamlNode, what: str, value: float | None, least: float = 0.0) -> bool:
-        """Whether a length is one that a scene can have [m]; reports if not."""
+        """Whether a length is possible in a scene [m]; reports if not."""
         if value is not None and abs(value) > FARTHEST:
             hint = "lengths are metres; move the scene to its origin"
             self.findings.add(node.place, f"{what} reaches farther than {FARTHEST:g} m: {value:g}", hint)
@@ -215,7 +215,7 @@ class Reader:
         return value
 
     def whole(self, node: YamlNode | None, what: str, minimum: int = 0) -> int | None:
-        """A whole number from `minimum` on."""
+        """A whole number of at least `minimum`."""
         scalar = self.scalar(node, what)
         if scalar is None:
             return None

@@ -23,7 +23,7 @@ class Thing(NamedTuple):
 
 
 class PairChoice:
-    """Chooses pairs; what moves, and on what, is mostly the same from stretch to stretch."""
+    """Chooses the pairs to prove; cached, because most stretches move the same bodies on the same joints."""
 
     def __init__(self, never_collide: Callable[[str, str], bool]) -> None:
         """`never_collide`: whether two things need no proof at all, by their names."""

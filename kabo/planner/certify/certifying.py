@@ -14,8 +14,8 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
-from kabo.geometry.collision.certificate import Course, Parts, Placed, Prover, Unproven, Witness, ordered
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry.collision.separation_proofs import Course, Parts, PlacedBody, Prover, Unproven, Witness, ordered
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.plan import (
     BodyParts,
     Certificate,
@@ -30,17 +30,17 @@ from kabo.planner.certify.certified_pairs import PairChoice, Thing
 from kabo.planner.certify.component_values import ComponentValues
 from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, joined, stretches
-from kabo.planner.certify.overlapping_pairs import every_couple, since
+from kabo.planner.certify.overlapping_pairs import every_pair_of_pieces, from_time_on
 from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
 
 DECIMALS = 6  # of a clearance in metres; rounded down
-CUTS = (1, 2, 4, 8, 16)  # into how many parts pieces of motions that overlap are cut, until it is proven
-MOST = 20_000  # way points of a path that visits every couple of pieces
+CUTS = (1, 2, 4, 8, 16)  # parts into which each piece of overlapping motions is cut, until a proof is found
+MAX_WAYPOINTS = 20_000  # way points of a path that visits every pair of pieces; longer ones are not tried
 
 
 class MovingStretch(NamedTuple):
-    """A stretch that is certified: its course with what moves, and the names of that."""
+    """A certified stretch: its course with the moving bodies alone, and these bodies by name."""
 
     stretch: MotionStretch
     course: Course
@@ -52,7 +52,7 @@ UNFINISHED = "the work was cut off before its proofs were found"
 
 @dataclass(frozen=True)
 class UnprovenPair:
-    """A pair that no proof was found for: of the node, the stretch with these segments, and where on its path."""
+    """A pair of bodies that is not proven apart: in which node, on which segments, and where on the path."""
 
     node: str
     segments: tuple[int, ...]
@@ -67,12 +67,12 @@ class UnprovenPair:
 
 
 def certified(
-    plan: Plan, surroundings: Surroundings, look: Callable[[], None] = never
+    plan: Plan, surroundings: SceneSurroundings, look: Callable[[], None] = never
 ) -> tuple[Plan, dict[str, Any]]:
-    """The plan with its certificate, and figures for the statistics: how long it took, and what it cannot prove.
+    """The plan with its certificate, and statistics: how long that took, and which pairs are not proven.
 
-    A plan that it cannot prove whole, or not in time, comes back with the gaps instead: it is then checked without a
-    certificate. `look` is called now and then; CutOff ends it.
+    If not everything is proven, or not in time, the plan has these gaps instead: it is then verified without a
+    certificate. `look` is called periodically; CutOff ends the work.
     """
     began = perf_counter()
     try:
@@ -89,7 +89,7 @@ def certified(
 
 
 def certify(
-    plan: Plan, surroundings: Surroundings, near: float | None = None, look: Callable[[], None] = never
+    plan: Plan, surroundings: SceneSurroundings, near: float | None = None, look: Callable[[], None] = never
 ) -> Certificate | list[UnprovenPair]:
     """The certificate of a plan, or what of it cannot be proven.
 
@@ -97,7 +97,7 @@ def certify(
         plan: as it will be written.
         surroundings: the scene with the parts that the plan was made with.
         near: pairs farther apart than this need no axis [m]; epsilon if None.
-        look: called now and then; what it raises ends it.
+        look: called periodically; an exception that it raises ends the work.
 
     Raises:
         ValueError: the plan moves what may be in several places, or says nothing of its start.
@@ -106,7 +106,7 @@ def certify(
 
 
 class _Certifying:
-    def __init__(self, plan: Plan, surroundings: Surroundings, near: float, look: Callable[[], None]) -> None:
+    def __init__(self, plan: Plan, surroundings: SceneSurroundings, near: float, look: Callable[[], None]) -> None:
         self.look = look
         order = topological_order(plan)
         if order is None:
@@ -125,9 +125,8 @@ class _Certifying:
         self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
         shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
-        self._moved: dict[str, list[MovingStretch]] = {
-            name: [] for name in shared
-        }  # motions that share time with another
+        # Of motions that share time with another one.
+        self._moved: dict[str, list[MovingStretch]] = {name: [] for name in shared}
 
     def made(self) -> Certificate | list[UnprovenPair]:
         proofs: list[StretchProof] = []
@@ -211,7 +210,7 @@ class _Certifying:
         before = next(other for other in self.order if name in self.plan.nodes[other].successors)
         begin = max(segment.times[-1] for segment in self.plan.nodes[before].motion) - node.overlap
         for first in self._moved[before]:
-            waypoints = since(first.course.waypoints, first.stretch.times, begin)
+            waypoints = from_time_on(first.course.waypoints, first.stretch.times, begin)
             if waypoints is not None:
                 tail = first._replace(course=replace(first.course, waypoints=waypoints))
                 for second in self._moved[name]:
@@ -227,7 +226,7 @@ class _Certifying:
         things = [*moving, *standing]
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
         waypoints = np.hstack([stretch.waypoints[robot.name] for robot in robots])
-        bodies = [Placed(thing.mesh, thing.joint, thing.pose) for thing in things]
+        bodies = [PlacedBody(thing.mesh, thing.joint, thing.pose) for thing in things]
         if name in self._moved:
             alone = Course(
                 tree, np.ascontiguousarray(waypoints), bodies[: len(moving)], np.empty((0, 3), np.int64)
@@ -252,9 +251,9 @@ class _Certifying:
         pairs, rows = self.choice.across(first.things, second.things)
         for cut in CUTS:
             self.look()
-            course = every_couple(first.course, second.course, rows, cut)
+            course = every_pair_of_pieces(first.course, second.course, rows, cut)
             found = self.prover.prove(course)
-            if not isinstance(found, Unproven) or len(course.waypoints) > MOST:
+            if not isinstance(found, Unproven) or len(course.waypoints) > MAX_WAYPOINTS:
                 break
         if isinstance(found, Unproven):
             i, k = pairs[found.pair]

@@ -1,7 +1,7 @@
-"""Says of every segment of a plan what grants its contacts: grasp families, supports, mates, by their names.
+"""Adds to every segment of a plan what grants its contacts: grasp families, supports and mates, by their names.
 
-It works from the plan alone, as whoever checks it will. What it says is a claim: the verifier asks the scene whether that
-family or mate really grants the contact to these bodies there.
+It works from the plan alone, as the verifier will. Each grant is a claim: the verifier asks the scene whether that family
+or mate really allows the contact of these bodies there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from kabo.geometry_server import HELD_EXACTLY, Frame, fits, rows, standing_frame, tool_frame
+from kabo.geometry_server import HOLD_TOLERANCE, Frame, fits, rows, standing_frame, tool_frame
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.plan import Grant, Node, Plan, Segment, topological_order
@@ -22,7 +22,7 @@ Frames = dict[str, Frame]
 
 
 def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
-    """The plan whose segments say what grants their contacts.
+    """The plan with the grants of contacts added to its segments.
 
     Args:
         plan: as it will be written, but for that.
@@ -107,7 +107,7 @@ class _Granting:
             return False
         wanted = rows(constraints, roles)
         tree = self.scene.robots[robot].tree
-        return bool(satisfied(wanted, np.asarray(situation.q[robot]), tree, HELD_EXACTLY))
+        return bool(satisfied(wanted, np.asarray(situation.q[robot]), tree, HOLD_TOLERANCE))
 
     def _mate(self, situation: MotionSituation, name: str, to: str) -> str | None:
         """The mate as which two bodies are put together; the first that holds, or that their models have."""

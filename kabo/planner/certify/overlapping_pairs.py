@@ -1,4 +1,4 @@
-"""Two motions whose times are not tied to each other, as one path that visits every couple of their pieces.
+"""Two motions whose times are not tied to each other, as one path that visits every pair of their pieces.
 
 What is proven of a whole piece of that path holds for any moment of the one motion beside any moment of the other.
 """
@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.certificate import Course
+from kabo.geometry.collision.separation_proofs import Course
 from kabo.planner.certify.motion_stretches import joined
 
 
-def since(waypoints: Array, times: Array, time: float) -> Array | None:
+def from_time_on(waypoints: Array, times: Array, time: float) -> Array | None:
     """The way points (W, n) of a path from a time on [s]; None if it has ended by then."""
     if times[-1] <= time:
         return None
@@ -23,7 +23,7 @@ def since(waypoints: Array, times: Array, time: float) -> Array | None:
     return np.concatenate([row[None], waypoints[later]])
 
 
-def every_couple(first: Course, second: Course, pairs: Integers, cut: int) -> Course:
+def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: int) -> Course:
     """The course on which each piece of the first path is passed with each piece of the second.
 
     The second path is gone through forth and back, once for each piece of the first, along which that goes to and fro.

@@ -23,7 +23,7 @@ def assemble(
     files: Mapping[str, str],
     options: Mapping[str, str | float | int | None],
 ) -> Plan:
-    """The plan of an evaluation in which every call succeeded; the first variant is the root."""
+    """The plan for an evaluation in which every call succeeded; the first variant becomes the root."""
     builder = PlanBuilder()
     handles = handles_of(variants, server, builder)
     start = (
@@ -38,7 +38,7 @@ def assemble(
 def handles_of(
     variants: tuple[Variant, ...], server: ProcedureServer | None, builder: PlanBuilder | None = None
 ) -> dict[Variant, str]:
-    """The handle of each variant's node in a builder: equal ones have the same, and are one node of the plan."""
+    """The handle of each variant's node in a plan builder; equal variants share one node."""
     used = builder or PlanBuilder()
     handles: dict[Variant, str] = {}
     for variant in reversed(variants):
@@ -48,7 +48,7 @@ def handles_of(
 
 
 def files_read(problem: Problem, server: ProcedureServer) -> Mapping[str, str]:
-    """Every file read and its hash, by its path from the problem's folder."""
+    """The hash of every file that was read, by its path relative to the folder of the problem."""
     folder = problem.path.resolve().parent
     read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
     return {**problem.files, **read}
@@ -100,7 +100,7 @@ def _arguments(action: GroundAction) -> dict[str, str | ValueOf]:
 
 
 def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:
-    """Components as plans write them: joints by name, objects with parent and pose."""
+    """Components in the form of plans: robots as joint values by name, objects as parent and pose."""
     robots, objects = {}, {}
     for name, value in components.items():
         if isinstance(value, Attachment):
@@ -111,7 +111,7 @@ def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChang
 
 
 def symbolic_variants(root: SkeletonNode, order: list[SkeletonNode]) -> tuple[Variant, ...]:
-    """The skeleton as variants without geometry, for a problem without a scene; `order` begins with the root."""
+    """The nodes of a skeleton, in the given order from the root, as variants without geometry."""
     nothing = Situation({}, {})
     made = {node: Variant(node, nothing, frozenset()) for node in order}
     for node, variant in made.items():

@@ -1,7 +1,7 @@
 """Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: calls are asked while searching.
 
-A call is asked when the node that it leads to is about to be expanded, not when that node is generated: what waits in an
-open list has cost nothing, and nobody asks for what is never expanded.
+A call is asked when the node that it leads to is about to be expanded, not when that node is generated: nodes in the
+open list that are never expanded cost no geometry.
 """
 
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from kabo import tuning
-from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
+from kabo.geometry_server import MAX_EFFORT, Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.evaluation import answered
@@ -17,7 +17,7 @@ from kabo.planner.geometry.procedure_server import ProcedureServer
 
 
 class DeferredState:
-    """What holds in geometry after an attempt at a call, which is asked when somebody needs to know."""
+    """The geometric state after an attempt at a call; the call is made when the state is first needed."""
 
     __slots__ = ("attempt", "before", "call", "state")
 
@@ -25,20 +25,20 @@ class DeferredState:
         self, before: int | None, call: GroundCall | None, attempt: int, state: int | None = None
     ) -> None:
         self.before, self.call, self.attempt = before, call, attempt
-        self.state = state  # the identifier of the geometric state after it; None: refused, or not asked yet
+        self.state = state  # the identifier of the geometric state after it; None: refused, or not computed yet
 
 
 @dataclass
 class EagerGeometry:
-    """What the contingent search sees of geometry when it asks on its way.
+    """Geometry as the contingent search sees it when calls are made during the search.
 
-    A trace is a geometric state, known or awaited. At first a call has one answer in each state (a geometric branching
-    factor of one); where that leads nowhere, more answers are asked for, with more samples [K 6.1.2].
+    A trace is a geometric state, computed or deferred. At first a call has one answer in each state (a geometric
+    branching factor of one); if no plan is found, more answers are asked for, with more samples [K 6.1.2].
     """
 
     server: ProcedureServer
     effort: int = 0
-    failed: dict[GroundCall, Failure] = field(default_factory=dict)
+    failed: dict[GroundCall, Refusal] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.start = DeferredState(None, None, 0, self.server.identify(self.server.scene.start))
@@ -46,7 +46,7 @@ class EagerGeometry:
         self._refused: dict[tuple[int, GroundCall], int] = {}  # from which attempt on
 
     def options(self, call: GroundCall, trace: DeferredState) -> Sequence[tuple[int, DeferredState]]:
-        """The attempts at a call that may succeed, each with what is awaited of it."""
+        """The attempts at a call that may succeed, each with the deferred state after it."""
         if not self.confirm(trace) or trace.state is None:
             return ()
         asked = trace.state, call
@@ -57,7 +57,7 @@ class EagerGeometry:
         return self._awaited[asked] if limit is None else self._awaited[asked][:limit]
 
     def confirm(self, trace: DeferredState) -> bool:
-        """Whether the call that a trace comes from has succeeded; asked now if it was not before."""
+        """Whether the call that leads to a trace succeeds; it is made now if it was not before."""
         if trace.state is None and trace.call is not None and trace.before is not None:
             asked = trace.before, trace.call
             if trace.attempt >= self._refused.get(asked, inf):
@@ -72,22 +72,22 @@ class EagerGeometry:
         return trace.state is not None
 
     def key(self, trace: DeferredState) -> object:
-        """Every geometric state is a node of its own, and so is everything that is awaited."""
+        """The identifier of the geometric state; a deferred state is its own key."""
         return trace if trace.state is None else trace.state
 
     def test(self, call: GroundCall, trace: DeferredState) -> bool:
-        """Geometric tests in formulas are taken to hold."""
+        """True: geometric tests inside formulas are not evaluated here."""
         return True
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """Nothing is said of calls without a situation."""
+        """No calls: eager geometry knows refusals in single states only."""
         return frozenset(), False
 
     def learnt(self) -> None:
-        """Nothing that could be compiled."""
+        """None: refusals in single states cannot be compiled."""
 
     def most_expansions(self, search: Search) -> float:
-        """How far to look before more answers are asked for; as far as may be for the thesis' strategies [K 6.2]."""
+        """The number of expansions before more answers are offered; unlimited for the thesis' strategies [K 6.2]."""
         return (
             tuning.EAGER_EXPANSIONS * tuning.EAGER_EXPANSIONS_GROWTH**self.effort
             if search in ("best", "greedy", "astar")
@@ -95,15 +95,15 @@ class EagerGeometry:
         )
 
     def try_harder(self) -> bool:
-        """More answers of each call, from more samples; False at the highest effort."""
+        """Raises the effort: more answers of each call, from more samples; False beyond the highest effort."""
         self.effort += 1
         self._awaited, self._refused = {}, {}
         return self.effort <= MAX_EFFORT
 
-    def failures(self) -> list[tuple[GroundCall, Failure]]:
-        """Every call that failed somewhere, with its first failure."""
+    def failures(self) -> list[tuple[GroundCall, Refusal]]:
+        """Every call that failed in some state, with its first failure."""
         return list(self.failed.items())
 
     def proved(self) -> bool:
-        """Never: other answers of the calls that succeed are not looked at."""
+        """False: other answers of successful calls were not tried, so refusals prove nothing."""
         return False

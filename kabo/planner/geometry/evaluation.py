@@ -1,8 +1,8 @@
-"""Evaluates a skeleton in geometry: every procedure along it is asked, in order, and what is equal stays shared.
+"""Evaluates a skeleton in geometry: calls every procedure along it, in order, and keeps shared nodes shared.
 
-Branches meet in the nodes of the skeleton. Where they meet, components that nothing from there on moves may have
-several values, and a procedure answers for all of them at once; components that are moved must have one value, so
-the node is evaluated once for each [docs/plans.md#sharing].
+Where branches meet in a node of the skeleton, components that no later step moves may have several values, and a
+procedure answers for all of them at once. Components that are moved must have one value, so the node is evaluated
+once for each [docs/plans.md#sharing].
 """
 
 from collections import Counter
@@ -10,53 +10,53 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from kabo.errors import CutOff
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.procedure_server import ProcedureServer
-from kabo.planner.geometry.workers import ProcedureCall
+from kabo.planner.geometry.workers import SituatedCall
 from kabo.planner.search.skeleton import SkeletonNode, Trace
 
-Expect = Callable[[list[ProcedureCall]], None]
+Expect = Callable[[list[SituatedCall]], None]
 Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after a call that has succeeded
 
 
 @dataclass(eq=False)
 class Variant:
-    """A node of the skeleton in one situation, its answer there, and what follows each outcome."""
+    """A node of the skeleton in one situation, with the answer to its call there, and its successors by outcome."""
 
     node: SkeletonNode
     situation: Situation
     traces: frozenset[Trace]
-    answer: Success | Failure | None = None  # None: nothing to ask
+    answer: Success | Refusal | None = None  # None: the node has no call
     following: dict[str | None, "Variant"] = field(default_factory=dict)
     overlap: float = 0.0  # [s] by which its motion begins before the one before it has ended
 
 
 @dataclass(frozen=True)
-class Refused:
+class RefusedCall:
     """A call of the skeleton that failed, and the traces in which it did."""
 
     call: GroundCall
     attempt: int
-    failure: Failure
+    refusal: Refusal
     traces: frozenset[Trace]
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """All variants in an order in which each comes before what follows it; refused calls, if any.
+    """All variants in topological order, and the calls that were refused.
 
-    `whole`: every procedure was asked that can be; else time or budget was spent before, and only refusals are of use.
+    `whole`: every call that can be made was made; else time or budget was spent before, and only the refusals count.
     """
 
     variants: tuple[Variant, ...]
-    refused: tuple[Refused, ...]
+    refused: tuple[RefusedCall, ...]
     whole: bool = True
 
 
 @dataclass(frozen=True)
 class _Arrival:
-    """One way into a node: from which variant by which outcome, and what holds then."""
+    """One way into a node: from which variant by which outcome, and the situation and traces on arrival."""
 
     origin: Variant | None
     outcome: str | None
@@ -66,19 +66,19 @@ class _Arrival:
 
 @dataclass
 class Evaluator:
-    """Walks a skeleton from its root; `share` lets branches meet although other components differ."""
+    """Evaluates skeletons; with `share`, branches meet even if components that no later step needs differ."""
 
     server: ProcedureServer
     advance: Advance
     effort: int
     stop: Callable[[], bool]
     share: bool = True
-    expect: Expect | None = None  # told which questions come, as soon as they are known
+    expect: Expect | None = None  # called with the calls that will be made, as soon as they are known
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
-        """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
+        """Calls every procedure of the skeleton, except those behind a refusal."""
         variants: list[Variant] = []
-        refused: list[Refused] = []
+        refused: list[RefusedCall] = []
         whole = True
         try:
             self._walk(root, trace, variants, refused)
@@ -86,7 +86,7 @@ class Evaluator:
             whole = False
         return Evaluation(tuple(variants), tuple(refused), whole)
 
-    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[Refused]) -> None:
+    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[RefusedCall]) -> None:
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}
@@ -100,7 +100,7 @@ class Evaluator:
                     for arrival in came:
                         if arrival.origin is not None:
                             arrival.origin.following[arrival.outcome] = variant
-                    if isinstance(variant.answer, Failure):
+                    if isinstance(variant.answer, Refusal):
                         refused.append(self._refusal(variant, variant.answer))
                     else:
                         self._depart(variant, arrivals)
@@ -116,7 +116,7 @@ class Evaluator:
         arrivals: Mapping[SkeletonNode, list[_Arrival]],
         live: Mapping[SkeletonNode, frozenset[str]],
     ) -> None:
-        """Tells what is going to be asked at nodes into which every way is known."""
+        """Announces the calls of nodes whose arrivals are all known."""
         if self.expect is None:
             return
         questions = [
@@ -128,7 +128,7 @@ class Evaluator:
         self.expect(questions)
 
     def _live(self, order: list[SkeletonNode]) -> dict[SkeletonNode, frozenset[str]]:
-        """For each node the components that it, or what follows it, needs to have one value."""
+        """For each node the components that must have one value there, because it or a later node moves or reads them."""
         live: dict[SkeletonNode, frozenset[str]] = {}
         for node in reversed(order):
             later = frozenset().union(*(live[after] for after in successors(node).values()))
@@ -140,7 +140,7 @@ class Evaluator:
         return live
 
     def _meet(self, arrivals: list[_Arrival], live: frozenset[str]) -> Iterable[list[_Arrival]]:
-        """The arrivals in groups that may share one variant, in order of first arrival."""
+        """The arrivals, grouped by which may share one variant, in order of first arrival."""
         groups: dict[object, list[_Arrival]] = {}
         for arrival in arrivals:
             situation = arrival.situation
@@ -154,9 +154,9 @@ class Evaluator:
         return held | (situation.carriers({*live, *held}) if situation.nested else frozenset())
 
     def _ask(self, node: SkeletonNode, group: list[_Arrival]) -> list[tuple[Variant, list[_Arrival]]]:
-        """One variant for the group, or one for each arrival where the group together is refused."""
+        """One variant for the group; one for each arrival where the call is refused for the group as a whole."""
         together = self._variant(node, group)
-        if len(group) == 1 or not isinstance(together.answer, Failure):
+        if len(group) == 1 or not isinstance(together.answer, Refusal):
             return [(together, group)]
         return [(self._variant(node, [arrival]), [arrival]) for arrival in group]
 
@@ -166,11 +166,11 @@ class Evaluator:
         answer = None if call is None else answered(self.server, call, situation, node.attempt, self.effort)
         return Variant(node, situation, traces, answer)
 
-    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> ProcedureCall:
-        """What will be asked first of all that is not remembered."""
+    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> SituatedCall:
+        """The call at the least effort whose answer is not cached yet."""
         efforts = range(self.effort + 1)
         unknown = (effort for effort in efforts if not self.server.knows(call, situation, attempt, effort))
-        return ProcedureCall(call, situation, attempt, next(unknown, self.effort))
+        return SituatedCall(call, situation, attempt, next(unknown, self.effort))
 
     @staticmethod
     def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:
@@ -179,11 +179,11 @@ class Evaluator:
             situation, traces = situation.union(arrival.situation), traces | arrival.traces
         return situation, traces
 
-    def _refusal(self, variant: Variant, failure: Failure) -> Refused:
+    def _refusal(self, variant: Variant, refusal: Refusal) -> RefusedCall:
         action = variant.node.action
         if action is None or action.call is None:
             raise ValueError("only calls are refused")
-        return Refused(action.call, variant.node.attempt, failure, variant.traces)
+        return RefusedCall(action.call, variant.node.attempt, refusal, variant.traces)
 
     def _depart(self, variant: Variant, arrivals: Mapping[SkeletonNode, list[_Arrival]]) -> None:
         situation, traces, node = variant.situation, variant.traces, variant.node
@@ -196,14 +196,14 @@ class Evaluator:
 
 
 def successors(node: SkeletonNode) -> dict[str | None, SkeletonNode]:
-    """What follows a node by outcome; None where there is no branch."""
+    """The successors of a node by outcome; the key is None where there is no branch."""
     if node.outcomes:
         return dict(node.outcomes)
     return {} if node.next is None else {None: node.next}
 
 
 def in_order(root: SkeletonNode) -> list[SkeletonNode]:
-    """Every node that the root reaches, each before all that follow it (no recursion: plans may be long)."""
+    """Every node that the root reaches, in topological order (without recursion: plans may be long)."""
     done: dict[SkeletonNode, None] = {}
     stack: list[tuple[SkeletonNode, bool]] = [(root, False)]
     while stack:
@@ -218,8 +218,8 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
 
 def answered(
     server: ProcedureServer, call: GroundCall, situation: Situation, attempt: int, effort: int
-) -> Success | Failure:
-    """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
+) -> Success | Refusal:
+    """The answer to a call at the least effort at which it succeeds, else at the given effort."""
     answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()
     for more in range(1, effort + 1):
         if isinstance(answer, Success) or answer.proof:

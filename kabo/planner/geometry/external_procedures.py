@@ -1,10 +1,10 @@
-"""External procedures that a caller supplies: pure functions of their arguments, asked as rarely as may be.
+"""External procedures that a caller supplies: pure functions of their arguments, called as rarely as possible.
 
-Equal arguments have equal answers, so each call is made once; a procedure that takes a `seed` is asked again with the
-next one where it failed or had no value [K 3.3: re-sampling]. Lazy: taken to succeed by the search, asked along the
-plan that it finds, in order, and refused from the first failure on. Eager: asked when the search meets them. Adaptive:
-lazy, until a procedure fails so often that asking for all its calls at once is cheaper than finding plans in vain.
-What formulas and effects ask is asked where it is met.
+Equal arguments have equal answers, so each call is made once; a procedure that takes a `seed` is called again with the
+next seed where it failed or had no value [K 3.3: re-sampling]. Lazy: the search assumes success, and calls are made
+along the plan that it finds, in order. Eager: calls are made when the search meets them. Adaptive: lazy, until a
+procedure fails so often that making all its calls at once is cheaper than finding plans that are refused. Calls inside
+formulas and effects are made wherever these are evaluated.
 """
 
 import inspect
@@ -28,7 +28,7 @@ Function = Callable[..., Any]  # true or false of tests, a value of others
 
 @dataclass
 class CallCounts:
-    """What one procedure did so far."""
+    """How often one procedure was called, and how often it failed."""
 
     calls: int = 0
     failures: int = 0
@@ -36,11 +36,11 @@ class CallCounts:
 
 @dataclass
 class ExternalProcedures:
-    """The procedures of one run; as the search sees geometry, but without any state behind it.
+    """The procedures of one run; the search sees them as a geometry without state.
 
-    Raises (from every question):
-        InputError: a procedure's declaration allows no such answer.
-        Exception: what a procedure itself raises.
+    Raises (from every call):
+        InputError: an answer is not as the procedure's declaration allows.
+        Exception: whatever a procedure itself raises.
     """
 
     problem: Problem
@@ -56,7 +56,7 @@ class ExternalProcedures:
         self._takes_seed = {name: _takes_seed(function) for name, function in self.functions.items()}
 
     def answering(self) -> Problem:
-        """The problem with these procedures to answer for its external ones."""
+        """The problem with these functions as its external procedures."""
         return replace(self.problem, answers=Answers(frozenset(self.functions), self.value))
 
     # ---------------------------------------------------------------------------------- what the search may ask
@@ -66,35 +66,35 @@ class ExternalProcedures:
         return ((0, trace),) if answer is not False else ()
 
     def key(self, trace: Trace) -> Trace:
-        """Nothing tells nodes apart."""
+        """The trace, which is always the same: there is no geometric state."""
         return trace
 
     def confirm(self, trace: Trace) -> bool:
-        """Nothing is left to be asked."""
+        """True: calls are made when their options are asked for."""
         return True
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
-        """A test inside a formula is asked where it is met: conjunctions have checked all before it."""
+        """The answer of a test inside a formula; the call is made now, after the conjuncts before it held."""
         return self.ask(call)
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """Every refusal is one of arguments alone."""
+        """The refused calls: each depends on its arguments alone, and there are no other refusals."""
         return frozenset(self.failed()), True
 
     def learnt(self) -> None:
-        """Nothing beside that."""
+        """None: `refused_everywhere` says all."""
 
     def most_expansions(self, search: Search) -> float:
-        """As many as may be."""
+        """Unlimited."""
         return inf
 
     # -------------------------------------------------------------------------------------------------- asking
     def ask(self, call: GroundCall) -> bool:
-        """Whether a call succeeds; a procedure that nobody supplied always does."""
+        """Whether a call succeeds; always True for a procedure without a function."""
         return self.value(call) is not False
 
     def value(self, call: GroundCall) -> Answer:
-        """The answer to a call; True of a procedure that nobody supplied."""
+        """The answer to a call; True for a procedure without a function."""
         if call.procedure not in self.functions:
             return True
         if call not in self._answers:
@@ -118,7 +118,7 @@ class ExternalProcedures:
         return answer
 
     def prepare(self, task: GroundedTask) -> None:
-        """Asks all calls of the procedures whose turn it is: all of them if eager, those that fail often if adaptive."""
+        """Makes all calls of some procedures in advance: of all if eager, of those that fail often if adaptive."""
         for name in self.functions:
             counted = self.counted.get(name, CallCounts())
             often = (
@@ -131,18 +131,18 @@ class ExternalProcedures:
                         self.ask(action.call)
 
     def follow(self, skeleton: Skeleton) -> bool:
-        """Asks along a skeleton until something fails; whether all of it succeeds."""
+        """Makes the calls along a skeleton until one fails; whether all succeed."""
         for node in skeleton.nodes():
             if node.action is not None and node.action.call is not None and not self.ask(node.action.call):
                 return False
         return True
 
     def failed(self) -> list[GroundCall]:
-        """All refused calls, in the order in which they were asked."""
+        """All refused calls, in the order in which they were made."""
         return [call for call, answer in self._answers.items() if answer is False]
 
     def figures(self) -> dict[str, Any]:
-        """The calls and failures of each procedure, and the time that they took, as statistics have them."""
+        """Calls and failures of each procedure, and the seconds they took, with the keys of the statistics."""
         rows = {
             name: {"calls": counted.calls, "failures": {"refused": counted.failures} if counted.failures else {}}
             for name, counted in self.counted.items()
@@ -151,10 +151,10 @@ class ExternalProcedures:
 
 
 def refuse_without_motion(problem: Problem) -> None:
-    """With a scene every action's procedure has to move something: external ones are asked in formulas.
+    """Checks that every action's procedure is one of geometry; with a scene, external ones belong into formulas.
 
     Raises:
-        InputError: one is not of geometry.
+        InputError: an action calls an external procedure.
     """
     calls = [action.geometry for action in problem.domain.actions.values() if action.geometry is not None]
     found = [

@@ -6,15 +6,15 @@ The planner speaks to this protocol, so that only a problem with a scene loads t
 from collections.abc import Callable
 from typing import Protocol
 
-from kabo.geometry_server.answers import Answer, Failure, Statistics
+from kabo.geometry_server.answers import Answer, GeometryStatistics, Refusal
 from kabo.geometry_server.situation import Situation
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
 
-Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, Statistics] | None]
+Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometryStatistics] | None]
 
 
-class BoundCall(Protocol):
+class CallComponents(Protocol):
     """A call whose arguments are bound to a task: which components of the geometric state it moves and reads."""
 
     @property
@@ -39,7 +39,7 @@ class ProcedureServer(Protocol):
         ...
 
     @property
-    def statistics(self) -> Statistics:
+    def statistics(self) -> GeometryStatistics:
         """Counts of what was computed so far."""
         ...
 
@@ -61,7 +61,7 @@ class ProcedureServer(Protocol):
         """The geometric state of an identifier."""
         ...
 
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> CallComponents:
         """The components that a call moves and reads."""
         ...
 
@@ -81,6 +81,6 @@ class ProcedureServer(Protocol):
         """
         ...
 
-    def refuted(self, call: GroundCall) -> Failure | None:
+    def refuted(self, call: GroundCall) -> Refusal | None:
         """Why a call fails wherever what it reads is as at the start, if that can be told without sampling."""
         ...

@@ -1,12 +1,12 @@
-"""The ledger of lazy geometry: which procedures were refused, and where their refusals hold.
+"""The refusal table of lazy geometry: which calls were refused, and in which situations their refusals hold [nogoods].
 
-The search takes procedures as possible. It follows each geometric component by its lineage: which call made its
-present value, from which lineages. A refusal is a call and the lineages of the components that it rests on: it
-holds wherever they are the same, whatever else has changed. Only lineages that a refusal names tell search nodes
-apart, so as long as nothing is refused the search is that of the knowledge level alone.
+The search assumes that calls succeed. It tracks each geometric component by its provenance: which call made its
+present value, and the provenances of what that call depended on. A refusal is a call and the provenances of the
+components that it depends on: it holds wherever these are the same, whatever else has changed. Only provenances that a
+refusal names distinguish search nodes, so as long as nothing is refused the search is that of the knowledge level.
 
-A suspicion is weaker and wider: what was in the way of a call, whatever else it rested on. It refuses nothing, but the
-call costs more wherever that is still in the way; so another grasp is not tried before the obstacle is moved.
+A suspicion is weaker and wider: it names only what was in the way of a call. It refuses nothing, but the call costs
+more wherever that is still in the way; so the obstacle is moved before another grasp is tried.
 """
 
 from collections import Counter
@@ -15,37 +15,35 @@ from dataclasses import dataclass, field
 from math import inf
 
 from kabo import tuning
-from kabo.geometry_server import MAX_EFFORT, Failure, Success
+from kabo.geometry_server import MAX_EFFORT, Refusal, Success, owners
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import LearntRefusals, Origin, Pattern, Provenance
 from kabo.scene import Component
 
-Derivation = tuple[
-    GroundCall, int, int, Pattern
-]  # of a lineage: an attempt at a call, what it made, and from what
-Provenances = tuple[
-    int, ...
-]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
+# How a value is made: a call, an attempt at it, the component that it moves, and the provenances that it reads.
+Derivation = tuple[GroundCall, int, int, Pattern]
+# The provenance of every component, in the order of `RefusalTable.components`; 0: as at the start.
+Provenances = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Refusal:
-    """A call that fails from `attempt` on, wherever the pattern of lineages holds."""
+class LearntRefusal:
+    """A call that fails from `attempt` on, wherever the components have these provenances."""
 
     attempt: int
     pattern: Pattern
-    failure: Failure
+    refusal: Refusal
 
 
 @dataclass
 class RefusalTable:
-    """What the contingent search sees of geometry: lineages, refusals, and attempts where one led nowhere."""
+    """Geometry as the contingent search sees it when calls are made along finished skeletons only."""
 
     server: ProcedureServer
     effort: int = 0
-    refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
+    refusals: dict[GroundCall, list[LearntRefusal]] = field(default_factory=dict)
     suspicions: dict[GroundCall, dict[Pattern, None]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -53,11 +51,10 @@ class RefusalTable:
         self.components = (*scene.robots, *scene.movable)
         self._index = {name: i for i, name in enumerate(self.components)}
         self._numbers: dict[Derivation, int] = {}
-        self._number_of_value: dict[
-            tuple[int, Component], int
-        ] = {}  # the lineage of every value that was met [K Def. 5]
+        self._number_of_value: dict[tuple[int, Component], int] = {}  # of every value that was met [K Def. 5]
         self._with_value = {0}
-        self._value_reads: dict[Derivation, frozenset[str]] = {}  # on what it rested which value a name has
+        # The components that decided the value of a derivation.
+        self._value_reads: dict[Derivation, frozenset[str]] = {}
         self._reads: dict[GroundCall, frozenset[int]] = {}
         self._everything = frozenset(range(len(self.components)))
         self._count = 0
@@ -71,13 +68,13 @@ class RefusalTable:
     # ------------------------------------------------------------------------------ what the search may ask
     @property
     def start(self) -> Provenances:
-        """The trace of the first state."""
+        """The trace of the initial state."""
         return (0,) * len(self.components)
 
     def options(self, call: GroundCall, trace: Provenances) -> Sequence[tuple[int, Provenances]]:
         """The attempts at a call that are not refused, with the trace after each.
 
-        A further attempt is offered only where every one before it led to something that was refused.
+        A further attempt is offered only if what every earlier one made is named by a refusal.
         """
         known = self._options.get((call, trace))
         if known is None:
@@ -98,31 +95,31 @@ class RefusalTable:
         return found
 
     def key(self, trace: Provenances) -> Provenances:
-        """The trace without the lineages that no refusal names."""
+        """The trace with -1 for every provenance that no refusal names."""
         tainted = self._relevant
         return tuple(number if (i, number) in tainted else -1 for i, number in enumerate(trace))
 
     def test(self, call: GroundCall, trace: Provenances) -> bool:
-        """Geometric tests in formulas are taken to hold until they are asked."""
+        """True: geometric tests inside formulas are not evaluated here."""
         return True
 
     def confirm(self, trace: Provenances) -> bool:
-        """Nothing is asked while searching."""
+        """True: no calls are made while searching."""
         return True
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The calls with a refusal of all attempts in all situations; and whether those are all refusals."""
+        """The calls whose attempts are all refused in every situation; and whether these are all refusals."""
         rows = [(call, not r.attempt and not r.pattern) for call, found in self.refusals.items() for r in found]
         return frozenset(call for call, everywhere in rows if everywhere), all(
             everywhere for _, everywhere in rows
         )
 
     def most_expansions(self, search: Search) -> float:
-        """As many as may be."""
+        """Unlimited."""
         return inf
 
     def learnt(self) -> LearntRefusals:
-        """Everything but the failures themselves."""
+        """Refusals, suspicions and the provenances that they name, without the failures."""
         refusals = {
             call: tuple(dict.fromkeys((r.attempt, r.pattern) for r in rows))
             for call, rows in self.refusals.items()
@@ -139,14 +136,14 @@ class RefusalTable:
 
     # -------------------------------------------------------------------------------------------- recording
     def moves(self, call: GroundCall) -> tuple[int, ...]:
-        """The components that a call moves, as far as is known."""
+        """The numbers of the components that a call moves, as far as is known."""
         known = self._moves.get(call)
         if known is None:
             known = self._moves[call] = tuple(self._index[name] for name in self.server.bind(call).moves)
         return known
 
     def reads(self, call: GroundCall) -> frozenset[int]:
-        """The components on which it depends what a call makes, as far as is known."""
+        """The numbers of the components that the result of a call depends on, as far as is known."""
         if self.effort >= tuning.FULL_DEPENDENCE_EFFORT:
             return self._everything
         known = self._reads.get(call)
@@ -155,7 +152,7 @@ class RefusalTable:
         return known
 
     def after(self, call: GroundCall, attempt: int, trace: Provenances) -> Provenances:
-        """The trace after a call: what it moves has the lineage of the call and of what its samples depend on."""
+        """The trace after a call, if it succeeds: what it moves gets a provenance from the call and what that reads."""
         reads = frozenset((i, trace[i]) for i in self.reads(call))
         result = list(trace)
         for i in self.moves(call):
@@ -167,9 +164,9 @@ class RefusalTable:
         return tuple(result)
 
     def record_success(self, call: GroundCall, attempt: int, trace: Provenances, answer: Success) -> Provenances:
-        """The trace after a call that has succeeded: equal values have one lineage, whatever made them.
+        """The trace after a call that has succeeded: equal values have one provenance, whichever call made them.
 
-        What is not declared to be moved (parts of a group hang on another one) is learnt.
+        Components that the call moved without declaring it (parts of a group) are added to what it moves.
         """
         if self.effort:
             self._depend_on(call, answer.reads)
@@ -185,7 +182,7 @@ class RefusalTable:
     def _record_value(
         self, call: GroundCall, attempt: int, trace: Provenances, component: str, answer: Success
     ) -> bool:
-        """Notes the value of a lineage; False if it had another one: then it depends on more than was known."""
+        """Records the value of a component; False if the same derivation had made another one: it then reads more."""
         i, reads = self._index[component], frozenset((i, trace[i]) for i in self.reads(call))
         name, value = (call, attempt, i, reads), (i, answer.changes[component])
         named = self._numbers.get(name)
@@ -203,7 +200,7 @@ class RefusalTable:
         return True
 
     def _depend_on(self, call: GroundCall, names: Iterable[str]) -> bool:
-        """What a call makes depends on these as well; whether that is new. What it made until now is forgotten."""
+        """Records that a call also depends on these components, and forgets its derivations; whether that is new."""
         known = self.reads(call)
         more = frozenset(self._index[name] for name in names) - known
         if not more:
@@ -228,7 +225,7 @@ class RefusalTable:
                 self._mark_relevant(origin.reads)
 
     def _mark_relevant(self, pattern: Pattern) -> None:
-        """Marks lineages that tell nodes apart: those of a refusal, and those from which they come."""
+        """Marks provenances that distinguish nodes: those of a refusal, and those from which they derive."""
         waiting = sorted(pattern)
         while waiting:
             entry = waiting.pop()
@@ -238,43 +235,44 @@ class RefusalTable:
                     waiting.extend(sorted(origin.reads))
 
     def record_refusal(
-        self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Provenances]
+        self, call: GroundCall, attempt: int, refusal: Refusal, traces: Iterable[Provenances]
     ) -> None:
-        """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
+        """Records that a call fails wherever the components that the failure depends on are as in one of the traces."""
         self._options.clear()
         for trace in traces:
-            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
+            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in refusal.reads)
             rows = self.refusals.setdefault(call, [])
             if any(row.pattern == pattern and row.attempt <= attempt for row in rows):
-                pattern = frozenset(enumerate(trace))  # known, and asked all the same: at least not here once more
-            rows.append(Refusal(attempt, pattern, failure))
+                # Recorded before, and called all the same: refuse it at least in exactly this trace.
+                pattern = frozenset(enumerate(trace))
+            rows.append(LearntRefusal(attempt, pattern, refusal))
             self._mark_relevant(pattern)
-            suspected = None if failure.proof or attempt else self._suspects(call, failure, trace)
+            suspected = None if refusal.proof or attempt else self._suspects(call, refusal, trace)
             if suspected is not None:
                 self.suspicions.setdefault(call, {})[suspected] = None
                 self._mark_relevant(suspected)
 
-    def _suspects(self, call: GroundCall, failure: Failure, trace: Provenances) -> Pattern | None:
-        """What was in the way, where it is; nothing, and so everywhere, if it was too far; None: only where it failed."""
+    def _suspects(self, call: GroundCall, refusal: Refusal, trace: Provenances) -> Pattern | None:
+        """The provenances of what was in the way; empty (so everywhere) if it was out of reach; None: no suspicion."""
         counts: Counter[int] = Counter()
-        for pair, count in failure.between:
-            owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
-            counts.update(dict.fromkeys((i for i in owners if i is not None), count))
-        total = sum(count for _, count in failure.between)
+        for pair, count in refusal.pairs:
+            met = {self._index.get(name) for name in owners(pair)} - {None, *self.moves(call)}
+            counts.update(dict.fromkeys((i for i in met if i is not None), count))
+        total = sum(count for _, count in refusal.pairs)
         blockers = [i for i, count in sorted(counts.items()) if count >= tuning.BLOCKING_SHARE * total]
         if blockers:
             return frozenset((i, trace[i]) for i in blockers)
-        return frozenset() if failure.reason == "out_of_reach" else None
+        return frozenset() if refusal.reason == "out_of_reach" else None
 
     def responsible_attempt(
-        self, call: GroundCall, failure: Failure, trace: Provenances
+        self, call: GroundCall, refusal: Refusal, trace: Provenances
     ) -> tuple[GroundCall, int] | None:
-        """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there.
+        """The earlier call, with its attempt, to try otherwise, because it made what a failed call was to move.
 
-        Where that call has no other answer, it is the one that made what it was given, and so on.
+        If it has no other answer, the call that made what it was given is considered, and so on; None at the end.
         """
         bound, objects = self.server.bind(call), self.server.scene.movable
-        own = (name for name in (*bound.moves, *bound.reads) if name in failure.reads and name in objects)
+        own = (name for name in (*bound.moves, *bound.reads) if name in refusal.reads and name in objects)
         waiting = [(self._index[name], trace[self._index[name]]) for name in own]
         for entry in waiting:  # grows while it is read
             for origin in self._origins.get(entry, ()):
@@ -285,34 +283,34 @@ class RefusalTable:
         return None
 
     def _no_attempt_left(self, call: GroundCall, attempt: int) -> bool:
-        """Whether there are no so many answers of a call: they are too many, or it had no more somewhere."""
+        """Whether an attempt at a call is not available: above the limit, or a refusal says that there are fewer."""
         refusals = self.refusals.get(call, ())
         return attempt >= self._max_attempts or any(0 < row.attempt <= attempt for row in refusals)
 
     def fails_too_often(self) -> bool:
-        """Whether so many calls along finished plans were refused that asking while searching is the better way."""
+        """Whether so many calls along finished skeletons failed that making them while searching is better."""
         counted = self.server.statistics
         calls = sum(counted.calls.values())
         failures = sum(sum(reasons.values()) for reasons in counted.failures.values())
         return failures >= tuning.MIN_FAILED_CALLS and failures >= tuning.FAILED_CALL_SHARE * calls
 
     def proved(self) -> bool:
-        """Whether every refusal is a proof, and none of something that was sampled: no number of samples would help."""
+        """Whether every refusal is a proof that does not depend on a sample: more samples would not help."""
         rows = [row for each in self.refusals.values() for row in each]
-        return all(row.failure.proof and not any(number for _, number in row.pattern) for row in rows)
+        return all(row.refusal.proof and not any(number for _, number in row.pattern) for row in rows)
 
-    def failures(self) -> list[tuple[GroundCall, Failure]]:
-        """Every call that was refused with one reason each, proofs first, in order of first refusal."""
-        firsts = [(call, rows[0].failure) for call, rows in self.refusals.items()]
+    def failures(self) -> list[tuple[GroundCall, Refusal]]:
+        """Every call that was refused, with its first failure; proofs first, else in order of refusal."""
+        firsts = [(call, rows[0].refusal) for call, rows in self.refusals.items()]
         return sorted(firsts, key=lambda item: not item[1].proof)
 
     def try_harder(self) -> bool:
-        """Forgets the refusals that more samples might lift and raises the effort; False at the highest."""
+        """Raises the effort and forgets the refusals that are no proofs; False at the highest effort."""
         if self.effort >= MAX_EFFORT:
             return False
         self.effort += 1
         self._options.clear()
-        kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
+        kept = {call: [r for r in rows if r.refusal.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
         self.suspicions, self._relevant = {}, {}
         self._numbers, self._value_reads, self._origins = {}, {}, {}

@@ -1,33 +1,33 @@
-"""Repairs: the same skeleton, with other answers of the calls that led to what was refused.
+"""Repairs: the same skeleton, with other answers of the earlier calls that a refused call depends on.
 
-Where plans branch, a search that starts over tells apart all that refusals name, in every branch. Mostly another sample
-of one earlier call is all that is needed: another place for a cup, so that the hand that lets go of it has room.
+Where plans branch, a new search has to distinguish everything that refusals name, in every branch. Often another sample
+of one earlier call is enough: another place for a cup, so that the hand that lets go of it has room.
 """
 
 from collections.abc import Collection
 from dataclasses import replace
 
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.evaluation import Refused, in_order
+from kabo.planner.geometry.evaluation import RefusedCall, in_order
 from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 
 
-def repaired(skeleton: Skeleton, refused: Collection[Refused], ledger: RefusalTable) -> Skeleton | None:
-    """The skeleton with the next attempts at the calls that are to blame; None if nothing that was sampled is.
+def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], ledger: RefusalTable) -> Skeleton | None:
+    """The skeleton with the next attempts at the calls responsible for the refusals; None if there are none.
 
-    What failed at a later attempt begins with the first one again: it is given something else now.
+    A refused call itself restarts at its first attempt, because its input is another one now.
 
     Args:
         skeleton: whose evaluation was refused.
-        refused: the calls, noted in the ledger already.
-        ledger: knows which call made what a refusal rests on.
+        refused: the calls, recorded already.
+        ledger: knows which call made what a refusal depends on.
     """
     responsible_attempt: set[tuple[GroundCall, int]] = set()
     failed = {(each.call, each.attempt) for each in refused}
     for each in refused:
         for trace in each.traces:
-            step = ledger.responsible_attempt(each.call, each.failure, trace)
+            step = ledger.responsible_attempt(each.call, each.refusal, trace)
             if step is None:
                 return None
             responsible_attempt.add(step)

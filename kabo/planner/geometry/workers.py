@@ -1,9 +1,9 @@
-"""Worker processes that ask procedures ahead of the planner: what they answer is what it would have heard itself.
+"""Worker processes that make calls ahead of the planner; their answers are those that it would have computed itself.
 
-A procedure is a pure function of its call, the situation, the attempt and the effort, and its samples are counted
-streams; so it does not matter in which process it is asked, nor when. The planner goes its one way, in its one
-order, and says early what it is going to ask; its answers, counts and identifiers are taken in that order. Hence the
-same plan, byte for byte, with any number of workers: they change when an answer is there, never which.
+A procedure is a pure function of its call, the situation, the attempt and the effort, and its random samples come from
+counted streams; so it does not matter in which process it runs, nor when. The planner announces early which calls it
+will make, and takes answers, counts and identifiers in its own order. Hence the plan is the same, byte for byte, with
+any number of workers: they change when an answer is available, never which answer it is.
 """
 
 import os
@@ -17,16 +17,16 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from kabo.children import end_with_parent
-from kabo.geometry_server import Answer, Situation, Statistics
+from kabo.geometry_server import Answer, GeometryStatistics, Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.procedure_server import ProcedureServer
 
-POLL_S = 0.05  # how often a wait looks whether the run is to stop
+POLL_S = 0.05  # seconds between two looks at whether the run is to stop
 
 
 @dataclass(frozen=True)
-class ProcedureCall:
-    """All that the answer of a procedure depends on."""
+class SituatedCall:
+    """A call with everything that its answer depends on."""
 
     call: GroundCall
     situation: Situation
@@ -35,23 +35,23 @@ class ProcedureCall:
 
     @property
     def resumed(self) -> tuple[object, ...]:
-        """What the attempts at one call share: whoever made the first ones goes on from there."""
+        """The key that all attempts at one call share: a worker continues where its earlier attempts ended."""
         return self.call, self.effort, self.situation.key
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What tells questions apart."""
+        """The identity of a call."""
         return *self.resumed, self.attempt
 
 
 @dataclass(eq=False)
 class _ProcedureWorker:
-    """One process, the question that it is at, and those that wait for it."""
+    """One process, the call that it is computing, and those that wait for it."""
 
     process: Any
     connection: Connection
-    asked: ProcedureCall | None = None
-    waiting: deque[ProcedureCall] = field(default_factory=deque)
+    asked: SituatedCall | None = None
+    waiting: deque[SituatedCall] = field(default_factory=deque)
 
     @property
     def load(self) -> int:
@@ -59,11 +59,11 @@ class _ProcedureWorker:
 
 
 class ProcedureWorkers:
-    """Processes with a copy of the procedures each, made when first needed; a context manager that ends them.
+    """Processes that each hold a copy of the procedures, started when first needed; a context manager ends them.
 
     Args:
-        procedures: what is asked; it takes answers from here where one was expected.
-        size: how many processes; with less than two there are none, and nothing is ever expected.
+        procedures: answers the calls; it takes the answers of announced calls from here.
+        size: the number of processes; below two none are started, and announcements are ignored.
         stop: whether the run is to end.
     """
 
@@ -73,7 +73,7 @@ class ProcedureWorkers:
         self._ended: list[_ProcedureWorker] = []
         self._whose: dict[tuple[object, ...], _ProcedureWorker] = {}
         self._expected: set[tuple[object, ...]] = set()
-        self._found: dict[tuple[object, ...], tuple[Answer, Statistics]] = {}
+        self._found: dict[tuple[object, ...], tuple[Answer, GeometryStatistics]] = {}
 
     def __enter__(self) -> "ProcedureWorkers":
         self._procedures.elsewhere = self.take
@@ -88,8 +88,8 @@ class ProcedureWorkers:
             worker.process.join()
             worker.connection.close()
 
-    def expect(self, questions: Iterable[ProcedureCall]) -> None:
-        """Says what will be asked soon; a single question with nothing beside it is left to who asks it."""
+    def expect(self, questions: Iterable[SituatedCall]) -> None:
+        """Announces calls that will be made soon; a single one is left to the planner itself."""
         if self._size < 2:
             return
         new = {question.key: question for question in questions}
@@ -105,11 +105,11 @@ class ProcedureWorkers:
             self._of(question).waiting.append(question)
         self._pump(0.0)
 
-    def _known(self, question: ProcedureCall) -> bool:
+    def _known(self, question: SituatedCall) -> bool:
         return self._procedures.knows(question.call, question.situation, question.attempt, question.effort)
 
-    def _of(self, question: ProcedureCall) -> _ProcedureWorker:
-        """Whoever was asked for an earlier attempt, else who has least to do."""
+    def _of(self, question: SituatedCall) -> _ProcedureWorker:
+        """The worker that made an earlier attempt at the call, else the one with the fewest calls."""
         worker = self._whose.get(question.resumed)
         if worker is None:
             worker = self._whose[question.resumed] = min(self._workers, key=lambda each: each.load)
@@ -117,9 +117,9 @@ class ProcedureWorkers:
 
     def take(
         self, call: GroundCall, situation: Situation, attempt: int, effort: int
-    ) -> tuple[Answer, Statistics] | None:
-        """The answer to a question that was expected, with what it cost; None if nobody was asked, or it must stop."""
-        key = ProcedureCall(call, situation, attempt, effort).key
+    ) -> tuple[Answer, GeometryStatistics] | None:
+        """The answer to an announced call, and its statistics; None if it was not announced, or the run stops."""
+        key = SituatedCall(call, situation, attempt, effort).key
         if key not in self._expected:
             return None
         while key not in self._found:
@@ -130,7 +130,7 @@ class ProcedureWorkers:
         return self._found.pop(key)
 
     def _pump(self, seconds: float) -> None:
-        """Sends questions to who is idle, and takes in what has been answered, waiting so long at most."""
+        """Sends calls to idle workers and collects answers, waiting at most so many seconds."""
         self._send()
         busy = {worker.connection: worker for worker in self._workers if worker.asked is not None}
         for ready in connection.wait(list(busy), timeout=seconds):
@@ -155,7 +155,7 @@ class ProcedureWorkers:
                     self._lose(worker)
 
     def _lose(self, worker: _ProcedureWorker) -> None:
-        """A process died: what it was to answer is expected no more, so that who asks it answers it."""
+        """A process died: its calls are no longer announced, so that the planner makes them itself."""
         lost = [worker.asked, *worker.waiting]
         self._expected -= {question.key for question in lost if question is not None}
         self._whose = {resumed: whose for resumed, whose in self._whose.items() if whose is not worker}
@@ -173,7 +173,7 @@ class ProcedureWorkers:
 
 
 def _work(channel: Connection, procedures: ProcedureServer, parent: int) -> None:
-    """Answers questions until the planner is gone, or one fails: then the planner asks it itself, and says why."""
+    """Answers calls until the planner is gone, or one raises: then the planner makes it itself, and reports the error."""
     procedures.elsewhere = None
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the planner is asked to stop, and ends this process

@@ -1,4 +1,4 @@
-"""What could bring a piece of knowledge about, and what keeps all of it from happening."""
+"""The achievers of a fact: actions, sensing, rules and entries that could make it true, and what blocks each of them."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Kind = Literal["does", "senses", "rule", "entry"]
 
 @dataclass(frozen=True)
 class Achiever:
-    """Something that would bring a want about if `blocker` could ever hold; `family` is the action's schema."""
+    """Something that would make a missing fact true if `blocker` could ever hold; `family` is the action's schema."""
 
     kind: Kind
     family: str
@@ -26,7 +26,7 @@ class Achiever:
 
 
 class Achievers:
-    """Finds the makers of what the delete relaxation cannot reach."""
+    """Finds the achievers of facts that the delete relaxation cannot reach."""
 
     def __init__(self, whole: Grounding, meanings: BitMeanings) -> None:
         self.whole, self.meanings = whole, meanings
@@ -34,7 +34,7 @@ class Achievers:
         self._made: dict[int, list[tuple[int, Update]]] = {}
         self._opened: dict[int, list[tuple[int, Update]]] = {}
         self._cleared: dict[int, list[tuple[int, Update]]] = {}
-        self._revealed_by: dict[int, list[int]] = {}  # the entries of Kw and Kv whose outcomes would tell a bit
+        self._revealed_by: dict[int, list[int]] = {}  # bit -> the bits of Kw and Kv whose outcomes would set it
         self._index()
         for entry, branching in whole.splits.items():
             for bit in bits_of(union(choice.make for choice in branching.choices) & ~self.ones & ~entry):
@@ -45,7 +45,7 @@ class Achievers:
         )
 
     def of(self, fact: MissingFact) -> list[Achiever]:
-        """Everything that could make a bit that can never be 1 (or, if so asked, 0), in the order of the file."""
+        """The achievers of a fact, in the order of the file."""
         if not fact.is_set:
             return [*self._actions(self._cleared, fact.bit, "does"), *self._rules(fact)]
         found = [*self._actions(self._made, fact.bit, "does")]
@@ -54,11 +54,11 @@ class Achievers:
         return [*found, *self._rules(fact), *self._entries(fact.bit)]
 
     def missing_facts(self, achiever: Achiever) -> list[MissingFact]:
-        """What keeps a maker from ever acting."""
+        """The facts that block an achiever."""
         return list(dict.fromkeys(missing_facts(achiever.blocker, self.ones, self.zeros)))
 
     def _index(self) -> None:
-        """Notes which actions would make bits that are never 1, or clear bits that are never 0."""
+        """Indexes the actions that would set bits which are never 1, or clear bits which are never 0."""
         notes: dict[int, tuple[int, int]] = {}  # of updates; actions share many
         for action in self.whole.actions:
             for update in action.effects.updates:
@@ -74,7 +74,7 @@ class Achievers:
                     self._cleared.setdefault(bit, []).append((action.index, update))
 
     def _closed(self, learnable: int) -> int:
-        """What actions and rules could tell, with what would follow from that."""
+        """The bits that actions and rules could set, closed under inference."""
         learnable &= ~self.ones
         while True:
             before = learnable
@@ -98,7 +98,7 @@ class Achievers:
         return disjunction(update.condition for update in updates)
 
     def _sensing(self, bit: int) -> Iterator[Achiever]:
-        """Actions that sense what would tell."""
+        """Actions that sense something whose outcome would set the bit."""
         for entry in self._revealed_by.get(bit, ()):
             yield from self._actions(self._opened, entry, "senses")
 
@@ -109,7 +109,7 @@ class Achievers:
                 yield Achiever("rule", name, name, rule.condition)
 
     def _entries(self, bit: int) -> Iterator[Achiever]:
-        """Inference from entries, if an action or a rule could tell something that it follows from."""
+        """Inference from entries, if an action or a rule could set something that it follows from."""
         own = self.meanings.meaning(bit).group
         for propagator in self.whole.closure.propagators:
             if not propagator.makes & bit:

@@ -1,4 +1,4 @@
-"""Why no plan reaches a goal whose parts could all hold if nothing were ever lost: a dead end, or bad luck."""
+"""Why no plan reaches a goal that the delete relaxation reaches: dead ends, or sensing outcomes without a plan."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -8,21 +8,21 @@ from kabo.planner.proofs.wording import listed
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
-from kabo.planner.search.nogoods import Failures
+from kabo.planner.search.nogoods import Nogoods
 from kabo.planner.search.skeleton import SearchLimits, Unreachable
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, WeakGraph, steps_of
 
-MAX_EXPANSIONS = 5_000  # of all the searches that follow together
-MAX_PARTS = 20  # of the goal, that are looked for one by one
-MAX_SHOWN = 6
+MAX_EXPANSIONS = 5_000  # node expansions of all the searches below together
+MAX_PARTS = 20  # conjuncts of the goal that are searched for one by one
+SHOWN_STEPS = 6  # actions, or conjuncts, that a sentence lists
 
 
 def dead_ends(task: GroundedTask, deadline: Callable[[], bool] | None = None) -> list[str]:
-    """Sentences that say what stands in the way; none if that cannot be found out soon.
+    """Sentences that say why there is no plan; none if that cannot be found out within the limits.
 
     Args:
         task: has been proven to have no plan.
-        deadline: asked now and then; True ends the looking.
+        deadline: called periodically; True ends the searches.
     """
     ends = _DeadEnds(SearchSpace(task, None), Counter(SearchLimits(MAX_EXPANSIONS, deadline)))
     try:
@@ -38,14 +38,14 @@ class _DeadEnds:
     counter: Counter
 
     def lucky(self, is_end: Callable[[Node], bool]) -> list[Step]:
-        """A way to an end with every outcome as hoped for; empty if there is none."""
-        graph = WeakGraph(self.space, Failures(), self.counter, is_end)
+        """A weak plan to an end, with the outcomes of sensing assumed; empty if there is none."""
+        graph = WeakGraph(self.space, Nogoods(), self.counter, is_end)
         found = ALGORITHMS["best"](self.space.start, graph)
         return [] if found.path is None else steps_of(found.path)
 
     def bad_luck(self, steps: list[Step]) -> Iterator[str]:
-        """Outcomes beside the hoped ones, from which the goal is out of reach."""
-        way = listed((str(step.action) for step in steps if not isinstance(step, Assume)), "and", MAX_SHOWN)
+        """Sentences about outcomes other than the assumed ones, from which the goal is out of reach."""
+        way = listed((str(step.action) for step in steps if not isinstance(step, Assume)), "and", SHOWN_STEPS)
         lucky = f"With luck {way} would reach the goal" if way else "With luck the goal would hold already"
         node, told = self.space.start, False
         for step in steps:
@@ -60,7 +60,7 @@ class _DeadEnds:
             yield f"{lucky}, but no plan does whatever {facts} turns out to be."
 
     def lost(self, state: int) -> str:
-        """What is out of reach from a state; empty if nothing is, or nobody knows."""
+        """What is out of reach from a state, as text; empty if nothing is, or if the budget is spent."""
         task, spent = self.space.task, self.counter.expanded
         reach = relaxed_reach(state, task.actions, task.branchings, task.closure)
         lost = [part.text for part in task.goal if not part.query.possible(reach.ones, reach.zeros)]
@@ -73,7 +73,7 @@ class _DeadEnds:
         return "no plan reaches the goal any more" if isinstance(found, Unreachable) else ""
 
     def apart(self) -> Iterator[str]:
-        """Which parts of the goal cannot be reached alone, if not even luck helps."""
+        """Sentences about conjuncts of the goal that cannot be reached alone, where there is no weak plan."""
         parts = self.space.task.goal
         if len(parts) == 1 or len(parts) > MAX_PARTS:
             yield "Not even with luck in all that is sensed is there a way: what it needs never holds all at once."
@@ -86,7 +86,7 @@ class _DeadEnds:
         if alone:
             yield f"Not even alone, and with luck in all that is sensed, can {listed(alone, 'or')} be reached."
         else:
-            texts = listed((part.text for part in parts), "and", MAX_SHOWN)
+            texts = listed((part.text for part in parts), "and", SHOWN_STEPS)
             yield f"Each part of the goal can be reached alone, but not {texts} together, not even with luck."
 
     def holds(self, number: int) -> Callable[[Node], bool]:

@@ -1,10 +1,10 @@
-"""Which actions and update rules speak of a symbol, and which of them what never changes keeps from doing so."""
+"""Which actions and update rules mention a symbol, and which of these never apply because of static facts."""
 
 from collections.abc import Iterable, Iterator
 from itertools import islice
 
 from kabo.knowledge.grounding.problem import Grounding
-from kabo.knowledge.grounding.schemas import free_variables
+from kabo.knowledge.grounding.schemas import variables_in
 from kabo.knowledge.grounding.symbols import pieces_of
 from kabo.knowledge.queries import FALSE
 from kabo.knowledge.runtime import without_runtime_variables
@@ -31,13 +31,13 @@ from kabo.language.problem import Action
 from kabo.planner.proofs.static_false import why_false
 from kabo.planner.proofs.wording import Meaning, listed, where
 
-MAX_INSTANCES = 100_000  # of a precondition, that are looked at
+MAX_INSTANCES = 100_000  # instances of a precondition that are checked
 
 Spoken = tuple[str, str]  # a symbol, and the role of what is said of it
 
 
 class Mentions:
-    """The schemas of a problem, by what they add."""
+    """The action schemas and update rules of a problem, by the symbols that they add knowledge about."""
 
     def __init__(self, whole: Grounding) -> None:
         self.whole = whole
@@ -54,7 +54,7 @@ class Mentions:
         ]
 
     def why_no_achiever(self, meaning: Meaning) -> str:
-        """Why neither actions nor rules make what they never make, as the rest of a sentence."""
+        """Why no action and no rule achieves a fact, as the rest of a sentence."""
         says = [name for name, spoken in self._actions.items() if _speaks(spoken, meaning)]
         told = [
             f"{name} has no instance ({self.without_instance[name]})"
@@ -76,7 +76,7 @@ class Mentions:
         return "no action adds or senses it, and no update rule infers it"
 
     def never(self, formula: Formula) -> str | None:
-        """Why a condition is settled as false for all objects; None if it is not."""
+        """Why static facts make a condition false for all objects; None if they do not."""
         compiler = self.whole.compiler
         for part in formula.parts if isinstance(formula, And) else ():
             why = self.never(part)
@@ -103,13 +103,13 @@ class Mentions:
         return f"no objects fulfil {listed(settled, 'and')} together, and nothing changes that"
 
     def _is_settled(self, formula: Formula) -> bool:
-        """Whether a precondition of an action asks about what never changes."""
+        """Whether a precondition depends on static facts only."""
         instances = self.whole.compiler.instances(tuple(_variables(formula)), {})
         return all(self.whole.compiler.query(formula, binding).reads == 0 for binding in islice(instances, 1))
 
 
 def rule_name(effect: Effect, number: int) -> str:
-    """An update rule for people, by its place."""
+    """The name of an update rule in messages, with its place."""
     return f"update rule {number}" + ("" if effect.place is None else f" ({where(effect.place)})")
 
 
@@ -132,7 +132,7 @@ def _sensed(sense: Iterable[Atom | Application]) -> Iterator[Spoken]:
 
 
 def _spoken(effects: Iterable[Effect]) -> Iterator[Spoken]:
-    """What effects may add."""
+    """The symbols, each with its role, that effects may add knowledge about."""
     for piece in pieces_of(effects):
         if not isinstance(piece, Change):
             for claim in piece.outcomes:
@@ -164,18 +164,6 @@ def _facts(fact: Fact, role: str) -> Iterator[Spoken]:
 def _variables(formula: Formula) -> Iterator[Variable]:
     """The variables of a formula, each once."""
     found: dict[str, Variable] = {}
-    for variable in _every_variable(formula):
+    for variable in variables_in(formula):
         found.setdefault(variable.name, variable)
-    yield from (found[name] for name in free_variables(formula))
-
-
-def _every_variable(tree: object) -> Iterator[Variable]:
-    if isinstance(tree, Variable):
-        yield tree
-    elif isinstance(tree, tuple):
-        for part in tree:
-            yield from _every_variable(part)
-    elif hasattr(tree, "__dataclass_fields__"):
-        for name in tree.__dataclass_fields__:
-            if name != "place":
-                yield from _every_variable(getattr(tree, name))
+    yield from found.values()

@@ -1,7 +1,7 @@
-"""Why something can never be known, down to the root cause: what could make it, and what keeps that from happening.
+"""Why something can never be known, down to the root causes: its achievers, and the facts that block each of them.
 
-Of all that keeps a maker from acting, one want is told: the one that is nearest to a root cause. What is alike is
-told once: wants of the same symbol with the same kinds of makers, blocked by the same kinds of wants, are one *case*.
+Of everything that blocks an achiever only the fact nearest to a root cause is reported. Similar facts are reported
+once: those of the same symbol with the same kinds of achievers, blocked by the same kinds of facts, form one group.
 """
 
 from collections.abc import Iterable
@@ -14,9 +14,9 @@ from kabo.planner.proofs.achievers import Achiever, Achievers
 from kabo.planner.proofs.mentions import Mentions
 from kabo.planner.proofs.wording import BitMeanings, Meaning, MissingFact, counted, listed, missing_facts
 
-MAX_WANTS = 20_000  # looked at for one explanation
-MAX_SENTENCES = 8
-MAX_WAYS = 4
+MAX_FACTS = 20_000  # missing facts that one explanation follows
+MAX_SENTENCES = 8  # sentences of one explanation, beside those of root causes
+MAX_WAYS = 4  # achievers that one sentence lists
 
 _BY = {"does": "", "senses": "sensing by ", "rule": "", "entry": "knowing "}
 
@@ -25,7 +25,7 @@ Kind = tuple[str, str, bool]  # symbol, role, whether it is asked to be set
 
 @dataclass
 class CauseGroup:
-    """Like wants, the one met first at the front, and what could make that."""
+    """Similar missing facts, in the order in which they were met, and the achievers of the first."""
 
     members: list[MissingFact]
     achievers: list[Achiever]
@@ -36,8 +36,8 @@ class CauseGroup:
 class Reasons:
     """Everything that keeps a query from ever holding.
 
-    `circular` wants wait for each other and for nothing else; `layer` is the last one in which something became
-    possible that the makers need.
+    `circular` facts wait for each other and for nothing else. `layer` is the last layer of the relaxation in which
+    something became possible that the achievers need.
     """
 
     cases: list[CauseGroup] = field(default_factory=list)
@@ -46,18 +46,16 @@ class Reasons:
 
 
 class RootCauses:
-    """Explains wants that the delete relaxation cannot reach."""
+    """Explains facts that the delete relaxation cannot reach."""
 
     def __init__(self, achievers: Achievers, meanings: BitMeanings, mentions: Mentions) -> None:
         self.achievers, self.meanings, self.mentions = achievers, meanings, mentions
         self.reach, self._initial = achievers.whole.reach, achievers.whole.initial
         self._achievers: dict[MissingFact, list[Achiever]] = {}
-        self._rank: dict[
-            MissingFact, int
-        ] = {}  # how many steps a want is from its root causes; circular ones have none
+        self._rank: dict[MissingFact, int] = {}  # distance of a fact from its root causes; circular ones have none
 
     def reasons(self, query: Query) -> Reasons:
-        """What keeps an impossible query from ever holding, nearest causes first."""
+        """What keeps an impossible query from ever holding, the nearest causes first."""
         first = list(dict.fromkeys(missing_facts(query, self.achievers.ones, self.achievers.zeros)))
         self._rank_all(first)
         queue, seen, reads = list(first), set(first), query.reads
@@ -76,23 +74,23 @@ class RootCauses:
         return Reasons(list(cases.values()), self._circular(queue), self._layer(reads))
 
     def lacking(self, blocker: Query) -> tuple[str, list[MissingFact]]:
-        """What a blocked query is told to lack: of a conjunction the want nearest to a root cause."""
+        """What a blocked query lacks, as text and as facts: of a conjunction only the fact nearest to a root cause."""
         parts = blocker.parts if isinstance(blocker, All) else (blocker,)
         for part in parts:
             if isinstance(part, AllOf) and not part.possible(self.achievers.ones, self.achievers.zeros):
                 found = list(missing_facts(part, self.achievers.ones, self.achievers.zeros))
-                fact = min(found, key=lambda fact: self._rank.get(fact, MAX_WANTS))
+                fact = min(found, key=lambda fact: self._rank.get(fact, MAX_FACTS))
                 return self.meanings.text(fact), [fact]
         found = list(dict.fromkeys(missing_facts(blocker, self.achievers.ones, self.achievers.zeros)))
         return self.meanings.query(blocker, self.achievers.ones, self.achievers.zeros), found
 
     def kind_of_lack(self, blocker: Query) -> tuple[Kind, ...]:
-        """The kinds of what a blocked query is told to lack; its causes are looked up."""
+        """The kinds of facts that a blocked query lacks; computes their causes."""
         self._rank_all(missing_facts(blocker, self.achievers.ones, self.achievers.zeros))
         return self._kinds(self.lacking(blocker)[1])
 
     def sentences(self, reasons: Reasons) -> list[str]:
-        """The reasons for people; root causes are never left out."""
+        """The reasons as sentences; root causes are never left out."""
         roots = [case for case in reasons.cases if not case.achievers][:MAX_SENTENCES]
         first = reasons.cases[:MAX_SENTENCES]
         shown = [case for case in reasons.cases if case in first or case in roots]
@@ -108,11 +106,11 @@ class RootCauses:
         return told
 
     def _rank_all(self, first: Iterable[MissingFact]) -> None:
-        """Looks up all that could make these wants, and how far each is from its root causes."""
+        """Finds the achievers of these facts, and of all that they need, and how far each fact is from its root causes."""
         queue = [fact for fact in dict.fromkeys(first) if fact not in self._achievers]
         waiting: dict[MissingFact, list[list[MissingFact]]] = {}
         for fact in queue:  # grows while it is worked on
-            if fact in self._achievers or len(waiting) >= MAX_WANTS:
+            if fact in self._achievers or len(waiting) >= MAX_FACTS:
                 continue
             self._achievers[fact] = self.achievers.of(fact)
             waiting[fact] = [self.achievers.missing_facts(achiever) for achiever in self._achievers[fact]]
@@ -132,7 +130,7 @@ class RootCauses:
             rank += 1
 
     def _circular(self, queue: list[MissingFact]) -> list[MissingFact]:
-        """The wants without root cause; those that no other of them needs left out."""
+        """The facts without a root cause, but for those that no other of them needs."""
         found = [fact for fact in queue if fact not in self._rank and fact in self._achievers]
         while True:
             needed = {
@@ -168,7 +166,7 @@ class RootCauses:
         return told
 
     def _ways(self, fact: MissingFact, case: CauseGroup) -> str:
-        """What could make the want, each with what it lacks."""
+        """A sentence with the achievers of a fact, each with what it lacks."""
         families: dict[tuple[str, str, tuple[Kind, ...]], list[Achiever]] = {}
         for achiever in case.achievers:
             lack = self._kinds(self.lacking(achiever.blocker)[1])
@@ -187,7 +185,7 @@ class RootCauses:
         return f"{_BY[first.kind]}{first.name}{more}, which needs {self.lacking(first.blocker)[0]}"
 
     def nothing(self, fact: MissingFact) -> str:
-        """The sentence about a want that nothing brings about."""
+        """The sentence about a fact without achievers."""
         meaning = self.meanings.meaning(fact.bit)
         if not fact.is_set:
             return f"{meaning.text} holds from the start, and nothing ever takes that away."
@@ -205,7 +203,7 @@ class RootCauses:
         return f"{said}: {self.why_nothing(meaning)}."
 
     def why_nothing(self, meaning: Meaning) -> str:
-        """Neither the start nor actions nor rules: the part of a sentence behind the colon."""
+        """Why neither the start nor an action nor a rule makes a fact known, as the end of a sentence."""
         return f"{self._at_the_start(meaning)}, {self.mentions.why_no_achiever(meaning)}"
 
     def _at_the_start(self, meaning: Meaning) -> str:

@@ -1,4 +1,4 @@
-"""Formulas that grounding has settled as false, because of what never changes: which part, and why."""
+"""Why a formula is false in every state because of static facts: which part of it, and why."""
 
 from collections.abc import Iterable, Iterator
 
@@ -22,7 +22,7 @@ from kabo.language.formulas import (
     Term,
 )
 
-SHOWN = 3  # alternatives that are gone into
+SHOWN_ALTERNATIVES = 3  # alternatives of which each gets a sentence of its own
 
 
 def why_false(compiler: Compiler, formula: Formula, binding: Binding) -> Iterator[str]:
@@ -49,8 +49,8 @@ def why_false(compiler: Compiler, formula: Formula, binding: Binding) -> Iterato
 
 def _some(sentences: Iterable[str]) -> list[str]:
     every = list(dict.fromkeys(sentences))
-    more = len(every) - SHOWN
-    return every if more <= 1 else [*every[:SHOWN], f"The same holds of {more} others."]
+    more = len(every) - SHOWN_ALTERNATIVES
+    return every if more <= 1 else [*every[:SHOWN_ALTERNATIVES], f"The same holds of {more} others."]
 
 
 def _leaf(compiler: Compiler, formula: Formula, binding: Binding) -> str:
@@ -81,7 +81,7 @@ def _claim(compiler: Compiler, opposite: Know, text: str, binding: Binding, more
 
 
 def _out_of_range(compiler: Compiler, claim: Comparison, binding: Binding) -> str:
-    """Says so if the value can never be one of the function's."""
+    """The sentence that a value is not in the range of its function; empty if it is."""
     sides: list[tuple[Term, Term]] = [(claim.left, claim.right), (claim.right, claim.left)]
     for term, value in sides:
         if claim.operator == "=" and isinstance(term, Application) and not isinstance(value, Application):

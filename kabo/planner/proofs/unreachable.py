@@ -1,4 +1,4 @@
-"""Which conjuncts of a goal can never hold, even if nothing were ever lost, and why, in sentences."""
+"""Which conjuncts of a goal can never hold, even under delete relaxation, and why, in sentences."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ SAME_REASONS = "For the same reasons as"  # begins the sentence about a conjunct
 
 @dataclass(frozen=True)
 class UnreachableGoal:
-    """A conjunct of the goal that can never hold: the last layer that helped it, and why, in sentences."""
+    """A conjunct of the goal that can never hold, and why; `layer`: the last layer of the relaxation that came nearer."""
 
     text: str
     layer: int
@@ -29,7 +29,7 @@ def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
 
 
 def root_causes_in(whole: Grounding) -> RootCauses:
-    """What keeps things from ever being known in a grounded problem."""
+    """The analysis of root causes for a grounded problem."""
     meanings = BitMeanings(whole)
     return RootCauses(Achievers(whole, meanings), meanings, Mentions(whole))
 

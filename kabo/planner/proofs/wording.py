@@ -1,4 +1,4 @@
-"""Bits in words: which piece of knowledge a bit of a state stands for, and what an impossible query asks in vain."""
+"""Bits of knowledge states as text: which fact a bit stands for, and which facts an impossible query lacks."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from kabo.language.formulas import Place
 
 Role = Literal["true", "false", "whether", "equal", "unequal", "known", "number", "entry", "always"]
 
-SHOWN = 3  # of several like things
+SHOWN_ITEMS = 3  # items that a list in a sentence shows
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What one bit says: in the language's spelling, and of what."""
+    """What one bit means: its text in the language's spelling, and what it is about."""
 
     text: str
     role: Role
@@ -30,7 +30,7 @@ class Meaning:
 
 @dataclass(frozen=True)
 class MissingFact:
-    """A bit that is asked to be 1 (`is_set`), or 0."""
+    """A bit that should be 1 (`is_set`) or 0, and never can be."""
 
     bit: int
     is_set: bool = True
@@ -52,16 +52,16 @@ class BitMeanings:
                 self._meanings[part.query.mask] = Meaning(part.text, "always", part.text, part.text)
 
     def meaning(self, bit: int) -> Meaning:
-        """What the bit says."""
+        """The meaning of a bit."""
         return self._meanings.get(bit) or Meaning("what it remembers", "always", "it", "it")
 
     def text(self, fact: MissingFact) -> str:
-        """The want as a query: `K(p)`, or `not K(p)` for a bit that is asked to be 0."""
+        """The fact as a query: `K(p)`, or `not K(p)` for a bit that should be 0."""
         said = self.meaning(fact.bit).text
         return said if fact.is_set else f"not {said}"
 
     def query(self, query: Query, ones: int, zeros: int) -> str:
-        """What of an impossible query can never hold, as text."""
+        """The parts of an impossible query that can never hold, as text."""
         match query:
             case AllOf() | AnyOf():
                 texts = [self.text(fact) for fact in missing_facts(query, ones, zeros)]
@@ -110,7 +110,7 @@ class BitMeanings:
 
 
 def missing_facts(query: Query, ones: int, zeros: int) -> Iterator[MissingFact]:
-    """The bits that keep a query from ever holding, each once for every place where it is asked."""
+    """The facts that keep a query from ever holding; one that occurs several times is repeated."""
     match query:
         case AllOf(mask, value):
             for bit in bits_of(mask):
@@ -125,7 +125,7 @@ def missing_facts(query: Query, ones: int, zeros: int) -> Iterator[MissingFact]:
 
 
 def claim_in_words(claim: Claim) -> str:
-    """A literal in the language's spelling."""
+    """A claim in the language's spelling."""
     group = claim.group
     about = group.text.removeprefix(PREFIX)
     if isinstance(group, AtomBits):
@@ -138,12 +138,12 @@ def claim_in_words(claim: Claim) -> str:
 
 
 def entry_text(entry: Entry) -> str:
-    """What an entry of Kx or Kor says."""
+    """An entry of Kx or Kor as text."""
     members = [claim_in_words(member) for member in entry.members]
     return f"{'exactly' if entry.exactly else 'at least'} one holds of {listed(members, 'and')}"
 
 
-def listed(texts: Iterable[str], word: str, shown: int = SHOWN) -> str:
+def listed(texts: Iterable[str], word: str, shown: int = SHOWN_ITEMS) -> str:
     """Texts as a list for people: `a, b and 5 more`; each text once."""
     every = list(dict.fromkeys(texts))
     if len(every) > shown + 1:

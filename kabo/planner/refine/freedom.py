@@ -1,7 +1,7 @@
-"""What of a task's motion may be changed afterwards without the task becoming another one.
+"""Which parts of a task's motion may be changed afterwards without changing the task.
 
-Ways lead from one configuration to another, however they go. Of a stroke the part that its family asks for at least
-stays; the rest was as much as could be had. Everything else stays as its stage made it.
+A free motion between two configurations may take any path. Of a stroke, the least length that its family requires is
+kept; the rest was optional. Everything else stays as its stage made it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

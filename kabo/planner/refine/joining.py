@@ -1,8 +1,8 @@
-"""Joint refinement: the free ways of one robot, across stages and across the tasks of a stretch, made shorter.
+"""Joint refinement: shortens the free motion of one robot across the stages and tasks of a stretch.
 
-What stays is what the tasks are about: where something is taken, let go or looked at, and the strokes to and from
-there. Between these a robot's motion is one run, whichever tasks its pieces were planned for: it is shortened as one,
-and where one task ends in it and the next begins is chosen anew.
+The purposes of the tasks are kept: where something is taken, let go or looked at, and the strokes to and from there.
+Between these a robot's motion is one run, whichever tasks its pieces were planned for: it is shortened as a whole, and
+the configuration in which one task ends and the next begins is chosen anew.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Context, Refused, Situation, candidate, tool_frame, way_to
+from kabo.geometry_server import ProcedureContext, Refusal, Situation, candidate, tool_frame, way_to
 from kabo.kinematics import stream_key
 from kabo.motion import shortcut
 from kabo.plan import Segment
@@ -22,13 +22,13 @@ from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.smoothing import MotionPart
 from kabo.tasks.robots.scenes import configuration
 
-GAIN = 1e-3  # rad: less is not worth a change
+LEAST_GAIN = 1e-3  # rad by which a motion has to get shorter
 SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next begin, if it has to move in it
 
 
 @dataclass(frozen=True)
 class ActMotion:
-    """What one node of a plan moves, what is changed by it, and what of that may be otherwise."""
+    """The motion of one node of a plan, the components it changes, and which parts of it may be changed."""
 
     motion: tuple[Segment, ...]
     changes: Mapping[str, Component]
@@ -37,7 +37,7 @@ class ActMotion:
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is tried for each run: shortcuts, and ways searched anew where the straight one is not free."""
+    """How much is tried for each run: shortcuts, and new paths where the straight one is not free."""
 
     shortcuts: int = 150
     ways: int = 3
@@ -45,7 +45,7 @@ class Effort:
 
 @dataclass(frozen=True)
 class _RunPiece:
-    """A part of a leg: loose ones may be replaced, the others stay."""
+    """A part of a leg; only loose pieces may be replaced."""
 
     act: int
     leg: int
@@ -58,9 +58,9 @@ Run = list[_RunPiece]
 
 
 def joined(
-    context: Context, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
+    context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
 ) -> list[ActMotion]:
-    """The acts with shorter motion: ends, what is taken and let go, and all proofs stay.
+    """The acts with shorter motion; ends, grasps and releases stay, and everything is proven.
 
     Args:
         context: of the geometry server.
@@ -85,7 +85,7 @@ def joined(
 
 
 def lengths(acts: Sequence[ActMotion]) -> float:
-    """The length of the arms' ways [rad or m, L2 over the joints of each]."""
+    """The length of all motion of arms [rad or m, L2 over the joints of each]."""
     return sum(segment_length(segment) for act in acts for segment in act.motion)
 
 
@@ -102,7 +102,7 @@ def _situations(start: Situation, acts: Sequence[ActMotion]) -> list[Situation]:
     return found
 
 
-def _runs(context: Context, start: Situation, acts: Sequence[ActMotion], robot: str) -> list[Run]:
+def _runs(context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], robot: str) -> list[Run]:
     """The runs of loose pieces of a robot in which there is something to choose, in order of time."""
     runs: list[Run] = [[]]
     for number, (act, situation) in enumerate(zip(acts, _situations(start, acts), strict=False)):
@@ -176,23 +176,23 @@ def _cut(leg: Leg, path: Array, least: float) -> tuple[Array, Array]:
 
 # --------------------------------------------------------------------------------------------------- replacing
 def _replaced(
-    context: Context, start: Situation, acts: list[ActMotion], run: Run, robot: str, effort: Effort
+    context: ProcedureContext, start: Situation, acts: list[ActMotion], run: Run, robot: str, effort: Effort
 ) -> list[ActMotion]:
     """The acts with a shorter way along a run; as they were, if none is found, or none is proven for all of them."""
     path = _joint(run)
     found = _shorter(context, path, [piece.way for piece in run if piece.way is not None], robot, effort)
-    if _length(found) > _length(path) - GAIN:
+    if _length(found) > _length(path) - LEAST_GAIN:
         return acts
     for portions in _portions(found, run, acts):
         changed = _with(context, start, acts, run, portions, robot, max(portions) + 1)
         if changed is not None and _situations(start, acts)[-1].key != _situations(start, changed)[-1].key:
             continue
-        if changed is not None and lengths(changed) < lengths(acts) - GAIN / 2:
+        if changed is not None and lengths(changed) < lengths(acts) - LEAST_GAIN / 2:
             return changed
     return acts
 
 
-def _trimmed(context: Context, start: Situation, acts: list[ActMotion], robot: str) -> list[ActMotion]:
+def _trimmed(context: ProcedureContext, start: Situation, acts: list[ActMotion], robot: str) -> list[ActMotion]:
     """The acts without what a robot's last stroke has beyond the least, where nothing follows that needs it."""
     number = max(k for k, act in enumerate(acts) if any(segment.robot == robot for segment in act.motion))
     legs = legs_of(context, _situations(start, acts)[number], acts[number].motion)
@@ -212,7 +212,9 @@ def _length(path: Array) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def _shorter(context: Context, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort) -> Array:
+def _shorter(
+    context: ProcedureContext, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort
+) -> Array:
     """A path with the same ends, proven in the scenes of all ways, no longer than the one given."""
     part = ways[0]
     n, hand = part.scene.robot(robot).planned, path[0, part.scene.robot(robot).planned :]
@@ -233,7 +235,7 @@ def _shorter(context: Context, path: Array, ways: Sequence[MotionPart], robot: s
     for number in range(effort.ways if keep is None else min(1, effort.ways)):  # keeping one is slow
         samples = context.path_samples
         other = way_to(part.scene.workspace(robot), path[0], path[-1], (*key, number), samples, keep)
-        if not isinstance(other, Refused):
+        if not isinstance(other, Refusal):
             found.append(np.array(other))
     proven_ones = [p for p in found if p is path or all(free(a[:n], b[:n]) < 0 for a, b in _pairs(p))]
     best = min(proven_ones, key=_length)
@@ -286,7 +288,7 @@ def _point(path: Array, passed: Array, at: float) -> Array:
 
 
 def _with(
-    context: Context,
+    context: ProcedureContext,
     start: Situation,
     acts: list[ActMotion],
     run: Run,
@@ -326,7 +328,7 @@ def _rebuilt(legs: Sequence[Leg], freedoms: Freedoms, run: Run, act: int, portio
     return tuple(motion)
 
 
-def _end(motion: Sequence[Segment], robot: str, context: Context, before: Situation) -> Component:
+def _end(motion: Sequence[Segment], robot: str, context: ProcedureContext, before: Situation) -> Component:
     """Where a robot is after a motion."""
     names, q = context.scene.robots[robot].joint_names, list(before.configuration(robot))
     for segment in motion:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Context, Situation, contacts, supports
+from kabo.geometry_server import ProcedureContext, Situation, contacts, supports
 from kabo.plan import Segment
 from kabo.scene import attachment
 from kabo.scene.transforms import inverse
@@ -47,7 +47,7 @@ class Leg:
         return replace(self.segment, waypoints=kept, times=tuple(float(k) for k in range(len(kept))))
 
 
-def legs_of(context: Context, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
+def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
     """The legs of a motion from a situation on.
 
     None where this walk does not follow: several robots, things that hang on things, a start elsewhere.
@@ -69,7 +69,7 @@ def legs_of(context: Context, situation: Situation, motion: Sequence[Segment]) -
     return found
 
 
-def proven(context: Context, situation: Situation, motion: Sequence[Segment]) -> bool:
+def proven(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> bool:
     """Whether a motion is proven free, and to keep its constraints, for every value that a situation leaves open."""
     legs = legs_of(context, situation, motion)
     return legs is not None and all(leg_proven(leg) for leg in legs)

@@ -1,4 +1,4 @@
-"""How much earlier a motion may begin than the one before it ends: as far as the two can never meet.
+"""How much earlier a motion may begin than the previous one ends, so that the two can never meet.
 
 The sweeps of the last segments of the one and of the whole other one are proven apart whatever the times [K Def. 1.3]:
 an arm that is late does no harm. That everything else stays apart was proven for each of them already.
@@ -11,16 +11,16 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import Motion, MovingGroup
-from kabo.geometry_server import Context, ScenePredicates, Situation
+from kabo.geometry_server import ProcedureContext, ScenePredicates, Situation
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.planner.refine.timing import duration
 from kabo.scene.transforms import flat, transform
 
-DECIMALS = 6  # of times
-LEAST = 0.01  # s: less is not worth the care
-ROUNDING = 1e-9  # m: of poses
-CLOSE = 150  # couples of bodies and pieces whose boxes meet: more are taken to meet, without a proof
+DECIMALS = 6  # of times in seconds
+LEAST_OVERLAP_S = 0.01  # seconds; a smaller overlap is not used
+ROUNDING_M = 1e-9  # metres by which boxes grow for the rounding of poses
+MAX_CLOSE_PAIRS = 150  # pairs of moving bodies whose boxes meet; with more, the motions count as meeting
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,9 @@ class SituatedMotion:
     motion: tuple[Segment, ...]
 
 
-def greatest_overlap(context: Context, first: SituatedMotion, second: SituatedMotion, most: float) -> float:
+def greatest_overlap(
+    context: ProcedureContext, first: SituatedMotion, second: SituatedMotion, most: float
+) -> float:
     """The greatest time [s] by which the second motion may begin before the first ends: a sum of whole segments.
 
     Args:
@@ -50,7 +52,7 @@ def greatest_overlap(context: Context, first: SituatedMotion, second: SituatedMo
             break
         reached = end - leg.segment.times[0]
     found = np.floor(min(reached, limit) * 10**DECIMALS) / 10**DECIMALS
-    return float(found) if found >= LEAST else 0.0
+    return float(found) if found >= LEAST_OVERLAP_S else 0.0
 
 
 def _of(moved: SituatedMotion) -> tuple[Situation, tuple[Segment, ...]]:
@@ -93,13 +95,13 @@ def _box(swept: Any) -> Array:
     for pose in swept.poses:
         turn, centre = pose[:9].reshape(3, 3), swept.extents[:, :3]
         middle, half = centre @ turn.T + pose[9:], swept.extents[:, 3:] @ np.abs(turn).T
-        grown = half + swept.bounds[:, :1] + ROUNDING
+        grown = half + swept.bounds[:, :1] + ROUNDING_M
         low = np.minimum(low, (middle - grown).min(axis=0))
         high = np.maximum(high, (middle + grown).max(axis=0))
     return np.array([low, high])
 
 
-def _may_meet(context: Context, first: _Body, second: _Body) -> bool:
+def _may_meet(context: ProcedureContext, first: _Body, second: _Body) -> bool:
     """Whether what moves on two legs may meet, each anywhere on its own way."""
     shape = first.low.shape[:2], second.low.shape[:2]
     mine, theirs = (body.low.reshape(-1, 3) for body in (first, second))
@@ -111,10 +113,12 @@ def _may_meet(context: Context, first: _Body, second: _Body) -> bool:
     close = [(divmod(int(i), shape[0][1]), divmod(int(k), shape[1][1])) for i, k in np.argwhere(near)]
     never = context.surroundings.never_collide
     close = [each for each in close if not never(first.names[each[0][1]], second.names[each[1][1]])]
-    return len(close) > CLOSE or any(_meet(context, first, second, *each) for each in close)
+    return len(close) > MAX_CLOSE_PAIRS or any(_meet(context, first, second, *each) for each in close)
 
 
-def _meet(context: Context, first: _Body, second: _Body, mine: tuple[int, int], theirs: tuple[int, int]) -> bool:
+def _meet(
+    context: ProcedureContext, first: _Body, second: _Body, mine: tuple[int, int], theirs: tuple[int, int]
+) -> bool:
     predicates = ScenePredicates(context.surroundings, context.scene.start)
     alone = [
         Motion(body.motion.tree, (body.motion.bodies[number],), body.motion.waypoints[piece : piece + 2])

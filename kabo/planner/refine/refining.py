@@ -1,8 +1,8 @@
-"""Refinement of a plan that was found: its linear stretches are joined and their motion made better, never worse.
+"""Refinement of a plan that was found: the motion of its linear stretches is made shorter, never longer.
 
-A stretch is a chain of nodes with one way in and one way out. What is known, done and proven stays: each stretch begins
-and ends where it did, unless only the goal follows, and all that is changed is proven free anew, for every value that is
-possible there.
+A stretch is a chain of nodes with one way in and one way out. Actions, knowledge and proofs are kept: each stretch
+begins and ends where it did, unless only the goal follows, and every changed motion is proven free anew, for every value
+that is possible there.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,15 +23,15 @@ from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
 from kabo.planner.refine.timing import duration, timed
 from kabo.tasks.procedures import GeometricProcedures
 
-SAMPLES = 20_000  # of tasks, for other solutions
-BETTER = 1e-6  # rad, s: less is no difference
+SAMPLES = 20_000  # samples that tasks may draw for other solutions
+BETTER = 1e-6  # rad or s by which a motion has to differ to count as longer
 
 
 @dataclass(frozen=True)
 class RefinementFigures:
     """Length [rad or m, L2] and duration [s] of the longest branch, before and after, and the sum of all overlaps [s].
 
-    Both durations keep the limits of acceleration, so that they can be compared.
+    Both durations respect the limits of acceleration, so that they can be compared.
     """
 
     length_found: float
@@ -56,11 +56,11 @@ class RefinementFigures:
 def refine(
     variants: tuple[Variant, ...], server: GeometricProcedures, *, samples: int = SAMPLES
 ) -> RefinementFigures:
-    """Gives the variants of a plan better motion, in place, and says how much better.
+    """Improves the motion of the variants of a plan, in place; returns by how much.
 
     Args:
         variants: of an evaluation in which every call succeeded; the first is the root.
-        server: that answered them; when it says stop, the rest stays as it is.
+        server: that answered them; when its run is to stop, the remaining motion stays as it is.
         samples: how many may be drawn for other solutions.
     """
     began = perf_counter()
@@ -85,7 +85,7 @@ def refine(
 
 
 def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
-    """What may be changed of a node's motion."""
+    """Which parts of a node's motion may be changed."""
     if stop.call is None:
         return NONE
     bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())
@@ -94,7 +94,7 @@ def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
 
 # ------------------------------------------------------------------------------------------------------ refinement
 def _refine(stretch: Sequence[Stop], server: GeometricProcedures) -> None:
-    """The stretch with shorter motion.
+    """Makes the motion of a stretch shorter.
 
     Raises:
         CutOff: time or budget is spent; the stretch is as it was.
@@ -116,7 +116,7 @@ def _refine(stretch: Sequence[Stop], server: GeometricProcedures) -> None:
 
 
 def _retime(stops: Sequence[Stop], server: GeometricProcedures) -> None:
-    """New times for all motion."""
+    """Times all motion anew."""
     for stop in stops:
         if stop.answer is not None:
             with suppress(CutOff):
@@ -134,7 +134,7 @@ def _timed(stop: Stop, answer: Success, server: GeometricProcedures) -> Success:
 
 
 class FoundMotion:
-    """The plan as it was found, timed within the same limits: what refinement has to be better than."""
+    """The plan as it was found, timed within the same limits, to compare with and to fall back on."""
 
     def __init__(self, stops: Sequence[Stop], server: GeometricProcedures) -> None:
         self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
@@ -146,14 +146,14 @@ class FoundMotion:
             stop.keep(situation, answer)
 
     def restore(self, stops: Sequence[Stop]) -> None:
-        """Puts back what was found."""
+        """Restores the plan as it was found."""
         for stop in stops:
             stop.keep(*self._timed[stop])
 
 
 # ---------------------------------------------------------------------------------------------------- both at once
 def let_overlap(stops: Sequence[Stop], server: GeometricProcedures) -> dict[Stop, float]:
-    """Lets motions begin before the one before has ended, where two robots then move apart; the overlaps [s]."""
+    """Lets motions begin before the previous one has ended, where the two robots never meet; the overlaps [s]."""
     made: dict[Stop, float] = {}
     for stop in stops:
         for after in stop.following:
@@ -174,7 +174,7 @@ def let_overlap(stops: Sequence[Stop], server: GeometricProcedures) -> dict[Stop
 
 
 def _independent(stop: Stop, after: Stop, server: GeometricProcedures) -> bool:
-    """Whether a node may begin while the one before still moves: other robots, other objects, nothing to wait for."""
+    """Whether a node may begin while the previous one still moves: other robots, other objects, no dependence."""
     actions = stop.first.node.action, after.first.node.action
     if stop.call is None or after.call is None or actions[0] is None or actions[1] is None:
         return False

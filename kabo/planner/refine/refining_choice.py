@@ -1,9 +1,9 @@
-"""Other solutions of the tasks of a stretch, where they make the plan's way shorter: dynamic programming along it.
+"""Other solutions of the tasks of a stretch that shorten the plan, by dynamic programming along the stretch.
 
 Tasks can be asked for their next solution: another grasp, another place, another branch of inverse kinematics. Along a
-stretch the shortest way to each state is kept for the few best states. An end that is a new one has to pay for what
-follows: nodes behind it keep their motion where that is still proven and what it moves is where it was; the others are
-asked anew, and the sum over the whole plan decides.
+stretch the shortest way to each state is kept for the few best states. A new end of the stretch changes what follows: nodes
+behind it keep their motion where that is still proven and what it moves is where it was; the others are planned anew,
+and the length of the whole plan decides.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,21 +18,23 @@ from kabo.planner.refine.legs import proven
 from kabo.planner.refine.refining_stops import Stop
 from kabo.tasks.procedures import GeometricProcedures
 
-SOLUTIONS, BEAM = 3, 4  # of each task; of states that are kept
-ENDS, AGAIN = 2, 1  # of a stretch that are followed; solutions of what follows
-GAIN = 1e-3  # rad: less is not worth a change
+MAX_SOLUTIONS = 3  # solutions of each task along a stretch
+BEAM_WIDTH = 4  # states that are kept after each node
+MAX_ENDS = 2  # ends of a stretch with which the whole plan is tried
+MAX_SOLUTIONS_BEHIND = 1  # solutions of each task behind a stretch with a new end
+LEAST_GAIN = 1e-3  # rad by which the plan has to get shorter
 
 
 @dataclass(frozen=True)
 class PlanDraft:
-    """What every node moves, and the situation in which it begins."""
+    """The answer of every node's call, and the situation in which it begins."""
 
     answers: Mapping[Stop, Success | None]
     situations: Mapping[Stop, Situation]
 
     @property
     def cost(self) -> float:
-        """The length of all ways [rad or m, L2], those of each node once."""
+        """The length of all motion [rad or m, L2], each node counted once."""
         return sum(map(length, self.answers.values()))
 
 
@@ -43,7 +45,7 @@ def length(answer: Success | None) -> float:
 
 @dataclass(frozen=True)
 class _Way:
-    """A way along a stretch so far."""
+    """The answers along a stretch so far, their length, and the situation after them."""
 
     cost: float
     situation: Situation
@@ -52,7 +54,7 @@ class _Way:
 
 @dataclass
 class AlternativeChoice:
-    """Looks for shorter solutions along the stretches of a plan; `order` has each node before those that follow it."""
+    """Searches for shorter solutions along the stretches of a plan; `order` is topological."""
 
     server: GeometricProcedures
     order: Sequence[Stop]
@@ -69,16 +71,16 @@ class AlternativeChoice:
         return self.server.statistics.samples - self._began > self.samples or self.server.stop()
 
     def shorten(self, stretch: Sequence[Stop]) -> None:
-        """Takes other solutions along a stretch, if the whole plan is shorter then."""
+        """Replaces solutions along a stretch where that makes the whole plan shorter."""
         if self.spent or _is_held(stretch):
             return
         best = self.draft
         with suppress(CutOff):  # what is better until then is taken
-            for way in self._ways(stretch)[:ENDS]:
+            for way in self._ways(stretch)[:MAX_ENDS]:
                 forced = dict(zip(stretch, way.answers, strict=True))
                 if all(forced[stop] is self.draft.answers[stop] for stop in stretch):
                     continue
-                found = self._settled(forced, best.cost - GAIN)
+                found = self._settled(forced, best.cost - LEAST_GAIN)
                 if found is not None:
                     best = found
                 if self.spent:
@@ -92,17 +94,17 @@ class AlternativeChoice:
         for stop in stretch:
             reached: dict[object, _Way] = {}
             for way in ways:
-                for answer in self._solutions(stop, way.situation, SOLUTIONS):
+                for answer in self._solutions(stop, way.situation, MAX_SOLUTIONS):
                     after = way.situation if answer is None else way.situation.replace(answer.changes)
                     on = _Way(way.cost + length(answer), after, (*way.answers, answer))
                     known = reached.get(after.key)
                     if known is None or on.cost < known.cost:
                         reached[after.key] = on
-            ways = sorted(reached.values(), key=lambda way: way.cost)[:BEAM]
+            ways = sorted(reached.values(), key=lambda way: way.cost)[:BEAM_WIDTH]
         return ways
 
     def _solutions(self, stop: Stop, situation: Situation, count: int) -> Iterator[Success | None]:
-        """The first solutions of a node's task in a situation; what it has now is one of them where it is possible."""
+        """The first solutions of a node's task in a situation; its present one comes first where it is still possible."""
         now, call = self.draft.answers[stop], stop.call
         if call is None or now is None:
             yield None
@@ -120,7 +122,7 @@ class AlternativeChoice:
 
     # -------------------------------------------------------------------------------------------- the whole plan
     def _settled(self, forced: Mapping[Stop, Success | None], most: float) -> PlanDraft | None:
-        """The plan with some answers forced, all that follows made to fit; None if it cannot be, or costs more."""
+        """The plan with some answers given and all others made to fit; None if impossible, or longer than `most`."""
         arriving: dict[Stop, Situation] = {self.order[0]: self.draft.situations[self.order[0]]}
         answers: dict[Stop, Success | None] = {}
         cost = 0.0
@@ -146,7 +148,7 @@ class AlternativeChoice:
         return PlanDraft(answers, arriving)
 
     def _fitting(self, stop: Stop, situation: Situation) -> tuple[Success | None] | None:
-        """What a node does in a situation: as before, if that is proven, else the shortest of its first solutions."""
+        """The answer of a node in a situation: the present one if it is still proven, else the shortest new solution."""
         now, call, before = self.draft.answers[stop], stop.call, self.draft.situations[stop]
         if now is None or call is None or situation.key == before.key:
             return (now,)
@@ -156,11 +158,11 @@ class AlternativeChoice:
         stays = all(situation.values(name) == before.values(name) for name in single)
         if stays and proven(self.server.server.context(), situation, now.motion):
             return (now,)
-        found = [each for each in self._solutions(stop, situation, AGAIN) if each is not None]
+        found = [each for each in self._solutions(stop, situation, MAX_SOLUTIONS_BEHIND) if each is not None]
         return (min(found, key=length),) if found else None
 
 
 def _is_held(stretch: Sequence[Stop]) -> bool:
-    """Whether a stretch of one node leads to where others come to as well: it has nothing to choose."""
+    """Whether a stretch is a single node before a node where branches meet: its end cannot change."""
     following = [after for after in stretch[-1].following if not after.is_goal]
     return len(stretch) == 1 and bool(following) and all(after.ways_in > 1 for after in following)

@@ -1,4 +1,4 @@
-"""The nodes of a plan before it is written: equal variants of the search as one stop, and linear stretches of stops."""
+"""Stops, the nodes of a plan before it is written: equal variants merged; and linear stretches of stops."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from kabo.tasks.procedures import GeometricProcedures
 
 @dataclass(eq=False)
 class Stop:
-    """One node of the plan to be: variants of the search that are equal, and every situation that they begin in."""
+    """One node of the future plan: equal variants, and the union of the situations in which they begin."""
 
     variants: list[Variant]
     situation: Situation
@@ -22,27 +22,27 @@ class Stop:
 
     @property
     def first(self) -> Variant:
-        """Any of its variants: they differ in nothing that matters."""
+        """The first of its variants; they differ in nothing that matters here."""
         return self.variants[0]
 
     @property
     def answer(self) -> Success | None:
-        """What it moves, if it moves."""
+        """The answer of its call, if it has one that succeeded."""
         return self.first.answer if isinstance(self.first.answer, Success) else None
 
     @property
     def call(self) -> GroundCall | None:
-        """What it asks of geometry, if anything."""
+        """Its call of a procedure, or None."""
         action = self.first.node.action
         return None if action is None else action.call
 
     @property
     def is_goal(self) -> bool:
-        """Whether nothing is done, nor decided, here."""
+        """Whether it is the goal node: no action, no branch."""
         return self.first.node.action is None and not self.following
 
     def keep(self, situation: Situation, answer: Success | None) -> None:
-        """Writes back into the variants what was found for them."""
+        """Sets the situation of its variants, and their answer unless that is None."""
         self.situation = situation
         for variant in self.variants:
             variant.situation = situation
@@ -50,7 +50,7 @@ class Stop:
                 variant.answer = answer
 
     def let_begin_early(self, overlap: float) -> None:
-        """Its motion begins before the one before it has ended, by so much [s]."""
+        """Sets by how much [s] its motion begins before the previous one has ended."""
         for variant in self.variants:
             variant.overlap = overlap
 
@@ -75,7 +75,7 @@ def stops_of(variants: tuple[Variant, ...], server: GeometricProcedures) -> list
 
 
 def _in_order(stops: Sequence[Stop]) -> list[Stop]:
-    """Each stop before those that follow it: as variants come, but for equal ones."""
+    """The stops in topological order, duplicates merged."""
     waiting, open_ = {stop: stop.ways_in for stop in stops}, [stops[0]]
     for stop in open_:  # the list grows while it is walked
         for follower in stop.following:
@@ -86,7 +86,7 @@ def _in_order(stops: Sequence[Stop]) -> list[Stop]:
 
 
 def stretches_of(stops: Sequence[Stop]) -> Iterator[list[Stop]]:
-    """Every linear stretch, in order: one way in and one way out of each of its nodes but for its ends."""
+    """Every linear stretch, in order: its inner nodes have one predecessor and one successor each."""
     taken: set[Stop] = set()
     for first in stops:
         stretch: list[Stop] = []

@@ -9,14 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from kabo.geometry_server import Context, Situation
-from kabo.motion import passed
+from kabo.geometry_server import ProcedureContext, Situation
+from kabo.motion import from_rest_to_rest
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.scene import Robot
 from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 
-RAMP = 0.25  # s from rest to the velocity limit, where the scene sets no acceleration
+RAMP = 0.25  # seconds from rest to the velocity limit, where the scene sets no acceleration
 DEVIATION = 0.05  # rad, L2: how far a rounded corner passes by its way point
 MOVING = 1e-6  # rad: less is no motion
 
@@ -31,7 +31,7 @@ def limits_of(robot: Robot) -> TimingLimits:
 
 
 def timed(
-    context: Context, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
+    context: ProcedureContext, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
 ) -> list[Segment]:
     """A motion with new times, and denser way points; what cannot be timed so keeps its own times.
 
@@ -109,7 +109,7 @@ def _rested(group: Sequence[Leg], robot: Robot) -> list[Segment]:
     """The segments with a rest at every way point."""
     found, limits = list[Segment](), limits_of(robot)
     for leg in group:
-        rows, times = passed(leg.segment.waypoints, limits.velocity, limits.acceleration)
+        rows, times = from_rest_to_rest(leg.segment.waypoints, limits.velocity, limits.acceleration)
         way = tuple(tuple(round(float(v), 9) + 0.0 for v in q) for q in rows)
         found.append(replace(leg.segment, waypoints=way, times=tuple(map(float, times))))
     return found

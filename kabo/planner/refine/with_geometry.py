@@ -7,7 +7,7 @@ from dataclasses import replace
 from time import perf_counter
 
 from kabo.geometry_server import GeometryServer
-from kabo.geometry_server.answers import Failure
+from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
 from kabo.planner.certify.certifying import UNFINISHED, certified
@@ -18,12 +18,12 @@ from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.refine.refining import refine
 from kabo.planner.result import Result
-from kabo.planner.run import PlanningRun, statistics_of
+from kabo.planner.run import SolveRun, statistics_of
 from kabo.scene import load_scene
 from kabo.tasks.procedures import GeometricProcedures
 
 
-def load_procedures(run: PlanningRun) -> GeometricProcedures:
+def load_procedures(run: SolveRun) -> GeometricProcedures:
     """The procedures of the problem's scene; from now on the run also stops when its samples are used up.
 
     Raises:
@@ -43,7 +43,7 @@ def load_procedures(run: PlanningRun) -> GeometricProcedures:
     return GeometricProcedures(server, None if domain is None else domain.parent)
 
 
-def finished(run: PlanningRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
+def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
     """The result with the plan of an evaluation: its motion refined, and its certificate made, as far as asked for.
 
     `run.on_found` is called with the plan as it is first, if either is still to be done.
@@ -65,7 +65,7 @@ def finished(run: PlanningRun, variants: tuple[Variant, ...], server: GeometricP
 
 def unsuccessful_calls(
     geometry: RefusalTable | EagerGeometry, server: GeometricProcedures
-) -> list[tuple[GroundCall, Failure]]:
+) -> list[tuple[GroundCall, Refusal]]:
     """Every call that was refused, with its first failure; also those that no refusal is recorded of any more.
 
     These were refused with few samples, and the run was cut off before they were asked with more.
@@ -73,22 +73,22 @@ def unsuccessful_calls(
     found = geometry.failures()
     known = {call for call, _ in found}
     more = ((call, record) for call, record in server.records.of.items() if call not in known)
-    return [*found, *((call, each.places[0].failure) for call, each in more if each.places and not each.successes)]
+    return [*found, *((call, each.places[0].refusal) for call, each in more if each.places and not each.successes)]
 
 
-def _assembled(run: PlanningRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:
+def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:
     """The plan as it is written, with what grants its contacts."""
     assert run.problem.scene is not None
     plan = assemble(run.problem, variants, server, files_read(run.problem, server), run.options.written())
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
 
 
-def _uncertified(run: PlanningRun, plan: Plan) -> Plan:
+def _uncertified(run: SolveRun, plan: Plan) -> Plan:
     """The plan as it is before its certificate is made: it says that the certificate is missing, and why."""
     return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
 
 
-def _certified(run: PlanningRun, plan: Plan, server: GeometricProcedures) -> Plan:
+def _certified(run: SolveRun, plan: Plan, server: GeometricProcedures) -> Plan:
     """The plan with its certificate, if the run makes one and there is time; no samples are drawn any more."""
     if not run.certifies:
         return plan

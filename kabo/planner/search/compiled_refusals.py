@@ -1,8 +1,8 @@
-"""A ledger as part of a finite-domain task: refusals become conditions, lineages values, what is doubtful costs more.
+"""The refusal table compiled into a finite-domain task: refusals become conditions, suspicions become costs.
 
-Each component that a refusal names gets a variable: which of its named lineages it has, or another one. Calls set it;
-an operator is split by the conditions under which its call is not refused, and once more by those under which nothing
-speaks against it. So the packed searches see all that was learnt from geometry, and plan around it at their speed.
+Each component that a refusal names gets a variable, whose value is one of the named provenances, or another one. Calls
+set it. An operator is split by the conditions under which its call is not refused, and again by those under which no
+suspicion holds. So the packed searches take all that was learnt from geometry into account, at their full speed.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,14 +14,14 @@ from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.skeleton import LearntRefusals, Pattern, Provenance
 
-OTHER = 0  # the value of a lineage that nothing names
+OTHER = 0  # the value of a variable whose provenance is not named
 
 Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
 
 
 @dataclass(frozen=True)
 class LearntTask:
-    """A task with what was learnt: its operators' attempts, and whether no possible way was left out."""
+    """A task with what was learnt: the attempt of each operator, and whether no alternative was left out."""
 
     compiled: CompiledTask
     attempts: tuple[int, ...]
@@ -29,12 +29,12 @@ class LearntTask:
 
 
 def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> LearntTask:
-    """A finite-domain task, whose operators are owned by actions, with what a ledger has learnt.
+    """A finite-domain task, whose operators are owned by actions, with the refusals that were learnt.
 
     Args:
         base: the task without geometry.
-        actions: of the knowledge task, by the numbers that own operators.
-        book: the ledger's refusals, suspicions and lineages.
+        actions: of the knowledge task, by index: operators name their owner by it.
+        book: the refusals, suspicions and provenances.
     """
     return _Learnt(base, actions, book).made()
 
@@ -75,7 +75,7 @@ class _Learnt:
         return LearntTask(CompiledTask(task), tuple(attempts), self.whole)
 
     def _with_call(self, plain: Operator, call: GroundCall) -> Iterable[tuple[Operator, int]]:
-        """The operator for every attempt that is open, where it is not refused; first where nothing is in its way."""
+        """An operator for every attempt that remains, where it is not refused; those without a suspicion come first."""
         refusals = self.book.refusals.get(call, ())
         often = min(tuning.REFUSAL_PRICE * len(refusals), tuning.MAX_REFUSAL_PRICE)
         for attempt in range(self.book.attempts):
@@ -100,7 +100,7 @@ class _Learnt:
                 yield made, attempt
 
     def _leading(self, call: GroundCall, attempt: int) -> list[Pattern]:
-        """Where an attempt led to something that is named: what its samples depended on there."""
+        """The patterns in which an attempt led to a named provenance."""
         return list(dict.fromkeys(reads for _, reads in self._made.get((call, attempt), ())))
 
     def _effects(self, call: GroundCall, attempt: int) -> Iterable[Effect]:
@@ -116,11 +116,11 @@ class _Learnt:
                     yield Effect(conditions, number, self._value[entry])
 
     def _holding(self, pattern: Pattern) -> Allowed:
-        """The values with which a pattern of named lineages holds."""
+        """The values of variables with which a pattern of provenances holds."""
         return {self._number[i]: frozenset([self._value[i, number]]) for i, number in pattern}
 
     def _avoiding(self, ways: Sequence[Allowed], patterns: Iterable[Pattern]) -> list[Allowed]:
-        """The ways among these in which none of the patterns holds, none of them part of another."""
+        """The given conditions, narrowed so that none of the patterns holds; none of them contains another."""
         found = list(ways)
         for pattern in sorted(dict.fromkeys(patterns), key=lambda p: (len(p), sorted(p))):
             split = [narrowed for way in found for narrowed in self._without(way, pattern)]
@@ -142,7 +142,7 @@ class _Learnt:
 
 
 def _largest(ways: Sequence[Allowed]) -> list[Allowed]:
-    """The ways without those that another one contains; of equals the first."""
+    """The conditions without those that another one contains; of equals the first."""
     kept: list[Allowed] = []
     for way in ways:
         if not any(_contains(other, way) for other in kept):

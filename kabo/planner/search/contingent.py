@@ -1,12 +1,12 @@
 """Contingent search: a plan in which every leaf fulfils the goal [K 3.3, ch. 6].
 
-Solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
-solve the node behind *every* outcome. What the continuation needs is then known by regression, and it serves every
-node that has it. If some outcome cannot be solved, the step is banned at this node, and the next weak plan goes
-elsewhere.
+To solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
+solve the node behind *every* outcome. Regression then tells which facts the continuation needs, and it solves every
+node that has them. If some outcome cannot be solved, the step is banned at this node, and the next weak plan must
+begin with another one.
 
 Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
-ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
+ancestors that would have to be visited again (`nogoods.py`); only a failure that names none is a proof.
 """
 
 from collections.abc import Callable, Generator, Hashable
@@ -22,9 +22,9 @@ from kabo.planner.search.fixpoint import Fixpoint
 from kabo.planner.search.heuristics import DEFAULT_HEURISTIC
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
-from kabo.planner.search.nogoods import Failure, Failures
+from kabo.planner.search.nogoods import Nogood, Nogoods
 from kabo.planner.search.packed import PackedTask
-from kabo.planner.search.regression import Explanation
+from kabo.planner.search.regression import Regression
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -38,7 +38,7 @@ from kabo.planner.search.skeleton import (
 from kabo.planner.search.solved import Memo, Solved
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
 
-Outcome = Solved | Failure
+Outcome = Solved | Nogood
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
 
 
@@ -56,10 +56,10 @@ def find_skeleton(
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a word of `Search`; None is the best all-round one.
-        geometry: what may be refused and which attempts there are; None for purely symbolic planning.
+        search: how weak plans are found, a word of `Search`; None for the default of `Options`.
+        geometry: which calls are refused, and which attempts remain; None for purely symbolic planning.
         limits: the budget; None is unlimited.
-        on_progress: called now and then with the statistics so far.
+        on_progress: called periodically with the statistics so far.
         packed: the same task prepared for packed searches by an earlier call; None prepares it where it is needed.
         heuristic: what estimates states of knowledge, a key of `HEURISTICS`.
 
@@ -87,9 +87,10 @@ def find_skeleton(
 def _attempts(
     task: GroundedTask, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter, heuristic: str
 ) -> Outcome:
-    """Searches; `best` starts over with other hopes where one dead end follows the other.
+    """Searches; where dead ends accumulate, `best` restarts assuming other sensing outcomes.
 
-    Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
+    Where they still accumulate, the fixpoint over all nodes takes turns with the search: it ends if there are
+    finitely many nodes.
     """
     for assume_last in (True, False) if search == "best" else ():
         space = SearchSpace(task, geometry, may_wait, assume_last, heuristic)
@@ -99,7 +100,7 @@ def _attempts(
             )
         except _TooManyDeadEnds:
             continue
-        return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
+        return outcome if isinstance(outcome, Nogood) else _smaller(outcome, space, counter)
     space = SearchSpace(task, geometry, may_wait, heuristic=heuristic)
     looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
@@ -110,9 +111,9 @@ def _attempts(
 
 
 def _smaller(found: Solved, space: SearchSpace, counter: Counter) -> Solved:
-    """The plan, or the smaller one that a second search finds, which breaks ties the other way; for small problems.
+    """The plan, or a smaller one from a second search that breaks ties the other way; small symbolic problems only.
 
-    With geometry a plan is only a proposal, and a second one would be asked for in vain.
+    With geometry a skeleton is only a proposal, and the smaller one would be refused as often.
     """
     spent = counter.expanded
     if spent > tuning.SECOND_SEARCH_EXPANSIONS or space.geometry is not None:
@@ -132,11 +133,11 @@ def _nodes(solved: Solved) -> int:
 
 
 class _TooManyDeadEnds(Exception):
-    """Ends an attempt from within; never leaves this module."""
+    """Too many choices failed in this attempt; caught in this module."""
 
 
 class _OutcomeKnown(Exception):
-    """Ends an attempt whose outcome was found by looking at every node; never leaves this module."""
+    """The fixpoint has found the outcome of the attempt; caught in this module."""
 
     def __init__(self, outcome: Outcome) -> None:
         self.outcome = outcome
@@ -144,7 +145,7 @@ class _OutcomeKnown(Exception):
 
 
 class _ExhaustiveCheck:
-    """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
+    """The fixpoint over all nodes, in turns with a search that fails often; with geometry it only proves failures."""
 
     def __init__(self, task: GroundedTask, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
         self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
@@ -152,7 +153,7 @@ class _ExhaustiveCheck:
         self._nodes: Fixpoint | None = None  # made when it is first needed
 
     def __call__(self) -> int | None:
-        """How many more choices may fail if that has not ended yet; None: any number.
+        """Runs the fixpoint for one turn; how many more choices may fail before the next turn, None for any number.
 
         Raises:
             _Decided: it has.
@@ -160,7 +161,7 @@ class _ExhaustiveCheck:
         self._nodes = self._nodes or Fixpoint(SearchSpace(self._task, None, self._may_wait), self._counter)
         found = self._nodes.solve(max(tuning.MIN_FIXPOINT_NODES, self._counter.expanded))
         if found is False:
-            raise _OutcomeKnown(Failure(frozenset()))
+            raise _OutcomeKnown(Nogood(frozenset()))
         if isinstance(found, Solved):
             if self._takes_plans:
                 raise _OutcomeKnown(found)
@@ -174,7 +175,7 @@ def _give_up() -> int | None:
 
 
 class _Contingent:
-    """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
+    """One contingent search: its memo of solved continuations, its nogoods, and the nodes being solved."""
 
     def __init__(
         self,
@@ -189,58 +190,58 @@ class _Contingent:
         self.space = space
         self.search = search
         self.counter = counter
-        self.explanation = Explanation(space)
+        self.regression = Regression(space)
         self.memo = Memo(space.task.functional)
-        self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
+        self.nogoods = Nogoods(less_is_less=space.geometry is None and space.task.less_is_less)
         self.builder = SkeletonBuilder()
-        self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
+        self.first: dict[Hashable, list[int]] = {}  # node -> conjuncts of the goal to plan for first
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
-        """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
+        """Solves a node; `plan` is a weak plan from it that is followed first, or empty."""
         key = self.space.key(node)
-        outcome: Outcome | None = self.known(node) or self.failures.of_node(key, node[0])
+        outcome: Outcome | None = self.known(node) or self.nogoods.of_node(key, node[0])
         if outcome is not None:
             return outcome
-        self.failures.path.add(key)
+        self.nogoods.path.add(key)
         while True:
             weak = plan or self.weak_plan(node)
-            if isinstance(weak, Failure):
+            if isinstance(weak, Nogood):
                 outcome = weak
                 break
             outcome = yield self.follow(node, weak)
             if isinstance(outcome, Solved):
                 self.remember(node, outcome)
                 break
-            self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            self.nogoods.add_choice(key, choice_of(weak[0]), outcome)
             if self.is_doomed(node):
-                outcome = self.failures.add_nodes(key, node[0], [key], set())
+                outcome = self.nogoods.add_nodes(key, node[0], [key], set())
                 break
             if self.dead_ends is not None:
                 self.dead_ends -= 1
                 if self.dead_ends < 0:
                     self.dead_ends = self.when_spent()
             plan = []
-        self.failures.path.discard(key)
+        self.nogoods.path.discard(key)
         return outcome
 
     def follow(self, node: Node, plan: list[Step]) -> Solving:
-        """Takes the first step of a weak plan and solves whatever it may lead to."""
+        """Takes the first step of a weak plan and solves every node that it may lead to."""
         step, rest = plan[0], plan[1:]
         if isinstance(step, Assume):
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
         if self.space.confirmed_key(after) is None:
-            return Failure(frozenset())
+            return Nogood(frozenset())
         outcome = yield self.solve(after, rest)
-        if isinstance(outcome, Failure) or (step.action.call is None and self.also_solves(node, after, outcome)):
+        if isinstance(outcome, Nogood) or (step.action.call is None and self.also_solves(node, after, outcome)):
             return outcome
-        needed = self.explanation.before_action(node, step, after, outcome.needed)
+        needed = self.regression.before_action(node, step, after, outcome.needed)
         delivered = self.space.delivered(node, step, after)
         made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
         return Solved(needed, made, outcome.length + 1)
 
     def branch(self, node: Node, step: Assume, rest: list[Step]) -> Solving:
-        """Solves every outcome of a branching, the hoped one first: what it finds may serve the others."""
+        """Solves every outcome of a branching, the assumed one first: its continuation may solve the others as well."""
         branching, needed = step.branching, 0
         outcomes = self.space.outcomes(node, branching)
         children: dict[str, Solved] = {}
@@ -249,26 +250,26 @@ class _Contingent:
             if child is not assumed:
                 self.first[self.space.key(child)] = self.lost(assumed, child)
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
-            if isinstance(solved, Failure):
+            if isinstance(solved, Nogood):
                 return solved
-            needless = not children and self.explanation.ignores(branching, child, solved.needed)
+            needless = not children and self.regression.ignores(branching, child, solved.needed)
             if needless and self.also_solves(node, child, solved):
                 return solved  # whatever is sensed: no branch at all
-            needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
+            needed |= self.regression.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved
         if not children:
-            return Failure(frozenset())
+            return Nogood(frozenset())
         branches = tuple((outcome, children[outcome].node) for outcome, _ in outcomes)
         length = min(child.length for child in children.values())
         needed |= branching.entry | branching.excluded(node[0])
         return Solved(needed, self.builder.branch(branching.fact, branches), length)
 
-    def weak_plan(self, node: Node) -> list[Step] | Failure:
-        """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
+    def weak_plan(self, node: Node) -> list[Step] | Nogood:
+        """A weak plan from a node to the goal or to a solved node, sensing as late as possible; or why there is none."""
         first = self.first.pop(self.space.key(node), [])
         graph = WeakGraph(
             self.space,
-            self.failures,
+            self.nogoods,
             self.counter,
             lambda end: self.known(end) is not None,
             first,
@@ -279,15 +280,15 @@ class _Contingent:
         found = self.search(node, graph)
         self.counter.weak_searches += 1
         if found.path is None:
-            return self.failures.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
+            return self.nogoods.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
         steps = steps_of(found.path)
         delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
 
     def is_doomed(self, node: Node) -> bool:
-        """Whether what is unknown may turn out so that the goal is out of reach even relaxed, and that known at once.
+        """Whether some single sensing outcome makes the goal unreachable even under delete relaxation.
 
-        Judged only where nothing is inferred: there every single outcome is a possible world.
+        Decided only for tasks without inference: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
         if not task.closure.is_empty or self.search not in (ALGORITHMS["best"], newest_first):
@@ -301,42 +302,42 @@ class _Contingent:
         )
 
     def lost(self, assumed: Node, node: Node) -> list[int]:
-        """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
+        """The conjuncts of the goal that hold at the assumed node but not at this one; they are planned for first."""
         held_conjuncts = set(self.space.held_conjuncts(node))
         return [number for number in self.space.held_conjuncts(assumed) if number not in held_conjuncts]
 
     def also_solves(self, node: Node, after: Node, solved: Solved) -> bool:
-        """Whether what continues from `after` continues from `node` as well: the step between is needless."""
-        different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
+        """Whether the continuation of `after` also solves `node`, so that the step between them is not needed."""
+        different = self.regression.extended(node[0]) ^ self.regression.extended(after[0])
         return not different & solved.needed
 
     def may_follow(self, node: Node, steps: list[Step]) -> bool:
         """Whether no step of a reordered weak plan is known to fail."""
         for step in steps:
-            if self.failures.of_choice(self.space.key(node), choice_of(step)) is not None:
+            if self.nogoods.of_choice(self.space.key(node), choice_of(step)) is not None:
                 return False
             node = self.space.after(node, step)
-            if self.failures.of_node(self.space.key(node), node[0]) is not None:
+            if self.nogoods.of_node(self.space.key(node), node[0]) is not None:
                 return False
         return True
 
     def known(self, node: Node) -> Solved | None:
-        """The continuation of a node that fulfils the goal, or that an earlier continuation covers."""
+        """A continuation that is known to solve a node: it fulfils the goal, or an earlier continuation covers it."""
         if self.space.is_goal(node):
-            return Solved(self.explanation.goal(node), self.builder.goal, 0)
+            return Solved(self.regression.goal(node), self.builder.goal, 0)
         if self.memo.is_empty or self.space.task.open_branching(node[0]) is not None:
-            return None  # what stands open is branched on first
-        return self.memo.find(self.explanation.extended(node[0]), self.space.geometry_key(node))
+            return None  # open sensing results are branched on first
+        return self.memo.find(self.regression.extended(node[0]), self.space.geometry_key(node))
 
     def remember(self, node: Node, solved: Solved) -> None:
-        """Keeps a continuation for every node that has what it needs."""
+        """Stores a continuation, for every node that has the facts it needs."""
         self.counter.solved += 1
         if self.space.task.open_branching(node[0]) is None:
-            self.memo.add(self.explanation.extended(node[0]), self.space.geometry_key(node), solved)
+            self.memo.add(self.regression.extended(node[0]), self.space.geometry_key(node), solved)
 
 
 def _run(solving: Solving) -> Outcome:
-    """Runs a recursion of generators on a stack of its own: plans may be longer than Python's stack is deep."""
+    """Runs recursive generators on an explicit stack: plans may be longer than Python's stack is deep."""
     stack: list[Solving] = [solving]
     outcome: Outcome | None = None
     while stack:

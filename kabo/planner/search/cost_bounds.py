@@ -1,7 +1,7 @@
-"""What a weak plan costs at least, for A*: LM-cut over the delete relaxation of knowledge.
+"""Lower bounds of the cost of weak plans, for A*: LM-cut over the delete relaxation of knowledge.
 
-The relaxation takes every outcome of sensing at once and loses nothing that was ever known, so whatever a weak plan
-does can be done there, at no more cost.
+The relaxation takes every outcome of sensing at once and loses nothing that was ever known, so every weak plan is
+possible in it, at no more cost.
 """
 
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from kabo.language.formulas import GroundCall
 from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.delete_relaxation import Relaxation
 
-UNITS = 1000  # of cost 1: costs are rounded down to such parts, so that bounds stay bounds
+UNITS = 1000  # integer units of cost 1; costs are rounded down to them, so that bounds stay bounds
 
 
 class CostBounds:
-    """Lower bounds for one task, each found out once."""
+    """Lower bounds for one task, each computed once."""
 
     def __init__(self, task: GroundedTask, relaxation: Relaxation) -> None:
         self._task, self._relaxation = task, relaxation
@@ -32,7 +32,7 @@ class CostBounds:
         return LandmarkBound(relaxation.task.facts, relaxation.operators, goal, costs)
 
     def below(self, state: int) -> float | None:
-        """What any weak plan from the state costs at least; None: there is none."""
+        """A lower bound of the cost of weak plans from a state; None if there is no plan."""
         if state not in self._known:
             bound = self._landmarks.below(self._relaxation.true_in(state))
             self._known[state] = None if bound is None else bound / UNITS
@@ -55,5 +55,5 @@ class RelaxedPlans:
         return HeuristicValue(found.value, frozenset(found.preferred))
 
     def lower_bound(self, state: int) -> float | None:
-        """What any weak plan from the state costs at least; None: there is none."""
+        """A lower bound of the cost of weak plans from a state; None if there is no plan."""
         return self._bounds.below(state)

@@ -1,8 +1,8 @@
-"""The delete relaxation of a knowledge task: what would have to be learned and done if nothing were ever lost.
+"""The delete relaxation of a knowledge task: nothing that was ever true or known is lost.
 
-Facts of the relaxation are bits of knowledge states (known, known not, known whether …), that a bit is not set (where
-something asks for that), and that an atom is *unknown*: sensing takes this and gives both outcomes. What is known is
-never relaxed into unknown, unless an action forgets it; so sensing what is known helps nobody.
+Its facts are the bits of knowledge states (known, known not, known whether …); that a bit is not set, where some
+condition asks for it; and that an atom is *unknown*: sensing needs this and adds both outcomes. An atom that is known
+becomes unknown only where an action forgets it; so sensing what is known achieves nothing.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,8 +24,8 @@ class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
 
     def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
-        """Leaves out the actions with refused calls."""
-        builder = _RelaxationBuilder(task, [action for action in task.actions if action.call not in refused])
+        """The relaxation without the actions whose calls are `refused`."""
+        builder = _KnowledgeRelaxation(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
@@ -38,7 +38,7 @@ class Relaxation:
         self.task = RelaxedTask(len(asked), self.operators, ())
 
     def _needed(self, operators: Iterable[RelaxedOperator]) -> Iterator[RelaxedOperator]:
-        """The operators over the facts that are asked for."""
+        """The operators, restricted to facts that some condition asks for."""
         place = self._place
         kept: dict[tuple[int, ...], tuple[int, ...]] = {}  # operators share what they add
         for preconditions, made, cost, owner in operators:
@@ -79,11 +79,11 @@ class Relaxation:
         return bits.take(self._asked).view(np.bool_).nonzero()[0]
 
 
-class _RelaxationBuilder:
-    """Operators of the relaxation.
+class _KnowledgeRelaxation:
+    """Makes the operators of the relaxation.
 
-    Fact k: bit k is set; width + k: it is not; 2 width + k, of the bit of Kw or Kv: unknown so far, and of the bit
-    before it: sensed already and still open.
+    Fact k means that bit k is set, and fact width + k that it is clear. For the bit k of Kw or Kv, fact 2 width + k
+    means unknown so far, and fact 2 width + k - 1 means sensed and still open.
     """
 
     def __init__(self, task: GroundedTask, actions: Sequence[GroundAction]) -> None:
@@ -122,7 +122,7 @@ class _RelaxationBuilder:
 
     # ---------------------------------------------------------------------------------------------- conditions
     def facts_of(self, query: Query) -> tuple[int, ...]:
-        """Facts that must all be true for the query to be possible; numbers and geometry are left out."""
+        """Facts that must all be true before the query can hold; conditions on numbers and geometry are ignored."""
         match query:
             case AllOf(mask, value):
                 zeros = mask & ~value
@@ -137,7 +137,7 @@ class _RelaxationBuilder:
         return ()
 
     def _one_of(self, query: Query, parts: Iterable[Query]) -> int:
-        """A fact that any of the parts makes true."""
+        """A new fact that is true as soon as one of the parts is."""
         if query not in self._known:
             self._known[query] = self._fact()
             for part in parts:
@@ -150,7 +150,7 @@ class _RelaxationBuilder:
 
     # ------------------------------------------------------------------------------------------------- effects
     def _merged(self, effects: Effects) -> Sequence[Update]:
-        """The updates of an action, those with equal conditions as one, what it senses apart; actions share effects."""
+        """The updates of an action: equal conditions merged, sensing kept apart; cached, for actions share effects."""
         known = self._updates.get(id(effects))
         if known is None:
             known = self._updates[id(effects)] = list(self._merge(effects))
@@ -210,7 +210,7 @@ class _RelaxationBuilder:
         self._all_but_one([member.fails for member in entry.members], entry.members, active)
 
     def _all_but_one(self, fails: Sequence[int], claims: Sequence[Claim], also: tuple[int, ...]) -> None:
-        """Each claim follows from all others' failing; by facts for all before and all behind, linear in size."""
+        """Axioms: each claim follows if all others fail; facts for prefixes and suffixes keep their number linear."""
         numbers = [_number(bit) for bit in fails]
         before, behind = self._running(numbers), self._running(numbers[::-1])[::-1]
         for i, claim in enumerate(claims):
@@ -219,7 +219,7 @@ class _RelaxationBuilder:
             self._axiom((*left, *right, *also), self._changed(claim.makes, 0))
 
     def _running(self, numbers: Sequence[int]) -> list[int]:
-        """For each place a fact that all up to there are true."""
+        """For each position a fact that is true if all up to there are."""
         running = list(numbers[:1])
         for number in numbers[1:]:
             fact = self._fact()

@@ -1,9 +1,9 @@
 """Every node that can be reached, each expanded once; then what is solved, from the goals backwards, to a fixpoint.
 
-Following one weak plan after the other finds plans soon, but proves failures slowly: each holds only for the ancestors
-that stood in its way, and where everything leads back to everything there are exponentially many of them. Here a node is
-solved if the goal holds, or if some choice leads to solved nodes only. So a search on finitely many nodes ends, after as
-many expansions as there are nodes.
+Following one weak plan after the other finds plans soon, but proves failures slowly: each failure holds only below the
+ancestors that it names, and in strongly connected spaces there are exponentially many sets of ancestors. Here a node is
+solved if the goal holds, or if some choice leads to solved nodes only. So a search over finitely many nodes ends after
+as many expansions as there are nodes.
 """
 
 from collections.abc import Hashable
@@ -17,7 +17,7 @@ from kabo.planner.search.weak_plans import Counter
 
 @dataclass
 class _Choice:
-    """Something that can be done at a node, and the nodes that it may lead to; `open` of them are not solved yet."""
+    """A choice at a node, and the nodes that it may lead to; `open` of them are not solved yet."""
 
     node: int
     step: Act | Assume
@@ -27,7 +27,7 @@ class _Choice:
 
 @dataclass
 class Fixpoint:
-    """The nodes of a space as far as they have been looked at."""
+    """The nodes of a space that were generated so far, and which of them are solved."""
 
     space: SearchSpace
     counter: Counter
@@ -42,7 +42,7 @@ class Fixpoint:
         self._number(self.space.start)
 
     def solve(self, limit: int) -> Solved | bool:
-        """A plan from the start; False: there is none; True: there are more than `limit` further nodes.
+        """A plan from the start; False if there is none; True if more than `limit` further nodes are left to expand.
 
         Raises:
             BudgetSpent: the budget of the counter is spent.
@@ -80,7 +80,7 @@ class Fixpoint:
                 self._solve(here, choice)
 
     def _branchings(self, node: Node) -> "list[tuple[Act | Assume, list[tuple[str, Node]]]]":
-        """What stands open, each with its outcomes; where branching may not wait, only the first."""
+        """The open branchings, each with its outcomes; only the first where branching may not wait."""
         task, found = self.space.task, []
         for branching in task.open_branchings(node[0]):
             outcomes = self.space.outcomes(node, branching)
@@ -98,7 +98,7 @@ class Fixpoint:
         return number
 
     def _solve(self, here: int, by: _Choice | None) -> None:
-        """Notes that a node is solved, and all that are solved with it, in order."""
+        """Marks a node as solved, and all nodes that are solved by this, in order."""
         self._solved[here] = by
         waiting = [here]
         for number in waiting:
@@ -110,7 +110,7 @@ class Fixpoint:
 
     # ----------------------------------------------------------------------------------------------------- the plan
     def _skeleton(self) -> SkeletonNode:
-        """The plan from the start; a node comes after all that were solved before it."""
+        """The plan from the start, built in the order in which its nodes were solved."""
         made: dict[int, SkeletonNode] = {}
         for number in self._needed():
             choice = self._solved[number]

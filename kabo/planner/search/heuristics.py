@@ -16,7 +16,7 @@ class Heuristic(Protocol):
         ...
 
     def lower_bound(self, state: int) -> float | None:
-        """What every weak plan from a state costs at least; 0.0 if that is not known, None if there is no plan."""
+        """A lower bound of the cost of weak plans from a state; 0.0 if none is known, None if there is no plan."""
         ...
 
 

@@ -1,11 +1,11 @@
-"""Sensing is put off to where it is needed, so that fewer steps are repeated in several branches.
+"""Sensing is delayed until its result is needed, so that fewer steps are repeated in several branches.
 
-Late steps (branchings, and actions that only sense) let other steps pass if nothing that one writes is read or
-written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must wait
-for a late one takes it along. A step that touches a conjunct of the goal comes after all sensing that this conjunct
-weighs beside it: a bottle is looked at before it is carried to where only empty ones belong. What a branching writes
-is what it changed on this way, inferences included; the new order is then followed once, to be sure. The other
-outcomes are solved for themselves.
+A late step (a branching, or an action that only senses) moves behind the next step if neither writes what the other
+reads or writes, and if at most one of them calls a procedure: procedures do not commute. A step that depends on a late
+one takes it along, in front of itself. A step that changes a conjunct of the goal stays behind all sensing that the same
+conjunct depends on: a bottle is looked at before it is carried to where only empty ones belong. A branching writes what
+it changed on this way, inferences included; the new order is therefore tried once before it is used. Other outcomes of
+the branchings are not considered here.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
 
 
 class _OrderedStep(NamedTuple):
-    """A step, and what it reads and writes."""
+    """A step with masks of the bits that it reads and writes."""
 
     step: Step
     reads: int
@@ -74,12 +74,12 @@ def _reaches(space: SearchSpace, node: Node, steps: list[Step], end: Node) -> bo
 
 
 def is_late(step: Step, entries: int) -> bool:
-    """Whether a step may wait: it changes nothing but what is known at run time."""
+    """Whether a step may be delayed: it changes only what will be known at run time."""
     return isinstance(step, Assume) or bool(step.action.sense) and not step.action.effects.writes & ~entries
 
 
 def _independent(first: _OrderedStep, second: _OrderedStep) -> bool:
-    """Whether two neighbouring steps may change places."""
+    """Whether two neighbouring steps may be swapped."""
     one, other = first.step, second.step
     if _calls(one) and (_calls(other) or _tests(other)) or _tests(one) and _calls(other):
         return False

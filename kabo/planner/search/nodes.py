@@ -1,4 +1,4 @@
-"""The nodes of the search: what is known, and the trace of the procedures that made the geometric state."""
+"""The nodes of the search: a state of knowledge, and the trace of the procedures that made the geometric state."""
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedu
 
 
 class Act(NamedTuple):
-    """A step of a weak plan: an action, and the trace that its procedure leaves behind."""
+    """A step of a weak plan: an action, the attempt at its procedure, and the trace after it."""
 
     action: GroundAction
     attempt: int
@@ -25,7 +25,7 @@ class Act(NamedTuple):
 
 
 class Assume(NamedTuple):
-    """A step of a weak plan: the outcome hoped for of a branching."""
+    """A step of a weak plan: the outcome that is assumed of a branching."""
 
     branching: Branching
     outcome: str
@@ -79,16 +79,19 @@ class SearchSpace:
         return HEURISTICS[self._heuristic](self.task, refused)
 
     def key(self, node: Node) -> Hashable:
-        """What tells nodes apart: nodes with equal keys have the same plans."""
+        """The identity of a node: nodes with equal keys have the same plans."""
         state = self._form(self._reduced(node[0]))
         return state if self.geometry is None else (state, self.geometry.key(node[1]))
 
     def known(self, node: Node) -> int:
-        """What is known at a node, whatever geometry."""
+        """The state of knowledge at a node, in normal form; nodes that differ only in geometry share it."""
         return self._form(self._reduced(node[0]))
 
     def confirmed_key(self, node: Node) -> Hashable | None:
-        """The key of a node that is about to be expanded, or ends a search; None if geometry refuses it."""
+        """The key of a node, after geometry has answered what it has not been asked yet; None if it refuses the node.
+
+        Called when a node is about to be expanded, or to end a search.
+        """
         return self.key(node) if self.geometry is None or self.geometry.confirm(node[1]) else None
 
     def oracle(self, trace: Trace) -> GeometricOracle:
@@ -98,8 +101,8 @@ class SearchSpace:
     def is_goal(self, node: Node) -> bool:
         """Whether the goal holds; with what was sensed still open, whether it holds however that turns out.
 
-        An exclusive-or of queries may hold only as long as nobody asks [K Table 6.1: a full bottle must not be
-        washed]. Where branching may wait, what is known without asking counts.
+        An exclusive-or of queries may hold only as long as an open result is not branched on [K Table 6.1: a full
+        bottle must not be washed]. Where branching may wait, the state as it is counts.
         """
         if not self.task.is_goal(node[0], self.oracle(node[1])):
             return False
@@ -128,9 +131,12 @@ class SearchSpace:
     ) -> Iterator[Move]:
         """Every applicable action with every attempt that geometry allows, in the order of the file.
 
-        Only actions `among` these indices, if that is given, and none of those `without` which.
+        Actions that change neither knowledge nor geometry are left out, and sensing what is known.
 
-        Left out is what cannot help: what changes neither knowledge nor geometry, and sensing what is known.
+        Args:
+            node: where they begin.
+            among: only these indices of actions, if given.
+            without: skip the actions with these indices.
         """
         state, trace = node
         test = self.oracle(trace)
@@ -179,10 +185,10 @@ class SearchSpace:
         return next(((after, made) for _, made in allowed), None)
 
     def leaves(self, node: Node) -> "list[tuple[tuple[Assume, ...], Node]]":
-        """The nodes behind all open branchings, with the decisions that lead there.
+        """The nodes behind all open branchings, each with the outcomes that are assumed on the way.
 
-        One that fulfils the goal need not be branched any further. Where branching may wait, also the nodes at which
-        some or all is still open, whatever comes first.
+        A node that fulfils the goal is not branched further. Where branching may wait, nodes at which some or all
+        results are still open are included.
         """
         if not open_entries(node[0], self.task.pending):
             return [((), node)]
@@ -203,18 +209,18 @@ class SearchSpace:
         return found
 
     def _next(self, state: int) -> "list[Branching]":
-        """What may be branched on now: anything open where branching may wait, else the first."""
+        """The branchings that may come next: all open ones where branching may wait, else the first."""
         if self.may_wait:
             return self.task.open_branchings(state)
         branching = self.task.open_branching(state)
         return [] if branching is None else [branching]
 
     def geometry_key(self, node: Node) -> Hashable:
-        """What of geometry tells nodes apart."""
+        """The part of the key that comes from geometry."""
         return None if self.geometry is None else self.geometry.key(node[1])
 
     def delivered(self, node: Node, step: Act, after: Node) -> tuple[str, ...]:
-        """The facts that the step senses and that were not known, not even for run time, before it."""
+        """The facts that the step senses and that were neither known nor awaited from a sensor before it."""
         new = after[0] & ~node[0] & self.task.whether
         facts = {self.task.entries[bit] for bit in bits_of(new)}
         return tuple(fact for fact in step.action.sense if fact in facts)
@@ -224,7 +230,7 @@ class SearchSpace:
         return [(outcome, (state, node[1])) for outcome, state in branching.outcomes(node[0])]
 
     def _is_free(self, action: GroundAction) -> bool:
-        """Whether the action asks nothing of geometry."""
+        """Whether the action calls no geometric procedure."""
         return self.geometry is None or action.call is None
 
     def _options(self, action: GroundAction, trace: Trace) -> "list[tuple[int, Trace]]":
@@ -234,7 +240,7 @@ class SearchSpace:
 
 
 def _rarest(value: int, filed: Mapping[int, Sequence[_Indexed]]) -> int:
-    """The bit of a precondition under which fewest actions are filed; 0 if it asks for none."""
+    """The bit of a precondition under which fewest actions are filed so far; 0 if the precondition has no bit."""
     return min(bits_of(value), key=lambda bit: len(filed.get(bit, ())), default=0)
 
 

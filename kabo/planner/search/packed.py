@@ -27,20 +27,20 @@ from kabo.planner.search.to_finite_domain import classical_task
 
 
 class PackedTask:
-    """A task prepared for packed searches when one is first asked for."""
+    """A task for the packed searches of `kabo.finite_domain`; it is compiled when one is first asked for."""
 
     def __init__(self, task: GroundedTask) -> None:
         self.task = task
 
     @cached_property
     def compiled(self) -> CompiledTask | None:
-        """The task in finite domains, its operators owned by the actions; None if it cannot be said so."""
+        """The finite-domain task, its operators owned by the actions; None if it cannot be expressed so."""
         return classical_task(self.task)
 
     def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
         """The answer of a packed search.
 
-        None if the task cannot be said in finite domains, or not with all that geometry has refused.
+        None if the task cannot be expressed in finite domains, or not with all that geometry has refused.
 
         Args:
             search: `best`, `astar` or `breadth-first`.
@@ -83,7 +83,7 @@ class PackedTask:
 
 
 def _spent(found: PackedResult, limits: SearchLimits) -> Spent:
-    """What ended a search without an answer: somebody who was asked, expansions, or the bytes for its states."""
+    """What ended a search without an answer: the deadline, the number of expansions, or the bytes for its states."""
     if found.status == "stopped":
         return "time"
     return "expansions" if limits.expansions is not None and found.expanded >= limits.expansions else "memory"
@@ -96,7 +96,7 @@ def _searched(
     limits: SearchLimits,
     book: LearntRefusals | None = None,
 ) -> PackedResult:
-    """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
+    """The answer of a search by its name; where refusals were learnt, `best` first tries A* for a limited time."""
     budget = SearchBudget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and book is not None:
         most = tuning.MAX_CHEAPEST_EXPANSIONS

@@ -1,8 +1,8 @@
-"""Why a continuation works: the bits that it needs, found by regression; so it serves every node that has them.
+"""Regression: the bits of a state that a continuation needs; it solves every node that has them.
 
 Beside the bits of the knowledge state there is one derived bit for each compound conjunct of the goal. "The
-conjunct for bottle 3 holds" then stays one condition, however it came to hold: by an empty bottle in the
-dishwasher, or by a bottle that is not empty. A derived bit is unfolded only where a step touches what the conjunct
+conjunct for bottle 3 holds" then stays one condition, whatever makes it true: an empty bottle in the dishwasher, or a
+bottle that is not empty. A derived bit is unfolded only where a step touches what the conjunct
 reads.
 """
 
@@ -15,14 +15,14 @@ from kabo.planner.search.nodes import Act, Node, SearchSpace
 
 @dataclass(frozen=True)
 class _Derived:
-    """The derived bit of a compound goal conjunct, and its truth by the bits that it reads."""
+    """The derived bit of a compound goal conjunct, with a cache of its truth by the bits that it reads."""
 
     bit: int
     query: Query
     known: dict[int, bool]
 
     def holds(self, state: int) -> bool:
-        """Whether the conjunct holds; remembered, for it is asked of every node."""
+        """Whether the conjunct holds in a state; cached, because every node asks."""
         read = state & self.query.reads
         answer = self.known.get(read)
         if answer is None:
@@ -30,7 +30,7 @@ class _Derived:
         return answer
 
 
-class Explanation:
+class Regression:
     """Regression of needed bits through the steps of a plan for one task."""
 
     def __init__(self, space: SearchSpace) -> None:
@@ -54,29 +54,29 @@ class Explanation:
         return state
 
     def goal(self, node: Node) -> int:
-        """What a node that fulfils the goal needs for that."""
+        """The bits by which a node fulfils the goal."""
         oracle = self._space.oracle(node[1])
         return self._goal | union(query.support(node[0], oracle) for query in self._tested)
 
     def before_action(self, node: Node, step: Act, after: Node, needed: int) -> int:
-        """What `node` needs so that the step can be taken and leaves what is `needed` after it."""
+        """The bits that `node` needs so that the step is applicable and the bits `needed` after it hold."""
         action = step.action
         needed = self._unfolded(after[0], needed, action.effects.writes | self._inferred)
         plain = action.needs(node[0], needed & self._plain, self._space.oracle(node[1]))
         return plain | needed & ~self._plain
 
     def before_branching(self, node: Node, branching: Branching, outcome: str, after: Node, needed: int) -> int:
-        """What the node before a branching needs beside the entry itself, for one outcome."""
+        """The bits that the node before a branching needs for one outcome, beside the entry that is branched on."""
         needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
         return branching.needs(node[0], outcome, needed & self._plain) | needed & ~self._plain
 
     def ignores(self, branching: Branching, after: Node, needed: int) -> bool:
-        """Whether what is needed behind a branching has nothing to do with what it tells."""
+        """Whether the continuation needs nothing that depends on the sensed outcome."""
         needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
         return not needed & branching.mask & ~branching.entry
 
     def _unfolded(self, state: int, needed: int, written: int) -> int:
-        """Derived bits whose conjunct a step may touch, replaced by what makes the conjunct hold now."""
+        """Replaces each derived bit whose conjunct a step may change by the bits that make the conjunct hold now."""
         for bit in bits_of(needed & ~self._plain):
             query = self._derived[bit.bit_length() - 1 - self._width].query
             if query.reads & written:

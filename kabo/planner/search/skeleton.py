@@ -1,4 +1,4 @@
-"""What the symbolic search gives and takes: skeletons, limits, results, and geometry as the search may see it.
+"""What the search is given and what it returns: limits, geometry as it sees it, skeletons and results.
 
 A skeleton is a contingent plan without motions: a DAG whose equal continuations are one object, shared from the
 leaves, with a single goal node [docs/plans.md#sharing].
@@ -14,13 +14,14 @@ from kabo.language.formulas import GroundCall
 from kabo.options import Search
 
 Trace = Any  # opaque to the search, and hashable: which procedures made the present geometric components
-Provenance = tuple[int, int]  # a component, by its number, and which lineage its value has; 0: as at the start
+# A component, and the number of the derivation that made its value; 0: as at the start.
+Provenance = tuple[int, int]
 Pattern = frozenset[Provenance]
 
 
 @dataclass(frozen=True)
 class Origin:
-    """What made a lineage: an attempt at a call, where these lineages were what its samples depended on."""
+    """How a component got its value: by an attempt at a call, whose samples depended on components of these provenances."""
 
     call: GroundCall
     attempt: int
@@ -29,11 +30,11 @@ class Origin:
 
 @dataclass(frozen=True)
 class LearntRefusals:
-    """All that lazy geometry has learnt: by call, the attempt from which on it is refused, and where.
+    """What lazy geometry has learnt [nogoods]: by call, the attempt from which on it is refused, and where.
 
-    `named` are the lineages that refusals and suspicions name, and those that these come from; `origins` says which
-    calls make them. `suspicions`: where something was in the way of a call, whatever else was so. `attempts`: how many
-    there are of one call at most. `moves`: the components that a call moves.
+    `named` are the provenances that refusals and suspicions name, and those from which they derive; `origins` says
+    which calls make them. `suspicions`: patterns in which something was in the way of a call, all else left open.
+    `moves`: the components that a call moves. `attempts`: the greatest number of attempts at one call.
     """
 
     named: tuple[Provenance, ...]
@@ -45,7 +46,7 @@ class LearntRefusals:
 
 
 class Geometry(Protocol):
-    """Geometry as the search sees it: bookkeeping only, and optimistic where nothing has been evaluated."""
+    """Geometry as the search sees it: it looks up what is known, and is optimistic about what was not evaluated."""
 
     @property
     def start(self) -> Trace:
@@ -53,23 +54,23 @@ class Geometry(Protocol):
         ...
 
     def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
-        """The attempts that may succeed, each with the trace after it; empty means refused."""
+        """The attempts at a call that may succeed, each with the trace after it; empty if the call is refused."""
         ...
 
     def key(self, trace: Trace) -> Hashable:
-        """What of the trace tells search nodes apart: equal keys have equal options and equal tests."""
+        """The part of a trace that distinguishes search nodes: equal keys have equal options and equal tests."""
         ...
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
-        """A geometric test inside a formula; True where unknown."""
+        """The answer of a geometric test inside a formula; True where it is unknown."""
         ...
 
     def confirm(self, trace: Trace) -> bool:
-        """Whether what a trace comes from has succeeded, for all that is known when a node is about to be expanded."""
+        """Whether the call that led to a trace has succeeded, as far as is known; asked before a node is expanded."""
         ...
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The calls that are refused whatever was done before, and whether nothing else is refused."""
+        """The calls that are refused in every situation, and whether these are all refusals."""
         ...
 
     def learnt(self) -> LearntRefusals | None:
@@ -83,7 +84,7 @@ class Geometry(Protocol):
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """The budget of a search: `expansions` are counted, `deadline` says when to give up (it only cuts off)."""
+    """The budget of a search: the number of expansions, and a function that returns True when time is up."""
 
     expansions: int | None = None
     deadline: Callable[[], bool] | None = None
@@ -99,7 +100,7 @@ class SearchStatistics:
     solved: int = 0
 
     def __add__(self, other: "SearchStatistics") -> "SearchStatistics":
-        """What two searches did."""
+        """The sum of two counts."""
         counts = ((getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
         return SearchStatistics(*(one + more for one, more in counts))
 
@@ -163,7 +164,7 @@ class FoundSkeleton:
 
 @dataclass(frozen=True)
 class Unreachable:
-    """Proven: no strong acyclic plan. `goals` are conjuncts out of reach even if nothing were ever lost."""
+    """Proven: there is no strong acyclic plan. `goals` are conjuncts that even the delete relaxation cannot reach."""
 
     statistics: SearchStatistics
     goals: tuple[str, ...] = ()
@@ -171,7 +172,7 @@ class Unreachable:
 
 @dataclass(frozen=True)
 class Exhausted:
-    """Nothing is known: the budget named ended the search."""
+    """The search ended without an answer because this budget was spent."""
 
     statistics: SearchStatistics
     budget: Spent
@@ -182,7 +183,7 @@ SearchResult = FoundSkeleton | Unreachable | Exhausted
 
 @dataclass
 class SkeletonBuilder:
-    """Makes skeleton nodes, from the leaves; asked for an equal node it gives the same object."""
+    """Makes skeleton nodes, from the leaves to the root; equal nodes are the same object."""
 
     goal: SkeletonNode = field(default_factory=SkeletonNode)
     _nodes: dict[Hashable, SkeletonNode] = field(default_factory=dict)
@@ -190,7 +191,7 @@ class SkeletonBuilder:
     def act(
         self, action: GroundAction, attempt: int, delivered: tuple[str, ...], following: SkeletonNode
     ) -> SkeletonNode:
-        """The action before a continuation; a branch on what it delivers becomes part of its node."""
+        """The node of an action before a continuation; a branch on what it delivers becomes part of this node."""
         if following.action is None and following.on in delivered:
             node = SkeletonNode(action, attempt, following.on, following.outcomes)
         else:
@@ -198,7 +199,7 @@ class SkeletonBuilder:
         return self._shared(node)
 
     def branch(self, fact: str, outcomes: tuple[tuple[str, SkeletonNode], ...]) -> SkeletonNode:
-        """A decision on a fact that was delivered before."""
+        """The node of a branch on a fact that was delivered before."""
         return self._shared(SkeletonNode(on=fact, outcomes=outcomes))
 
     def _shared(self, node: SkeletonNode) -> SkeletonNode:

@@ -1,4 +1,4 @@
-"""Solved continuations, found again by what they need: a partial state and the continuation that starts there."""
+"""The memo of solved continuations: each is filed by the partial state that it needs to start."""
 
 from bisect import insort
 from collections.abc import Hashable, Mapping, Sequence
@@ -9,7 +9,7 @@ from kabo.planner.search.skeleton import SkeletonNode
 
 
 class Solved(NamedTuple):
-    """A continuation, and the bits of the (extended) state that it needs, with the values where it was found."""
+    """A continuation, and a mask of the bits of the (extended) state on which its success depends."""
 
     needed: int
     node: SkeletonNode
@@ -17,7 +17,7 @@ class Solved(NamedTuple):
 
 
 class _Record(NamedTuple):
-    """A continuation and what it needs; `rank` puts the shortest first, of equals the oldest."""
+    """A continuation with the bits that must be set and clear; `rank` sorts by length, then by age."""
 
     rank: tuple[int, int]
     ones: int
@@ -26,10 +26,10 @@ class _Record(NamedTuple):
 
 
 class Memo:
-    """Continuations by needed bits.
+    """Continuations by the bits that they need.
 
-    Each is filed under one bit that must be set: of those that it needs one that says the value of a term, if there
-    is any, and the one under which fewest are filed. Only the files of the bits of a state are searched.
+    Each is filed under one bit that must be set: if possible one that gives the value of a term, else the one with the
+    fewest entries. A look-up searches only the entries under the bits that are set in the state.
     """
 
     def __init__(self, functional: int = 0) -> None:
@@ -40,11 +40,11 @@ class Memo:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is remembered yet."""
+        """Whether the memo holds no continuation yet."""
         return not self._known
 
     def add(self, extended: int, geometry: Hashable, solved: Solved) -> None:
-        """Remembers a continuation found at a state; an older one for the same need stays."""
+        """Stores a continuation that was found at a state; an older one with the same needs stays."""
         ones, zeros = extended & solved.needed, ~extended & solved.needed
         if (geometry, ones, zeros) in self._known:
             return
@@ -57,7 +57,7 @@ class Memo:
         self._filed[geometry] = filed | bit
 
     def find(self, extended: int, geometry: Hashable) -> Solved | None:
-        """The shortest continuation whose needs the state has in an equal geometry; of equals the oldest."""
+        """The shortest stored continuation that the state covers, with an equal key of geometry; None if there is none."""
         files = self._files.get(geometry)
         if files is None:
             return None
@@ -78,6 +78,6 @@ class Memo:
 
 
 def _emptiest(bits: int, filed: int, files: Mapping[int, Sequence[_Record]]) -> int:
-    """The bit under which fewest are filed, of equals the lowest; 0 if there is none to file under."""
+    """The bit under which fewest continuations are filed, the lowest if equal; 0 if `bits` is 0."""
     free = bits & ~filed
     return free & -free or min(bits_of(bits), key=lambda bit: len(files[bit]), default=0)

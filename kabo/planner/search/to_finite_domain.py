@@ -1,7 +1,7 @@
-"""GroundedTasks without sensing as finite-domain tasks: what is known of an atom or term is the value of a variable.
+"""Tasks without sensing as finite-domain tasks: the knowledge of an atom or term is the value of a variable.
 
-Then the packed searches of `kabo.finite_domain` find the plan. What cannot be said so (numbers, inferences, exclusions
-of values, geometric tests, what is sensed) is left to the searches on knowledge states.
+The packed searches of `kabo.finite_domain` then find the plan. Tasks that cannot be expressed so (with numbers,
+inference, excluded values, geometric tests or sensing) are left to the searches over knowledge states.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,11 +20,11 @@ from kabo.knowledge.queries import All, AllOf, AnyOf, Some
 
 
 class _NotFiniteDomain(Exception):
-    """The task cannot be said in finite domains; never leaves this module."""
+    """The task cannot be expressed in finite domains; caught in this module."""
 
 
 def classical_task(task: GroundedTask) -> CompiledTask | None:
-    """The task for `kabo.finite_domain`, its operators owned by the actions' indices; None if it cannot be said."""
+    """The task for `kabo.finite_domain`, its operators owned by the actions' indices; None if it cannot be expressed so."""
     if task.branchings or not task.closure.is_empty:
         return None
     try:
@@ -35,7 +35,7 @@ def classical_task(task: GroundedTask) -> CompiledTask | None:
 
 @dataclass
 class _KnowledgeVariable:
-    """A variable: the bits of its group, and the patterns of them that are its values."""
+    """A variable: the bits of one atom or term, and the patterns of these bits that are its values."""
 
     number: int
     text: str
@@ -44,7 +44,7 @@ class _KnowledgeVariable:
 
 
 class _Converter:
-    """One conversion; equal updates are converted once."""
+    """Converts one task; equal updates are converted once."""
 
     def __init__(self, task: GroundedTask) -> None:
         self.task = task
@@ -64,7 +64,7 @@ class _Converter:
         self._find_patterns()
 
     def _find_patterns(self) -> None:
-        """All patterns that updates can make of those that there are."""
+        """Finds all patterns that updates can make, starting from the initial ones."""
         updates = {id(u): u for action in self.task.actions for u in action.effects.updates}
         writing: dict[int, list[tuple[int, int]]] = {}
         for update in updates.values():
@@ -104,7 +104,7 @@ class _Converter:
 
     # ---------------------------------------------------------------------------------------------- conditions
     def _alternatives(self, query: Query) -> list[Conditions]:
-        """The query as alternatives of conditions on variables; a part that nothing can meet has none."""
+        """The query as a disjunction of conditions on variables; empty if it can never hold."""
         match query:
             case AllOf(mask, value):
                 found = tuple(self._test(place, mask, value) for place in self._touched(mask))
@@ -172,7 +172,7 @@ class _Converter:
         return known
 
     def _on_place(self, place: _KnowledgeVariable, update: Update, conditions: Conditions) -> Iterator[Effect]:
-        """What an update makes of one variable, whatever its value; by its old value where that makes a difference."""
+        """The effects of an update on one variable; one for each old value where the new value depends on it."""
         clear, make = update.clear & place.mask, update.make & place.mask
         allowed = set(range(len(place.patterns)))
         for number, values in conditions:
@@ -189,7 +189,7 @@ class _Converter:
                 yield Effect((*conditions, (place.number, (old,))), place.number, new)
 
     def _add_wins(self, found: Sequence[tuple[Effect, bool]], conditions: Conditions) -> Iterator[Effect]:
-        """Effects on one variable that differ: those that only forget give way to those that add.
+        """Resolves different effects on one variable: those that only forget give way to those that add.
 
         Packed searches let conditional effects win over unconditional ones: so forgetting that happens in any case
         need not say when it does not; then actions whose conditional effects are equal share them.

@@ -1,4 +1,4 @@
-"""The graph that weak searches walk: every sensed outcome may be hoped for, what is known to fail is left out."""
+"""The graph that weak searches walk: any sensed outcome may be assumed, and choices known to fail are left out."""
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
@@ -7,21 +7,20 @@ from typing import Literal
 from kabo.knowledge import GroundAction
 from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
-from kabo.planner.search.nogoods import Choice, Failures
+from kabo.planner.search.nogoods import Choice, Nogoods
 from kabo.planner.search.skeleton import SearchLimits, SearchStatistics, Trace
 
 DEADLINE_EVERY = 64  # expansions between two looks at the deadline
 PROGRESS_EVERY = 4096  # expansions between two reports
 
 OnProgress = Callable[[SearchStatistics], None]
-Try = (
-    tuple[GroundAction, int, Trace] | None
-)  # action, attempt, trace after; None: only branching on what stands open
-Move = tuple[Try, tuple[Assume, ...]]  # what is tried, and what is hoped for of what it senses
+# An action, the attempt at its call and the trace after it; None: only an open branching.
+Try = tuple[GroundAction, int, Trace] | None
+Move = tuple[Try, tuple[Assume, ...]]  # what is tried, and the outcomes that are assumed of what it senses
 
 
 class BudgetSpent(Exception):
-    """Ends a search from within; never leaves `find_skeleton`."""
+    """The budget of a search is spent; caught in `find_skeleton`."""
 
     def __init__(self, budget: Literal["expansions", "time"]) -> None:
         self.budget = budget
@@ -45,7 +44,7 @@ class Counter:
         return SearchStatistics(self.expanded, self.generated, self.weak_searches, self.solved)
 
     def add(self, other: "Counter") -> None:
-        """Counts what another search did, too."""
+        """Adds the counts of another search."""
         self.expanded += other.expanded
         self.generated += other.generated
         self.weak_searches += other.weak_searches
@@ -66,19 +65,23 @@ class Counter:
             self.on_progress(self.statistics)
 
     def look_at_the_clock(self) -> None:
-        """Raises BudgetSpent: the deadline has passed."""
+        """Checks the deadline.
+
+        Raises:
+            BudgetSpent: it has passed.
+        """
         deadline = self.limits.deadline
         if deadline is not None and deadline():
             raise BudgetSpent("time")
 
 
 class WeakGraph:
-    """Nodes and moves as a weak search sees them; `blocked` collects the ancestors that stood in its way."""
+    """Nodes and moves as a weak search sees them; `blocked` collects the ancestors that it would have had to revisit."""
 
     def __init__(
         self,
         space: SearchSpace,
-        failures: Failures,
+        nogoods: Nogoods,
         counter: Counter,
         is_end: Callable[[Node], bool],
         first: Sequence[int] = (),
@@ -86,20 +89,24 @@ class WeakGraph:
         only_goals_end: bool = False,
     ) -> None:
         others = (number for number in range(len(space.task.goal)) if number not in first)
-        self.parts = [*first, *others]  # the numbers of the conjuncts of the goal, in the order to see to them
+        # The numbers of the conjuncts of the goal, in the order in which they are planned for.
+        self.parts = [*first, *others]
         self.holds = space.holds
         self.blocked: set[Hashable] = set()
         self.key, self.known, self.confirmed_key = space.key, space.known, space.confirmed_key
         self._is_end = is_end
         self._only_goals_end = only_goals_end
-        self._space, self._failures, self._counter = space, failures, counter
+        self._space, self._nogoods, self._counter = space, nogoods, counter
 
     def successors(
         self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
     ) -> Iterator[tuple[Hashable, Move, Node]]:
-        """Every node that one action may lead to, all it senses decided one way or another.
+        """Every node that one action may lead to, with one outcome assumed for all that it senses.
 
-        Only actions `among` these are looked at if that is given (and branching), and none of those `without` which.
+        Args:
+            node: what is expanded.
+            among: only the actions with these indices, if given, and branching.
+            without: skip the actions with these indices; the expansion is then not counted again.
         """
         if without is None:
             self._counter.expand()
@@ -112,19 +119,19 @@ class WeakGraph:
                     continue
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
-                failure = self._failures.of_node(leaf_key, leaf[0])
+                failure = self._nogoods.of_node(leaf_key, leaf[0])
                 if failure is None:
                     yield leaf_key, (tried, decided), leaf
                 else:
                     self.blocked |= failure.blocked
 
     def is_end(self, node: Node) -> bool:
-        """Whether the search may stop here, also for geometry, which is asked now."""
+        """Whether the search may stop here; geometry is asked now, and may refuse it."""
         return self._is_end(node) and self.confirmed_key(node) is not None
 
     def _is_banned(self, key: Hashable, choice: Choice) -> bool:
-        """Whether a choice has failed at a node; what stood in its way then stands in the way of the search."""
-        failure = self._failures.of_choice(key, choice)
+        """Whether a choice has failed at a node; the ancestors that it depended on are then added to `blocked`."""
+        failure = self._nogoods.of_choice(key, choice)
         if failure is not None:
             self.blocked |= failure.blocked
         return failure is not None
@@ -138,9 +145,9 @@ class WeakGraph:
         return 0.0 if move[0] is None else move[0][0].cost
 
     def bound(self, node: Node) -> float | None:
-        """What every way to an end costs at least, as far as that is known; None: there is none.
+        """A lower bound of the cost to an end; None if there is no way.
 
-        Ends that are not goals may be anywhere near.
+        It is 0 where solved nodes are ends as well, which may be near.
         """
         return self._space.heuristic.lower_bound(node[0]) if self._only_goals_end else 0.0
 
@@ -157,7 +164,7 @@ class WeakGraph:
 
 
 def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
-    """The path of a weak search as single steps: each action, then each decision that it hopes for."""
+    """The path of a weak search as single steps: each action, then each outcome that is assumed."""
     steps: list[Step] = []
     for (tried, decided), _ in path:
         if tried is not None:
@@ -167,5 +174,5 @@ def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
 
 
 def choice_of(step: Step) -> Choice:
-    """What a step chooses at its node."""
+    """What a step chooses at its node, as a key."""
     return step.branching.entry if isinstance(step, Assume) else (step.action.index, step.attempt)

@@ -1,4 +1,4 @@
-"""Forward kinematics over a flat tree; a pose is 12 numbers, rotation row-major, then translation."""
+"""Forward kinematics of a tree given as flat arrays; a pose is 12 numbers, rotation row-major, then translation."""
 
 import numpy as np
 

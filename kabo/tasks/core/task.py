@@ -9,7 +9,7 @@ from kabo.tasks.core.model.containers import Serial
 from kabo.tasks.core.model.errors import TaskError
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.interfaces import resolve, tree
-from kabo.tasks.core.model.results import Failure
+from kabo.tasks.core.model.results import Refused
 from kabo.tasks.core.model.solutions import Solution
 from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.explanation import Explanation, explain
@@ -50,7 +50,7 @@ class Task(Serial):
         pruning: bool = True,
         lazy: bool = False,
         depth_first: int = 0,
-        observe: Callable[[Stage, Failure], None] | None = None,
+        observe: Callable[[Stage, Refused], None] | None = None,
         audit: Callable[[Planning], None] | None = None,
         **properties: Any,
     ) -> None:
@@ -184,7 +184,7 @@ class Task(Serial):
         return {stage.path: self.figures(stage) for stage in self.walk()}
 
     def figures(self, stage: Stage) -> StageStatistics:
-        """What one stage did; unlike `statistics`, also of a stage whose path another one has."""
+        """What one stage did; unlike `statistics`, this distinguishes stages that have the same path."""
         node = None if self._planning is None else self._planning.nodes.get(stage)
         return StageStatistics() if node is None else node.statistics
 

@@ -11,8 +11,6 @@ from kabo.tasks.robots.motion.directions import Direction as Direction
 from kabo.tasks.robots.motion.exporting import changed as changed
 from kabo.tasks.robots.motion.exporting import segments as segments
 from kabo.tasks.robots.motion.exporting import stretches as stretches
-from kabo.tasks.robots.motion.refusals import Details as Details
-from kabo.tasks.robots.motion.refusals import refusal as refusal
 from kabo.tasks.robots.scenes import Stretch as Stretch
 from kabo.tasks.robots.scenes import TaskScene as TaskScene
 from kabo.tasks.robots.scenes import stretch as stretch

@@ -7,17 +7,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Context, Situation, Stream
+from kabo.geometry_server import ProcedureContext, Refusal, Situation, Stream
 from kabo.scene import Scene
-from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
+from kabo.tasks.core import PARENT, Container, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
 
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
-OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
+OBJECT = Property(str, PARENT, "the object", meanings.name)
 KEEP = Property(
     (str, dict, type(None)),
     None,
-    "a motion constraint to keep for what is held: its name, or {object, constraint}; none or an empty name: nothing",
+    "a motion constraint to keep for what is held: its name, or {object, constraint}; none or empty: no constraint",
     meanings.keeping,
 )
 
@@ -64,15 +64,15 @@ class RobotStage(Stage):
         """
         return ()
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof, without sampling, that the stage fails whenever the components it reads are as in the situation."""
         return None
 
-    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+    def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """Why the stage will probably fail, whatever stages come before it; asked once, before the search."""
         return None
 
-    def wanted(self, context: Context, situation: Situation) -> Sequence[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> Sequence[Stream]:
         """The streams that it would sample in a situation, also out of reach; used to explain by how much they are."""
         return ()
 

@@ -9,7 +9,16 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Contacts, Context, Extra, Pair, Situation, Workspace, contacts, workspace_of
+from kabo.geometry_server import (
+    Contacts,
+    Extra,
+    Pair,
+    ProcedureContext,
+    Situation,
+    Workspace,
+    contacts,
+    workspace_of,
+)
 from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot, world_T
 
 
@@ -26,14 +35,14 @@ class TaskScene:
     holds for each of them.
     """
 
-    context: Context
+    context: ProcedureContext
     situation: Situation
     permitted: Contacts = frozenset()
     extras: tuple[Extra, ...] = ()
     _known: "Mapping[str, ref[Workspace]]" = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
-    def of(cls, context: Context, state: GeometricState | Situation) -> "TaskScene":
+    def of(cls, context: ProcedureContext, state: GeometricState | Situation) -> "TaskScene":
         """The scene of a geometric state, or of a situation."""
         return cls(context, Situation.of(state) if isinstance(state, GeometricState) else state)
 

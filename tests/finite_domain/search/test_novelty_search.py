@@ -41,6 +41,6 @@ def test_a_budget_exhausts_and_a_caller_stops():
 
 
 def test_pairs_are_forgotten_alike_where_there_is_no_room_for_them(monkeypatch):
-    monkeypatch.setattr("kabo.finite_domain.search.plain_novelty.PAIR_BYTES", 200)
+    monkeypatch.setattr("kabo.tuning.NOVELTY_PAIR_BYTES", 200)
     compiled = CompiledTask(stacked(5))
     assert bfws(compiled, plain_work=1 << 30) == bfws(compiled, plain_work=0)

@@ -89,7 +89,7 @@ def test_an_open_mesh_is_refused_and_one_that_is_too_fine_names_its_triangles(
     angle = bracket()
     with pytest.raises(MeshError, match="not closed"):
         bounding_decomposition(Mesh(angle.vertices, angle.faces[1:]), 0.01, cache=tmp_path)
-    monkeypatch.setattr(enclosing_union, "MOST", 1)
+    monkeypatch.setattr(enclosing_union, "MAX_CELLS", 1)
     with pytest.raises(MeshError, match="too fine: its 24 triangles"):
         bounding_decomposition(angle, 1e-3, cache=tmp_path)
 

@@ -36,9 +36,9 @@ def test_long_cells_are_cut_across_and_still_hold_all_of_the_solid(monkeypatch):
     whole = unions.cells_of(solid, 0.005)
     assert len(whole) == 1
     cells = unions._shorter(solid, whole, 0.005)
-    assert 8 <= len(cells) < unions.MANY
+    assert 8 <= len(cells) < unions.MANY_CELLS
     lengths = [float(np.ptp(cell.points, axis=0).max()) for cell in cells]
-    assert max(lengths) <= unions.LONG * 0.005 + 1e-3  # flat cells are made a little thicker
+    assert max(lengths) <= unions.LONG_CELL_EPSILONS * 0.005 + 1e-3  # flat cells are made a little thicker
     assert sum(ConvexHull(cell.points).volume for cell in cells) >= 0.4 * 0.1 * 0.05 * (1 - 1e-9)
-    monkeypatch.setattr(unions, "MANY", 3)
+    monkeypatch.setattr(unions, "MANY_CELLS", 3)
     assert len(unions._shorter(solid, whole, 0.005)) == 3

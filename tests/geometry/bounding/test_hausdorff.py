@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from kabo.geometry import hausdorff_bound
 from kabo.geometry.bounding import hausdorff
-from kabo.geometry.bounding.kernels import within
+from kabo.geometry.bounding.kernels import triangle_bounds
 from tests.geometry.surfaces import distances_to_surface
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -142,9 +142,9 @@ def test_wide_fans_are_cut_no_finer_than_the_farthest_point_asks_for(monkeypatch
         cuts.append(1)
         return cut(*arguments)
 
-    cut = within.cut
-    monkeypatch.setattr(within, "cut", counted)
-    monkeypatch.setattr(hausdorff, "directed_bounds", within.directed_bounds.py_func)
+    cut = triangle_bounds.cut
+    monkeypatch.setattr(triangle_bounds, "cut", counted)
+    monkeypatch.setattr(hausdorff, "directed_bounds", triangle_bounds.directed_bounds.py_func)
     (vertices, faces), (few, few_faces) = fans(sections, 1.0, 1.0), fans(20, 0.99, 0.9)
     low, high = hausdorff.hausdorff_bound(vertices, faces[::order], few, few_faces[::order])
     assert 0.1 * (1 - 1e-12) <= low <= high <= 1.01 * low

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from kabo.geometry.bounding.kernels.sight import blocked_pairs, first_crossings
-from kabo.geometry.bounding.nearness import judged
+from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
+from kabo.geometry.bounding.nearness import near_or_witness
 from kabo.geometry.triangles.solids import Solid
 
 SLOT = 0.02  # m: between two plates
@@ -27,7 +27,7 @@ def test_what_is_too_far_by_little_is_refuted_by_a_point_not_given_up(beyond: fl
     solid = plates()
     around = np.array(trimesh.creation.box(bounds=[[0.001, 0.003, 0.001], [0.059, 0.197, 0.119]]).vertices)
     limit = 0.5 * SLOT * (1.0 - beyond)
-    near, far = judged(solid, around, limit)
+    near, far = near_or_witness(solid, around, limit)
     assert near is False
     assert far is not None
     assert solid.outside_distances(far[None])[0] > limit
@@ -37,7 +37,7 @@ def test_what_is_too_far_by_little_is_refuted_by_a_point_not_given_up(beyond: fl
 
 def test_what_is_near_is_proven() -> None:
     around = np.array(trimesh.creation.box(bounds=[[0.001, 0.003, 0.001], [0.059, 0.197, 0.119]]).vertices)
-    assert judged(plates(), around, 0.5 * SLOT * 1.2) == (True, None)
+    assert near_or_witness(plates(), around, 0.5 * SLOT * 1.2) == (True, None)
 
 
 def sampled(solid: Solid, first: np.ndarray, second: np.ndarray) -> float:

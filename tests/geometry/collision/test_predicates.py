@@ -6,9 +6,9 @@ import trimesh
 
 from kabo.geometry import (
     Budget,
-    Container,
     Enclosure,
     FixedGroup,
+    InnerSolid,
     Motion,
     MovingGroup,
     collides,
@@ -37,7 +37,7 @@ def arm(*waypoints):
 
 def container(mesh, deviation=0.0, pose=IDENTITY):
     """A solid for inclusion."""
-    return Container(pose, np.asarray(mesh.vertices), np.asarray(mesh.faces), deviation)
+    return InnerSolid(pose, np.asarray(mesh.vertices), np.asarray(mesh.faces), deviation)
 
 
 def cup():
@@ -131,7 +131,7 @@ def test_a_hollow_inside_the_part_is_noticed():
 def test_a_container_is_asked_through_an_inner_bounding_mesh():
     """One-sided: nothing that sticks out of the round room is included; what is epsilon deep is."""
     ball = trimesh.creation.icosphere(subdivisions=4, radius=0.5)
-    room = Container.within(IDENTITY, np.asarray(ball.vertices), np.asarray(ball.faces), BUDGET.geometry)
+    room = InnerSolid.within(IDENTITY, np.asarray(ball.vertices), np.asarray(ball.faces), BUDGET.geometry)
     assert len(room.vertices) < 0.5 * len(ball.vertices)
     assert 0 < room.deviation <= BUDGET.geometry
     corner = np.linalg.norm([0.1, 0.1, 0.1])

@@ -8,7 +8,7 @@ import trimesh
 
 from kabo.geometry import crossing_faces
 from kabo.geometry.triangles.kernels.crossing import faces_cross
-from kabo.geometry.triangles.kernels.orientation import SCRATCH
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE
 
 SPHERE = trimesh.creation.icosphere(subdivisions=2)
 
@@ -28,7 +28,7 @@ def two(first, second):
 def all_pairs(vertices, faces):
     crossing = np.zeros(len(faces), dtype=bool)
     for f, g in combinations(range(len(faces)), 2):
-        if faces_cross(vertices, *faces[f], *faces[g], np.empty((6, 3)), np.empty(SCRATCH)):
+        if faces_cross(vertices, *faces[f], *faces[g], np.empty((6, 3)), np.empty(SCRATCH_SIZE)):
             crossing[[f, g]] = True
     return crossing
 

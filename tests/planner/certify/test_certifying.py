@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from kabo import load_problem, solve
-from kabo.geometry.collision.certificate import Course
+from kabo.geometry.collision.separation_proofs import Course
 from kabo.geometry_server import GeometryServer
 from kabo.plan import Certificate, Plan, plan_from_json, plan_to_json
 from kabo.planner.certify.certifying import certified, certify
 from kabo.planner.certify.motion_stretches import at_time, stretches
-from kabo.planner.certify.overlapping_pairs import every_couple
+from kabo.planner.certify.overlapping_pairs import every_pair_of_pieces
 from kabo.scene import load_scene
 from kabo.verify import verify_plan
 from tests.verify import bench as by_hand
@@ -146,7 +146,7 @@ def test_every_couple_of_pieces_is_passed():
         for rows in (4, 3)
     )
     for cut in (1, 2, 3):
-        path = every_couple(first, second, np.empty((0, 3), np.int64), cut)
+        path = every_pair_of_pieces(first, second, np.empty((0, 3), np.int64), cut)
         pieces = {
             (round(min(a[0], b[0]) * 10 * cut), round(min(a[-1], b[-1]) * 10 * cut))
             for a, b in zip(path.waypoints, path.waypoints[1:], strict=False)

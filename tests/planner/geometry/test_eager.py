@@ -1,6 +1,6 @@
 """Eager geometry: a call is asked when the node behind it is about to be expanded, and never twice."""
 
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.eager import EagerGeometry
 from tests.planner.scripted import ScriptedServer, at, moved
@@ -8,11 +8,11 @@ from tests.planner.scripted import ScriptedServer, at, moved
 PICK, OTHER = GroundCall("pick", ("r", "a")), GroundCall("pick", ("r", "b"))
 
 
-def refused(call: GroundCall, situation: Situation, attempt: int) -> Failure:
-    return Failure("collision", "in the way", frozenset({"a"}))
+def refused(call: GroundCall, situation: Situation, attempt: int) -> Refusal:
+    return Refusal("collision", "in the way", frozenset({"a"}))
 
 
-def two_ways(call: GroundCall, situation: Situation, attempt: int) -> Success | Failure:
+def two_ways(call: GroundCall, situation: Situation, attempt: int) -> Success | Refusal:
     return moved(r=(1.0,), a=at(0.1 * attempt)) if attempt < 2 else refused(call, situation, attempt)
 
 

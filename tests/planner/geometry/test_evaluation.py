@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator, in_order
 from kabo.planner.geometry.refusals import RefusalTable
@@ -71,11 +71,11 @@ def test_what_is_refused_for_all_values_at_once_is_asked_for_each_way_alone() ->
     last = act("last", "r", "b")
     root = sense(act("left", "r", "a", then=last), act("right", "r", "a", then=last))
 
-    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Failure:
+    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Refusal:
         if call.procedure != "last":
             return put({"left": 0.3, "right": 0.7}[call.procedure])
         many = len(situation.values("a")) > 1
-        return Failure("collision", "both at once", frozenset({"a"})) if many else moved(r=(2.0,))
+        return Refusal("collision", "both at once", frozenset({"a"})) if many else moved(r=(2.0,))
 
     evaluation, server = evaluate(root, script)
     assert not evaluation.refused
@@ -85,8 +85,8 @@ def test_what_is_refused_for_all_values_at_once_is_asked_for_each_way_alone() ->
 def test_a_refusal_names_the_call_and_where_it_was_asked_and_nothing_after_it_is() -> None:
     root = act("first", "r", "a", then=act("second", "r", "a", then=act("third", "r", "b")))
 
-    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Failure:
-        return Failure("no_path", "walled in", frozenset({"a"})) if call.procedure == "second" else put(0.5)
+    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Refusal:
+        return Refusal("no_path", "walled in", frozenset({"a"})) if call.procedure == "second" else put(0.5)
 
     evaluation, server = evaluate(root, script)
     (refused,) = evaluation.refused
@@ -99,8 +99,8 @@ def test_a_refusal_names_the_call_and_where_it_was_asked_and_nothing_after_it_is
 def test_what_follows_other_outcomes_is_asked_although_one_was_refused() -> None:
     root = sense(act("bad", "r", "a"), act("good", "r", "b"))
 
-    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Failure:
-        return Failure("no_path", "walled in") if call.procedure == "bad" else moved()
+    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Refusal:
+        return Refusal("no_path", "walled in") if call.procedure == "bad" else moved()
 
     evaluation, server = evaluate(root, script)
     assert len(evaluation.refused) == 1

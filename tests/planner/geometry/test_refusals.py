@@ -1,7 +1,7 @@
 """The ledger: refusals hold where what they rest on is the same, and only they tell search nodes apart."""
 
 from kabo import tuning
-from kabo.geometry_server import Failure, Success
+from kabo.geometry_server import Refusal, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.refusals import RefusalTable
 from tests.planner.scripted import ScriptedServer, at, moved
@@ -16,8 +16,8 @@ def ledger() -> RefusalTable:
     return RefusalTable(server)  # type: ignore[arg-type]
 
 
-def refused(*reads: str, proof: bool = False) -> Failure:
-    return Failure("collision", "in the way", frozenset(reads), proof=proof)
+def refused(*reads: str, proof: bool = False) -> Refusal:
+    return Refusal("collision", "in the way", frozenset(reads), proof=proof)
 
 
 def test_until_something_is_refused_traces_do_not_tell_nodes_apart() -> None:
@@ -110,15 +110,15 @@ def test_a_call_that_is_refused_where_it_was_refused_before_is_refused_at_least_
 
 def test_what_a_fifth_of_the_samples_ran_into_is_suspected_wherever_it_stays() -> None:
     book = ledger()
-    blocked = Failure("collision", "", frozenset({"a", "b"}), ((("r.hand", "b"), 4), (("r.hand", "wall"), 6)))
+    blocked = Refusal("collision", "", frozenset({"a", "b"}), ((("r.hand", "b"), 4), (("r.hand", "wall"), 6)))
     book.record_refusal(PLACE, 0, blocked, [book.after(PICK, 0, book.start)])
     assert book.learnt().suspicions == {PLACE: (frozenset({(2, 0)}),)}
 
 
 def test_what_is_out_of_reach_is_suspected_everywhere_and_a_proof_suspects_nothing() -> None:
     book = ledger()
-    book.record_refusal(PLACE, 0, Failure("out_of_reach", "", frozenset({"a"})), [book.start])
-    book.record_refusal(PICK, 0, Failure("out_of_reach", "", frozenset({"a"}), proof=True), [book.start])
+    book.record_refusal(PLACE, 0, Refusal("out_of_reach", "", frozenset({"a"})), [book.start])
+    book.record_refusal(PICK, 0, Refusal("out_of_reach", "", frozenset({"a"}), proof=True), [book.start])
     assert book.learnt().suspicions == {PLACE: (frozenset(),)}
 
 

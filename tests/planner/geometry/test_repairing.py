@@ -3,9 +3,9 @@
 from types import SimpleNamespace
 
 from kabo import tuning
-from kabo.geometry_server import Failure
+from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.evaluation import Refused
+from kabo.planner.geometry.evaluation import RefusedCall
 from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.geometry.repairing import repaired
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
@@ -24,9 +24,9 @@ def ledger() -> RefusalTable:
     return RefusalTable(server)  # type: ignore[arg-type]
 
 
-def refusal(book: RefusalTable, attempt: int, *reads: str) -> Refused:
-    failure = Failure("collision", "", frozenset(reads))
-    return Refused(RELEASE, 0, failure, frozenset([book.after(PLACE, attempt, book.start)]))
+def refusal(book: RefusalTable, attempt: int, *reads: str) -> RefusedCall:
+    failure = Refusal("collision", "", frozenset(reads))
+    return RefusedCall(RELEASE, 0, failure, frozenset([book.after(PLACE, attempt, book.start)]))
 
 
 def test_what_made_the_refused_thing_is_asked_again_wherever_it_stands_in_the_skeleton() -> None:
@@ -43,7 +43,7 @@ def test_what_made_the_refused_thing_is_asked_again_wherever_it_stands_in_the_sk
 
 def test_where_nothing_that_was_sampled_is_to_blame_nothing_is_repaired() -> None:
     book, skeleton = ledger(), Skeleton(act(PLACE, act(RELEASE, GOAL)))
-    at_start = Refused(RELEASE, 0, Failure("collision", "", frozenset({"a"})), frozenset([book.start]))
+    at_start = RefusedCall(RELEASE, 0, Refusal("collision", "", frozenset({"a"})), frozenset([book.start]))
     assert repaired(skeleton, [at_start], book) is None
     assert repaired(skeleton, [refusal(book, 0, "b")], book) is None
 
@@ -59,8 +59,8 @@ def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it()
     book, pick = ledger(), GroundCall("pick", ("r", "a"))
     held = book.after(pick, 0, book.start)
     placed = book.after(PLACE, 0, held)
-    book.record_refusal(PLACE, 1, Failure("collision", "", frozenset({"a"})), [held])
-    refused = Refused(RELEASE, 0, Failure("collision", "", frozenset({"a"})), frozenset([placed]))
+    book.record_refusal(PLACE, 1, Refusal("collision", "", frozenset({"a"})), [held])
+    refused = RefusedCall(RELEASE, 0, Refusal("collision", "", frozenset({"a"})), frozenset([placed]))
     found = repaired(Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL)))), [refused], book)
     assert found is not None
     assert [found.root.attempt, found.root.next.attempt] == [1, 0]  # type: ignore[union-attr]
@@ -69,11 +69,11 @@ def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it()
 def test_what_failed_at_a_later_attempt_begins_anew_with_what_it_is_given_now() -> None:
     book, pick = ledger(), GroundCall("pick", ("r", "a"))
     held = book.after(pick, 0, book.start)
-    failure = Failure("collision", "", frozenset({"a"}))
+    failure = Refusal("collision", "", frozenset({"a"}))
     book.record_refusal(PLACE, 1, failure, [held])
     found = repaired(
         Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL), 1))),
-        [Refused(PLACE, 1, failure, frozenset([held]))],
+        [RefusedCall(PLACE, 1, failure, frozenset([held]))],
         book,
     )
     assert found is not None

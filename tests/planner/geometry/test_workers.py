@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from kabo.geometry_server import Answer, Failure, Situation, Statistics
+from kabo.geometry_server import Answer, GeometryStatistics, Refusal, Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator
-from kabo.planner.geometry.workers import ProcedureCall, ProcedureWorkers
+from kabo.planner.geometry.workers import ProcedureWorkers, SituatedCall
 from kabo.planner.search.skeleton import SkeletonNode
 from kabo.scene import GeometricState
 from kabo.tasks.procedures import Elsewhere
@@ -24,7 +24,7 @@ PLANNER = os.getpid()
 class ExternalProcedures:
     """Answers with a number made of call and attempt; some calls fail, die or sleep in a worker, or raise."""
 
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
     elsewhere: Elsewhere | None = None
     here: list[str] = field(default_factory=list)
     scene: SimpleNamespace = field(
@@ -48,13 +48,13 @@ class ExternalProcedures:
         if call.procedure == "sleeps" and os.getpid() != PLANNER:
             time.sleep(60.0)
         if call.procedure == "where":
-            return Failure("collision", str(os.getpid()))
+            return Refusal("collision", str(os.getpid()))
         if call.procedure == "raises":
             raise ValueError("on purpose")
-        self.statistics.drawn(len(call.procedure))
+        self.statistics.count_samples(len(call.procedure))
         number = sum(map(ord, str(call))) + attempt
         answer = (
-            Failure("collision", f"{number}")
+            Refusal("collision", f"{number}")
             if call.procedure == "fails"
             else moved(r=(float(number),), a=at(number))
         )
@@ -110,7 +110,7 @@ def test_a_later_attempt_is_asked_of_whoever_made_the_first() -> None:
     procedures = ExternalProcedures()
     with ProcedureWorkers(procedures, 3, lambda: False) as workers:  # type: ignore[arg-type]
         calls = [GroundCall("where", arguments) for arguments in (("r", "a"), ("s", "b"))]
-        workers.expect(ProcedureCall(call, START, attempt) for attempt in (0, 1) for call in calls)
+        workers.expect(SituatedCall(call, START, attempt) for attempt in (0, 1) for call in calls)
         answers = [[procedures.call(call, START, attempt) for attempt in (0, 1)] for call in calls]
     assert [first == later for first, later in answers] == [True, True]
     assert answers[0] != answers[1]
@@ -120,5 +120,5 @@ def test_who_must_stop_does_not_wait() -> None:
     procedures = ExternalProcedures()
     with ProcedureWorkers(procedures, 2, lambda: True) as workers:  # type: ignore[arg-type]
         calls = [GroundCall("sleeps", arguments) for arguments in (("r", "a"), ("s", "b"))]
-        workers.expect(ProcedureCall(call, START) for call in calls)
+        workers.expect(SituatedCall(call, START) for call in calls)
         assert [workers.take(call, START, 0, 0) for call in calls] == [None, None]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.plan import Segment
 from kabo.planner.refine import refining_choice
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft, length
@@ -31,7 +31,7 @@ class Server:
 
     def call(self, number, situation, attempt=0, effort=0):
         if attempt >= len(self.table[number]):
-            return Failure("no_path", "no more")
+            return Refusal("no_path", "no more")
         return self.answer(situation, self.table[number][attempt])
 
     def answer(self, situation, place):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from kabo.finite_domain import FiniteTask, Operator, StateVariable, astar, breadth_first
-from kabo.geometry_server import Failure
+from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.search.compiled_refusals import LearntTask, learnt_task
@@ -39,9 +39,9 @@ def ledger() -> RefusalTable:
     return RefusalTable(server)  # type: ignore[arg-type]
 
 
-def failure(*reads: str, between: tuple[str, str] | None = None, reason: str = "collision") -> Failure:
+def failure(*reads: str, between: tuple[str, str] | None = None, reason: str = "collision") -> Refusal:
     pairs = () if between is None else ((between, 9),)
-    return Failure(reason, "in the way", frozenset(reads), pairs)  # type: ignore[arg-type]
+    return Refusal(reason, "in the way", frozenset(reads), pairs)
 
 
 def plan(learnt: LearntTask) -> list[str]:
@@ -52,7 +52,7 @@ def plan(learnt: LearntTask) -> list[str]:
 
 
 def test_without_refusals_the_task_is_the_same_but_for_the_scale_of_its_costs() -> None:
-    learnt = learnt_task(base(), ACTIONS, ledger().learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, ledger().learnt())
     assert plan(learnt) == ["pick 0", "place 0"]
     assert astar(learnt.compiled).cost == 2 * ACTION_PRICE
     assert len(learnt.compiled.task.variables) == 1
@@ -106,8 +106,8 @@ def test_every_plan_of_the_compiled_task_is_one_that_the_ledger_allows(seed: int
     """Refusals are thrown in along the plans that come out; each plan is allowed by the ledger, and ends come."""
     book, calls = ledger(), {"pick": PICK, "place": PLACE, "aside": ASIDE, "clear": CLEAR}
     for number in range(40):
-        found = breadth_first(learnt_task(base(), ACTIONS, book.learnt()).compiled)  # type: ignore[arg-type]
-        learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+        found = breadth_first(learnt_task(base(), ACTIONS, book.learnt()).compiled)
+        learnt = learnt_task(base(), ACTIONS, book.learnt())
         if found.plan is None:
             assert not learnt.whole or found.status == "unsolvable"
             break

@@ -297,7 +297,7 @@ def test_a_plan_of_a_thousand_actions_needs_no_deep_stack():
 
 # ----------------------------------------------------------------------------------------------------- geometry
 def call(name, *arguments):
-    return f.ProcedureCall(name, tuple(f.Argument(argument) for argument in arguments))
+    return f.SituatedCall(name, tuple(f.Argument(argument) for argument in arguments))
 
 
 A = var("a")

@@ -6,7 +6,7 @@ from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Act, Assume, SearchSpace
 from tests.support.small_problems import action, add, atom, delete, know, lit, no, problem, when
 
-CALL = f.ProcedureCall("do")
+CALL = f.SituatedCall("do")
 
 
 def order(*schemas, decide=True):

@@ -249,7 +249,7 @@ def test_the_budget_ends_a_packed_search():
 
 # ------------------------------------------------------------------------------------------------ what cannot be said
 MAKE = action("make", effects=[add(Q)])
-CALL = f.ProcedureCall("free")
+CALL = f.SituatedCall("free")
 INEXPRESSIBLE = {
     "sensing": {"actions": [MAKE, action("look", sense=[atom("r")])]},
     "an entry of Kw": {"actions": [MAKE], "initial": [add(R, to="Kw")]},

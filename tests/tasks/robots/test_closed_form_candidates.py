@@ -104,5 +104,5 @@ def test_a_pose_out_of_reach_is_told_in_metres(start: TaskScene) -> None:
     wrapped = Solution(stage, State(start, {}, 1), State(start, {}, 2), 0.0)
     (answer,) = stage.transform(wrapped, values(stage, target=target), 0)
     assert not isinstance(answer, Result)
-    assert answer.details.missing == pytest.approx(1.3, abs=0.5)
-    assert answer.comment == f"the pose is {answer.details.missing:.3f} m out of reach for right"
+    assert answer.missing == pytest.approx(1.3, abs=0.5)
+    assert answer.comment == f"the pose is {answer.missing:.3f} m out of reach for right"

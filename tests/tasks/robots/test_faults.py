@@ -11,11 +11,11 @@ import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry_server import ScenePredicates, Situation
+from kabo.geometry_server import Refusal, ScenePredicates, Situation
 from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
-from kabo.tasks.core import Failure, InitialisationError, Parent, Result, Task
+from kabo.tasks.core import InitialisationError, Parent, Result, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
@@ -157,7 +157,7 @@ def test_a_constraint_for_an_empty_hand_is_refused_by_its_name() -> None:
         ("MoveRelative", {"direction": {"vector": [0.0, 0.0, 0.05]}}),
     ):
         found = forward(first(FORCE), kind, robot="arm", keep="upright", **more)
-        assert isinstance(found, Failure)
+        assert isinstance(found, Refusal)
         assert (found.reason, found.comment) == ("constraint", "nothing can keep upright: arm holds nothing")
     other = forward(
         first(FORCE), "MoveTo", robot="arm", goal="weigh", keep={"object": "can_1", "constraint": "upright"}
@@ -264,10 +264,10 @@ def test_the_farthest_is_the_longest_that_is_free_and_grows_with_the_greatest(
 
     def attempt(distance: float) -> Any:
         asked.append(distance)
-        return [np.array([distance])] if distance <= edge else Failure("collision", f"{distance}")
+        return [np.array([distance])] if distance <= edge else Refusal("collision", f"{distance}")
 
     first_try, second = (farthest(attempt, low, most) for most in (high, higher))
-    reached = [None if isinstance(found, Failure) else float(found[0][0]) for found in (first_try, second)]
+    reached = [None if isinstance(found, Refusal) else float(found[0][0]) for found in (first_try, second)]
     event("nothing" if reached[0] is None else "whole" if reached[0] == high else "part")
     for found, most in zip(reached, (high, higher), strict=True):
         if found is None:
@@ -315,4 +315,4 @@ def test_a_greater_greatest_length_never_gives_a_shorter_stroke(
     beyond = found[most] + RESOLUTION + 1e-4
     if beyond < most / 1000:
         longer = forward(scene, "MoveRelative", **stage_of, min_distance=beyond, max_distance=beyond)
-        assert isinstance(longer, Failure), "a longer one could be proven"
+        assert isinstance(longer, Refusal), "a longer one could be proven"

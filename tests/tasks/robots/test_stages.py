@@ -10,12 +10,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry_server import candidate, tool_frame
+from kabo.geometry_server import Refusal, candidate, tool_frame
 from kabo.language.scene_description import Constraint, FeatureName, Mate, Stroke
 from kabo.scene import attachment
-from kabo.tasks.core import Failure, InitialisationError, Propagator, Result, Solution, Stage, State, Task
+from kabo.tasks.core import InitialisationError, Propagator, Result, Solution, Stage, State, Task
 from kabo.tasks.core.model.properties import PropertyResolver
-from kabo.tasks.robots import STAGES, Details, TaskScene, check_names
+from kabo.tasks.robots import STAGES, TaskScene, check_names
 from kabo.tasks.robots.motion.directions import direction_of
 from tests.tasks.robots.conftest import first
 from tests.tasks.robots.judge import Judge
@@ -35,7 +35,7 @@ def make(kind: str, **properties: Any) -> Any:
 
 
 def answers(given: Any) -> list[Any]:
-    return [given] if isinstance(given, Result | Failure) else list(given)
+    return [given] if isinstance(given, Result | Refusal) else list(given)
 
 
 def forward(scene: TaskScene, kind: str, **properties: Any) -> list[Any]:
@@ -105,7 +105,7 @@ def test_a_stroke_that_is_blocked_is_shortened_down_to_its_least_distance(first_
     height = tool(scene, "left")[2, 3]
     down = {"vector": [0.0, 0.0, -height]}
     whole = only(forward(scene, "MoveRelative", robot="left", direction=down))
-    assert isinstance(whole, Failure)
+    assert isinstance(whole, Refusal)
     part = only(
         forward(scene, "MoveRelative", robot="left", direction=down, min_distance=0.1, max_distance=height)
     )
@@ -174,7 +174,7 @@ def test_an_unreachable_pose_is_told_from_one_where_the_hand_would_collide(first
     blocked = only(forward(scene, "MoveTo", robot="left", goal=inside))
     assert blocked.reason == "collision"
     assert "hand" in blocked.comment
-    assert any("table" in pair for pair, _ in blocked.details.pairs)
+    assert any("table" in pair for pair, _ in blocked.pairs)
 
 
 # ----------------------------------------------------------------------------------------------------- connecting
@@ -249,7 +249,6 @@ def test_forbidding_a_contact_needs_it_to_be_gone(first_scene: First) -> None:
     held = only(forward(allowed, "Attach", object="cup_1", to="arm")).scene
     refused = only(forward(held, "ForbidContact", pairs=pairs))
     assert refused.reason == "collision"
-    assert isinstance(refused.details, Details)
     lifted = held.placing("cup_1", replace(held.situation.attachment("cup_1")))
     up = only(forward(lifted, "MoveRelative", robot="arm", direction={"vector": [0.0, 0.0, 0.1]})).scene
     assert only(forward(up, "ForbidContact", pairs=pairs)).scene.permitted == frozenset()

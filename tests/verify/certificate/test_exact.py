@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from kabo.geometry.collision.certificate import Unproven
+from kabo.geometry.collision.separation_proofs import Unproven
 from kabo.verify import verify_plan
 from kabo.verify.certificate.exact import BITS, ExactFrames, ExactSide, integers, product, sine_and_cosine
 from kabo.verify.certificate.walk import Couple

@@ -1,1 +1,1 @@
-"""Kernels on arrays for bounding meshes: contraction, nearness, visibility."""
+"""Array kernels of bounding meshes and decompositions: contraction, nearness, visibility."""

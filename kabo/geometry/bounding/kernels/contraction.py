@@ -1,16 +1,15 @@
-"""Bounding mesh by edge contraction [K Algorithm 2]: the cheapest edge goes first, and only if all is proven to hold.
+"""Bounding mesh by edge contraction [K Algorithm 2]: cheapest edges first, each only if all conditions are proven.
 
-A contraction is done if the mesh stays a manifold, no face turns over, the new point lies behind no face of the star
-(exactly), no new crossing appears, every new face is within the limit of the original, and every original triangle that
-the star carried is within the limit of the new faces. The cost decides the order alone.
+Conditions are: the mesh stays a manifold, no face flips, the new point lies behind no face of the star (exactly),
+no new crossing appears, every new face is within the limit of the original, and every original triangle carried by
+the star is within the limit of the new faces. The cost decides the order only.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels import heap
-from kabo.geometry.bounding.kernels.apartness import keeps_apart
-from kabo.geometry.bounding.kernels.carried import (
+from kabo.geometry.bounding.kernels.carried_triangles import (
     apply_draft,
     draft_moves,
     draft_proof,
@@ -27,16 +26,17 @@ from kabo.geometry.bounding.kernels.star import (
     keeps_topology,
     set_moved,
 )
-from kabo.geometry.bounding.kernels.within import triangle_bound
+from kabo.geometry.bounding.kernels.star_crossings import keeps_apart
+from kabo.geometry.bounding.kernels.triangle_bounds import triangle_bound
 from kabo.geometry.triangles.kernels.octree import insert, remove
 from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_face_squared
 
 # What the proofs of one contraction may take; what cannot be proven with it is not done.
-PIECES, PIECES_A_FACE = 4000, 20
-DISTANCES, DISTANCES_A_PART = 200_000, 200
+MIN_PIECE_BUDGET, PIECES_PER_FACE = 4000, 20
+MIN_DISTANCE_BUDGET, DISTANCES_PER_PART = 200_000, 200
 
 # Counters: what was done, and what refused the rest.
-DONE, SOLVED, TOPOLOGY, FACING, SIDES, FAR, UNCOVERED, CROSSING, POPPED, PASSES, POSTPONED = (
+DONE, SOLVED, TOPOLOGY, FACING, SIDES, TOO_FAR, UNCOVERED, CROSSING, POPPED, PASSES, POSTPONED = (
     0,
     1,
     2,
@@ -63,10 +63,10 @@ def enter_face(net, tree, f):
 
 @lean_kernel
 def faces_near_original(net, original, star, count, x, y, z, limit, work):
-    """Whether every new face is proven within the limit of the original; their bounds go to star.errors."""
+    """Whether every new face is proven within the limit of the original; writes the bounds to star.errors."""
     vertices, faces, bounds, hints, pieces = net.vertices, net.faces, net.errors, net.hints, work.pieces
     listed, corners, errors, squared, budget = star.faces, star.corners, star.errors, limit * limit, work.budget
-    budget[0] = PIECES + PIECES_A_FACE * count
+    budget[0] = MIN_PIECE_BUDGET + PIECES_PER_FACE * count
     reached, _ = nearest_triangle(original, x, y, z, hints[listed[0]], squared, work.stack)
     if reached > squared:
         return False
@@ -93,12 +93,12 @@ def faces_near_original(net, original, star, count, x, y, z, limit, work):
 
 @lean_kernel
 def original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
-    """Whether every original triangle of the star is proven within the limit of the new faces; drafts what changes."""
+    """Whether every original triangle of the star is proven within the limit of the new faces; drafts the moves."""
     pieces, found, stack, budget, proven = work.pieces, work.found, work.stack, work.budget, draft.proven
     many = set_candidates(net, star, count, x, y, z, pieces)
     moves, again = draft_moves(net, carried, star, count, many, limit, draft)
     proven[0], proven[2] = moves, again
-    budget[0] = DISTANCES + DISTANCES_A_PART * (moves + again)
+    budget[0] = MIN_DISTANCE_BUDGET + DISTANCES_PER_PART * (moves + again)
     for m in range(again):  # the part that has come farthest is the first of the list
         t, near = draft.again[m, 0], draft.again[m, 1]
         moves = draft_proof(
@@ -112,16 +112,17 @@ def original_near_faces(net, original, carried, star, count, x, y, z, limit, dra
 
 @lean_kernel
 def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
-    """Whether the distances of a contraction are proven, both ways.
+    """Whether both directions of distance of a contraction are proven.
 
-    Fans of hundreds of faces may need more than proofs may take. Their hub waits then until its star has half the faces.
+    Stars of hundreds of faces may exceed the budget of proofs; their vertex then waits until its star has half the
+    faces.
     """
     waits, limit = net.waits, settings.limit
     if count > min(waits[a], waits[b]):
         counters[POSTPONED] += 1
         return False
     if not faces_near_original(net, original, star, count, x, y, z, limit, work):
-        counters[FAR] += 1
+        counters[TOO_FAR] += 1
     elif not original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
         counters[UNCOVERED] += 1
     else:
@@ -133,7 +134,7 @@ def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree
 
 @lean_kernel
 def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
-    """Whether all that must hold after a contraction is proven to hold."""
+    """Whether all conditions of a contraction are proven."""
     if not keeps_topology(net, a, b, count):
         counters[TOPOLOGY] += 1
         return False
@@ -161,7 +162,7 @@ def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree,
 
 @lean_kernel
 def _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings):
-    """Does the contraction, in all structures."""
+    """Executes a contraction in all data structures."""
     if settings.certify:
         for i in range(count):
             remove(tree, star.faces[i])
@@ -177,7 +178,7 @@ def _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings):
 
 @lean_kernel
 def _offer(net, a, b, star, queue, size, stamp, settings, counters):
-    """Puts an edge into the queue, if there is a point for it; returns the queue's size."""
+    """Puts an edge into the queue, if there is a valid point for it; returns the queue's size."""
     if net.locked[a] or net.locked[b]:
         return size
     if a > b:
@@ -192,7 +193,7 @@ def _offer(net, a, b, star, queue, size, stamp, settings, counters):
 
 @lean_kernel
 def _offer_around(net, a, star, queue, size, settings, counters):
-    """Offers all edges at vertex a; returns the queue's size."""
+    """Puts all edges at vertex a into the queue; returns the queue's size."""
     net.clock[0] += 2
     stamp, net.marks[a] = net.clock[0], net.clock[0]
     c, ring = net.first[a], 0
@@ -212,7 +213,7 @@ def _offer_around(net, a, star, queue, size, settings, counters):
 
 @lean_kernel
 def drop_outdated(net, queue, size):
-    """Rebuilds the queue from the entries that still count; returns its size."""
+    """Rebuilds the queue from the entries that are still valid; returns its size."""
     kept = 0
     for i in range(size):
         cost, a, b, stamp = queue.costs[i], queue.edges[i, 0], queue.edges[i, 1], queue.edges[i, 2]
@@ -223,7 +224,7 @@ def drop_outdated(net, queue, size):
 
 @lean_kernel
 def _offer_again(net, star, queue, refused, settings, counters):
-    """Offers the refused edges around which the mesh has changed since; returns the queue's size and how many others."""
+    """Queues refused edges around which the mesh has changed since; returns the queue's size and the number of others."""
     size, kept = 0, 0
     for i in range(net.clock[2]):
         a, b, stamp = refused[i, 0], refused[i, 1], refused[i, 2]
@@ -241,7 +242,7 @@ def _offer_again(net, star, queue, refused, settings, counters):
 
 @lean_kernel
 def _offer_all(net, star, queue, settings, counters):
-    """Offers all edges; returns the queue's size."""
+    """Puts all edges into the queue; returns the queue's size."""
     size = 0
     for f in range(net.faces.shape[0]):
         if net.faces[f, 0] >= 0:
@@ -254,7 +255,7 @@ def _offer_all(net, star, queue, settings, counters):
 
 @lean_kernel
 def contract_all(net, original, carried, star, queue, refused, draft, tree, settings, work, counters):
-    """Contracts edges, cheapest first, until no more can be, or `settings.vertices` are left."""
+    """Contracts edges, cheapest first, until none can be contracted, or `settings.vertices` are left."""
     net.clock[2] = 0
     size = _offer_all(net, star, queue, settings, counters)
     alive, before = settings.alive - counters[DONE], -1

@@ -1,21 +1,22 @@
 """The cheapest point outside some planes: a quadratic minimum under linear inequalities in space [K 4.3.4].
 
-At most three planes hold the optimum [K Eq. 4.12-4.18]. Instead of all subsets, the most violated plane enters each
-time and the at most seven subsets of the holding planes that contain it are solved directly: linear work in the number
-of planes [Sharir and Welzl 1992]. In coordinates in which the quadric is a sphere the task is to project a point.
+At most three planes are active at the optimum [K Eq. 4.12-4.18]. Instead of trying all subsets, the most violated
+plane enters in each round, and at most seven subsets of the active planes that contain it are solved directly: the
+work is linear in the number of planes [Sharir and Welzl 1992]. In coordinates in which the quadric is a sphere,
+the problem is the projection of a point.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
 
-ROUNDS = 60
-FEASIBLE = 0.1  # of the slack by which planes are pushed outwards: what a point may lack of it
+MAX_ROUNDS = 60
+FEASIBILITY_SHARE = 0.1  # of the planes' slack, by which a point may miss it
 
 
 @lean_kernel  # (10,) f8, f8, (6,) f8 -> bool
 def factor(q, regular, lower):
-    """The Cholesky factor l00, l10, l20, l11, l21, l22 of the quadric's matrix, regularised by a part of its trace."""
+    """Writes the Cholesky factor l00, l10, l20, l11, l21, l22 of the quadric's matrix plus a share of its trace."""
     r = regular * (q[0] + q[3] + q[5]) + 1e-300
     lower[0] = np.sqrt(q[0] + r)
     lower[1], lower[2] = q[1] / lower[0], q[2] / lower[0]
@@ -26,7 +27,7 @@ def factor(q, regular, lower):
 
 @lean_kernel  # (N, 5) f8, i8 x 4, f8 x 3 -> bool, f8 x 3
 def _held(g, count, i, j, k, x, y, z):
-    """The point nearest to x, y, z on `count` of the planes i, j, k; not if they are parallel, or it need not be held."""
+    """The point nearest to x, y, z on the first `count` of planes i, j, k; fails if they are parallel or not all active."""
     si = g[i, 3] - (g[i, 0] * x + g[i, 1] * y + g[i, 2] * z)
     if count == 1:
         return si >= 0.0, x + si * g[i, 0], y + si * g[i, 1], z + si * g[i, 2]
@@ -62,7 +63,7 @@ def _height(g, i, x, y, z):
 
 @lean_kernel
 def _best_subset(g, entering, holding, held, tolerance, x0, y0, z0):
-    """The point nearest to the start that `entering` and at most two of the holding planes hold, outside all of them."""
+    """The point nearest to the start with `entering` and at most two other planes active, and outside all active planes."""
     best, bx, by, bz, count, p, q = np.inf, 0.0, 0.0, 0.0, 0, -1, -1
     for i in range(-1, held):
         for j in range(i, held if i >= 0 else 0):  # nothing, one (j = i), or two holding planes join
@@ -82,12 +83,12 @@ def _best_subset(g, entering, holding, held, tolerance, x0, y0, z0):
 
 @lean_kernel  # (N, 5) f8, i8, f8, f8 x 3, (4,) i8 -> bool, f8 x 3
 def project(g, count, tolerance, x0, y0, z0, holding):
-    """The point nearest to x0, y0, z0 with n·x >= d for all planes; False if none was found.
+    """The point nearest to x0, y0, z0 with n·x >= d for all planes; and whether one was found.
 
-    Planes are unit normals, d, and how many metres a unit of height is; a point may lack `tolerance` metres.
+    Planes are unit normals, d, and metres per unit of height; the point may miss a plane by `tolerance` [m].
     """
     x, y, z, held = x0, y0, z0, 0
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         entering, worst = -1, -tolerance
         for i in range(count):
             height = _height(g, i, x, y, z)
@@ -110,8 +111,8 @@ def project(g, count, tolerance, x0, y0, z0, holding):
 def cheapest_outside(q, planes, count, regular, slack, lower, turned, holding):
     """The cheapest point at least `slack` outside all planes (count, 4): n·x >= d; and whether there is one.
 
-    The quadric and the planes are relative to a point near the answer, towards which a part of the cost pulls. Scratch:
-    lower (6,), turned (N, 5) f8, holding (4,) i8.
+    The quadric and the planes are relative to a point near the answer, towards which the cost is regularised.
+    Scratch: lower (6,), turned (N, 5) f8, holding (4,) i8.
     """
     factor(q, regular, lower)
     l00, l10, l20, l11, l21, l22 = lower[0], lower[1], lower[2], lower[3], lower[4], lower[5]
@@ -125,7 +126,7 @@ def cheapest_outside(q, planes, count, regular, slack, lower, turned, holding):
         length = 1.0 / np.sqrt(u * u + v * v + w * w)
         turned[i, 0], turned[i, 1], turned[i, 2] = u * length, v * length, w * length
         turned[i, 3], turned[i, 4] = (planes[i, 3] + slack) * length, 1.0 / length
-    good, x, y, z = project(turned, count, FEASIBLE * slack, x0, y0, z0, holding)
+    good, x, y, z = project(turned, count, FEASIBILITY_SHARE * slack, x0, y0, z0, holding)
     z = z / l22
     y = (y - l21 * z) / l11
     x = (x - l10 * y - l20 * z) / l00

@@ -1,4 +1,4 @@
-"""A binary heap of edges by cost; equal costs by the numbers of the ends, so that the order is one of all possible."""
+"""A binary heap of edges by cost; equal costs are ordered by the vertices' indices, so that the order is unique."""
 
 from kabo.compilation import lean_kernel
 

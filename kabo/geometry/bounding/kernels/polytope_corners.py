@@ -1,4 +1,4 @@
-"""Where an edge of a convex polytope may be contracted to, so that the new hull contains the old: a small projection."""
+"""The point to which an edge of a convex polytope may be contracted so that the new hull contains the old one."""
 
 import numpy as np
 
@@ -39,7 +39,8 @@ def _meets(rows, i, j, k, y):
 def least_beyond(rows, count, y, trial, held):
     """Writes the point of least norm with g.y >= h for all rows (g, h); False if there is none.
 
-    The most violated row joins the at most three that hold the point; of all that these can hold, the nearest one.
+    In each round the most violated row joins the at most three active ones, and the best subset of them stays
+    active.
     """
     y[0], y[1], y[2] = 0.0, 0.0, 0.0
     many = 0
@@ -83,9 +84,9 @@ def least_beyond(rows, count, y, trial, held):
 
 @lean_kernel
 def least_beyond_planes(planes, weights, count, x, y, z, size, rows, found, trial, held):
-    """Writes into `found` the point beyond all planes (n.p >= d) that is least beyond them, by area-weighted squares.
+    """Writes to `found` the point beyond all planes (n.p >= d) with the least area-weighted squared distance from them.
 
-    (x, y, z) is where to start, `size` a length [m] to scale by, rows (R, 4) scratch. False if there is no such point.
+    (x, y, z) is the start, `size` a length [m] for scaling, rows (R, 4) scratch. False if there is no such point.
     """
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
@@ -134,7 +135,7 @@ def outside_distance(boxes, children, triangles, x, y, z, stack):
 
 @lean_kernel
 def planes_at(a, b, simplices, equations, areas, starts, around, planes, weights):
-    """Writes the planes of the faces at an edge's corners a and b, each once, and their areas; how many they are."""
+    """Writes the planes of the faces at an edge's corners a and b, each once, and their areas; returns their number."""
     count = 0
     for side in range(2):
         v = b if side else a
@@ -171,8 +172,9 @@ def contractions(
     costs,
     places,
 ):
-    """For each edge (E, 2) of a hull where it may go (E, 3), and how far from the solid that is; inf beyond `limit`.
+    """Writes the contraction point (E, 3) of each edge (E, 2) of a hull, and its distance from the solid.
 
+    The distance is inf where there is no such point within `limit`.
     around[starts[v]:starts[v + 1]] are the faces at vertex v; the other arguments before `costs` are scratch.
     """
     found, trial = vectors[0], vectors[1]

@@ -1,22 +1,22 @@
-"""How far a convex part sticks out of a solid: a proof by tetrahedra, each within a limit of one triangle of the mesh.
+"""Proofs of how far a convex part sticks out of a solid, by tetrahedra that are each within a limit of one triangle.
 
-The distance to one triangle is convex, so over a tetrahedron it is greatest at a corner: a part may reach the limit
-itself, and large tetrahedra over large triangles are settled at once.
+The distance to one triangle is convex, so over a tetrahedron it is greatest at a corner: parts at the very limit
+can be proven, and large tetrahedra over large triangles are decided at once.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.bounding.kernels.depths import FAR, NEAR, settled
+from kabo.geometry.bounding.kernels.depth_octree import ALL_NEAR, MIDDLE_FAR, settled
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
 
-SMALL = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
+SMALL_TETRAHEDRON_SHARE = 0.1  # of the limit: in smaller ones the corners are tested, too
 
 
 @lean_kernel  # (C, 14) f8, i8 -> f8 x 4
 def _ball(cells, top):
-    """The middle of a tetrahedron, and the square of how far its corners are from there."""
+    """The centre of a tetrahedron, and the squared radius of the ball around it that contains the corners."""
     x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
     y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
     z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
@@ -29,7 +29,7 @@ def _ball(cells, top):
 
 @lean_kernel  # (C, 14) f8, i8, (T, …) f8, i8, f8 -> i8
 def _far_corner(cells, top, triangles, triangle, enough):
-    """The first corner of a tetrahedron whose squared distance to a triangle is more than `enough`, or -1."""
+    """The first corner of a tetrahedron with a squared distance to a triangle of more than `enough`, or -1."""
     for c in range(4):
         px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
         if to_triangle_squared(px, py, pz, triangles, triangle) > enough:
@@ -39,7 +39,7 @@ def _far_corner(cells, top, triangles, triangle, enough):
 
 @lean_kernel  # (C, 14) f8, i8, i8, f8, tree, (64,) i8 -> bool
 def _is_beyond(cells, top, corner, enough, boxes, children, triangles, stack):
-    """Whether a corner is outside and its squared distance to the solid more than `enough`; then left in row 0."""
+    """Whether a corner is outside, at a squared distance from the solid above `enough`; then it is written to row 0."""
     x, y, z = cells[top, 3 * corner], cells[top, 3 * corner + 1], cells[top, 3 * corner + 2]
     _, near = nearest_triangle(boxes, children, triangles, x, y, z, enough, stack)
     if near >= 0 or inside(boxes, children, triangles, x, y, z, stack):
@@ -50,7 +50,7 @@ def _is_beyond(cells, top, corner, enough, boxes, children, triangles, stack):
 
 @lean_kernel  # (C, 14) f8, i8 -> i8 x 2
 def _longest_edge(cells, top):
-    """The two corners of a tetrahedron between which its longest edge lies."""
+    """The two corners of a tetrahedron's longest edge."""
     longest, i, j = -1.0, 0, 1
     for a in range(4):
         for b in range(a + 1, 4):
@@ -66,7 +66,7 @@ def _longest_edge(cells, top):
 
 @lean_kernel  # (C, W) f8, i8, i8, i8
 def _halve(cells, top, i, j):
-    """Puts both halves of a cell in its place and the next: the middle of an edge in place of either of its ends."""
+    """Replaces a cell by its two halves, in its row and the next, cut at the midpoint of an edge."""
     for r in range(cells.shape[1]):
         cells[top + 1, r] = cells[top, r]
     for r in range(3):
@@ -78,22 +78,22 @@ def _halve(cells, top, i, j):
 def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
     """Whether the tetrahedra cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
 
-    A row is four corners, 1 if all of it is known to be outside, and a triangle that may be near. A tetrahedron is
-    settled when the octree knows the ball around it to be near, when its corners are within the limit of one triangle,
-    or when its middle is inside the solid and no corner farther away than the surface and the limit together. Others
-    are halved across their longest edge. A point that is farther than the limit is left in the first three columns of
-    row 0.
+    A row is four corners, 1 if the tetrahedron is known to be outside, and a triangle that may be near. A
+    tetrahedron is proven if the octree shows that the ball around it is near, if its corners are within the limit
+    of one triangle, or if its centre is inside the solid and no corner is farther from it than the surface plus
+    the limit. Others are halved across their longest edge. A point that is farther than the limit is written to
+    the first three columns of row 0.
     """
-    enough, small = limit * limit, (SMALL * limit) ** 2
+    enough, small = limit * limit, (SMALL_TETRAHEDRON_SHARE * limit) ** 2
     for _ in range(most):
         if top == 0:
             return 0
         top -= 1
         x, y, z, radius = _ball(cells, top)
         word = settled(x, y, z, np.sqrt(radius), limit, frame, depths, firsts, boxes, children, triangles, stack)
-        if word == NEAR:
+        if word == ALL_NEAR:
             continue
-        if word == FAR:
+        if word == MIDDLE_FAR:
             cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
             return 1
         known = int(cells[top, 13])
@@ -127,7 +127,7 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
 
 @lean_kernel  # (C, 11) f8, i8 -> f8 x 4, i8
 def _circle(cells, top):
-    """The middle of a triangle, how far its corners are from there, and the corner where its longest edge begins."""
+    """The centre of a triangle, the radius of a ball there that holds the corners, and where its longest edge begins."""
     x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
     y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
     z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0
@@ -145,7 +145,7 @@ def _circle(cells, top):
 
 @lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
 def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
-    """As `reaches_beyond`, for triangles in place of tetrahedra: a row is three corners and the two numbers."""
+    """As `reaches_beyond`, for triangles: a row is three corners and the same two numbers."""
     enough = limit * limit
     for _ in range(most):
         if top == 0:
@@ -153,9 +153,9 @@ def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children
         top -= 1
         x, y, z, radius, at = _circle(cells, top)
         word = settled(x, y, z, radius, limit, frame, depths, firsts, boxes, children, triangles, stack)
-        if word == NEAR:
+        if word == ALL_NEAR:
             continue
-        if word == FAR:
+        if word == MIDDLE_FAR:
             cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
             return 1
         known, within = int(cells[top, 10]), True

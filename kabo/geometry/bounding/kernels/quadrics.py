@@ -57,7 +57,7 @@ def move_origin(q, x, y, z):
 
 @lean_kernel  # (10,) f8 -> f8 x 3
 def minimiser(q):
-    """Where the quadric is least; of many such points the one nearest to the origin, nearly."""
+    """The minimiser of the quadric; if it is not unique, approximately the one nearest to the origin."""
     r = 1e-9 * (q[0] + q[3] + q[5]) + 1e-300
     l00 = np.sqrt(q[0] + r)
     l10, l20 = q[1] / l00, q[2] / l00
@@ -104,7 +104,7 @@ def _principal_axes(q, matrix, frame):
 
 @lean_kernel  # (10,) f8 x 3, f8, (10, 4) f8 -> nothing
 def _diagonal(first, second, combined, exact_at, scratch):
-    """An upper bound of min(first, second) that is diagonal in the axes of their sum [K Eq. 4.6, 4.7].
+    """Writes an upper bound of min(first, second) that is diagonal in the axes of their sum [K Eq. 4.6, 4.7].
 
     `exact_at`: the free parameter l of Eq. 4.7 [m]. Origins lie at the minimiser of the sum.
     """
@@ -129,7 +129,7 @@ def _diagonal(first, second, combined, exact_at, scratch):
 
 @lean_kernel
 def combine(kind, first, second, combined, exact_at, scratch):
-    """The quadric of a contracted edge from those of its ends, by cost function [K Eq. 4.5 and what follows].
+    """Writes the quadric of a contracted edge from those of its ends, by cost function [K Eq. 4.5 ff.].
 
     scratch (13, 10) f8; `exact_at` as in Eq. 4.7.
     """

@@ -1,4 +1,4 @@
-"""The star of an edge in a mesh that is being contracted: who belongs to it, what may replace it, and replacing it.
+"""The star of an edge, the faces at its two ends: gathering it, testing its replacement, and contracting the edge.
 
 A `net` has vertices (V, 3), faces (F, 3; dead ones start with -1), unit normals (F, 3; zero for faces without an area),
 and for each vertex a linked list of its corners: corner 3 f + k is vertex k of face f; `first` (V,), `following` (3 F,).
@@ -20,9 +20,9 @@ from kabo.geometry.bounding.kernels.quadrics import (
 )
 from kabo.geometry.triangles.kernels.orientation import orientation
 
-SMALLEST = 1e-14  # twice the area of a new face, in squared diagonals
-NOTHING = 1e-80  # metres: exact signs need coordinates that are 0 or larger
-LEAST = 1e-9  # of a component's volume: what must be left of it
+MIN_DOUBLE_AREA = 1e-14  # of a new face, in squared diagonals
+MIN_COORDINATE = 1e-80  # [m]: exact signs need coordinates that are 0 or larger than this
+MIN_VOLUME_SHARE = 1e-9  # of a component's volume, which must remain
 
 
 @lean_kernel  # (V, 3) f8, (F, 3) i8, (F, 3) f8, i8 -> nothing
@@ -39,7 +39,7 @@ def set_normal(vertices, faces, normals, f):
 
 @lean_kernel
 def gather_star(net, a, b, star):
-    """Lists the faces at a or b, those at a first; returns how many, 0 if there is no room for them."""
+    """Lists the faces at a or b, those at a first; returns their number, 0 if there is no room for them."""
     faces, first, following = net.faces, net.first, net.following
     listed, corners = star.faces, star.corners
     count = 0
@@ -60,7 +60,7 @@ def gather_star(net, a, b, star):
 
 @lean_kernel
 def _set_planes(vertices, faces, normals, star, count, x, y, z):
-    """Writes the planes of the star relative to the point x, y, z; returns how many of them are bounds."""
+    """Writes the planes of the star relative to the point x, y, z; returns how many of them bound the new point."""
     listed, planes, bounds = star.faces, star.planes, star.bounds
     many = 0
     for i in range(count):
@@ -77,7 +77,7 @@ def _set_planes(vertices, faces, normals, star, count, x, y, z):
 
 @lean_kernel
 def contraction_point(net, a, b, star, count, settings):
-    """The cheapest point that may replace the edge a, b, whose star is gathered: its cost (inf if none), x, y, z."""
+    """The cheapest point that may replace the edge a, b: its cost (inf if none), x, y, z. The star must be gathered."""
     vertices, q = net.vertices, star.quadric
     x = 0.5 * (vertices[a, 0] + vertices[b, 0])
     y = 0.5 * (vertices[a, 1] + vertices[b, 1])
@@ -99,7 +99,11 @@ def contraction_point(net, a, b, star, count, settings):
     if not good:
         return np.inf, x, y, z
     cost, x, y, z = max(0.0, cost_at(q, dx, dy, dz)), x + dx, y + dy, z + dz
-    x, y, z = x if abs(x) > NOTHING else 0.0, y if abs(y) > NOTHING else 0.0, z if abs(z) > NOTHING else 0.0
+    x, y, z = (
+        x if abs(x) > MIN_COORDINATE else 0.0,
+        y if abs(y) > MIN_COORDINATE else 0.0,
+        z if abs(z) > MIN_COORDINATE else 0.0,
+    )
     return cost, x, y, z
 
 
@@ -131,7 +135,8 @@ def keeps_topology(net, a, b, count):
 def keeps_sides(vertices, faces, listed, count, x, y, z, exact):
     """Whether x, y, z is proven not to lie behind any face of the star.
 
-    New minus old solid are then tetrahedra of non-negative volume: winding numbers only grow, no point is lost.
+    Then the solid only grows, by tetrahedra of non-negative volume: winding numbers do not decrease, no point is
+    lost.
     """
     for i in range(count):
         f = listed[i]
@@ -146,7 +151,7 @@ def keeps_sides(vertices, faces, listed, count, x, y, z, exact):
 
 @lean_kernel
 def volume_after(net, listed, count, x, y, z):
-    """The signed volume of the star's component once its faces' tetrahedra to x, y, z have been added to it."""
+    """The signed volume of the star's component after adding the tetrahedra of its faces to x, y, z."""
     vertices, faces = net.vertices, net.faces
     added = 0.0
     for i in range(count):
@@ -161,10 +166,10 @@ def volume_after(net, listed, count, x, y, z):
 
 @lean_kernel
 def keeps_orientation(net, listed, count, x, y, z):
-    """Whether the star's component stays on its side: a thin one must not pass through itself and come out reversed."""
+    """Whether the component keeps the sign of its volume: a thin one must not pass through itself and end up inside out."""
     start = net.volumes[net.components[net.faces[listed[0], 0]], 1]
     after = volume_after(net, listed, count, x, y, z)
-    return after >= LEAST * start if start > 0.0 else after <= LEAST * start
+    return after >= MIN_VOLUME_SHARE * start if start > 0.0 else after <= MIN_VOLUME_SHARE * start
 
 
 @lean_kernel  # (V, 3) f8, (F, 3) i8, i8, i8, f8 x 3, (P, 16) f8 -> nothing
@@ -180,7 +185,7 @@ def set_moved(vertices, faces, f, k, x, y, z, pieces):
 
 @lean_kernel
 def keeps_facing(net, star, count, x, y, z, diagonal, least):
-    """Whether no face turns by more than the angle of cosine `least`, and none becomes a line."""
+    """Whether no face rotates by more than the angle with cosine `least`, and none degenerates to a line."""
     vertices, faces, normals, listed, corners = net.vertices, net.faces, net.normals, star.faces, star.corners
     for i in range(count):
         f, k = listed[i], corners[i]
@@ -191,7 +196,7 @@ def keeps_facing(net, star, count, x, y, z, diagonal, least):
         vx, vy, vz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         squared = nx * nx + ny * ny + nz * nz
-        if not squared > (SMALLEST * diagonal * diagonal) ** 2:
+        if not squared > (MIN_DOUBLE_AREA * diagonal * diagonal) ** 2:
             return False
         if nx * normals[f, 0] + ny * normals[f, 1] + nz * normals[f, 2] < least * np.sqrt(squared):
             return False
@@ -200,7 +205,7 @@ def keeps_facing(net, star, count, x, y, z, diagonal, least):
 
 @lean_kernel  # (V,) i8, (3 F,) i8, i8 x 2 -> nothing
 def _unlink(first, following, v, f):
-    """Takes face f out of the list of vertex v."""
+    """Removes face f from the list of vertex v."""
     c, before = first[v], -1
     while c >= 0:
         if c // 3 == f:
@@ -215,7 +220,7 @@ def _unlink(first, following, v, f):
 
 @lean_kernel
 def contract(net, a, b, star, count, x, y, z, settings):
-    """Replaces the star of the edge: a moves to x, y, z, b and the faces between them die."""
+    """Contracts the edge: moves a to x, y, z; removes b and the faces with both ends."""
     vertices, faces, normals, first, following = net.vertices, net.faces, net.normals, net.first, net.following
     listed, corners = star.faces, star.corners
     net.volumes[net.components[a], 0] = volume_after(net, listed, count, x, y, z)
@@ -243,7 +248,7 @@ def contract(net, a, b, star, count, x, y, z, settings):
 
 @lean_kernel
 def _add_face(net, f, settings):
-    """Adds the cost of face f to its vertices."""
+    """Adds the quadric of face f to those of its vertices."""
     vertices, faces, normals, quadrics = net.vertices, net.faces, net.normals, net.quadrics
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0 - settings.x

@@ -1,1 +1,1 @@
-"""Kernels on arrays for collision checks: boxes, separation of convex sets, sweeps."""
+"""Array kernels of collision checks: boxes, separation of convex sets, sweeps."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 
-SLACK = 1e-12  # metres: what rounding may take from a box
+BOX_SLACK = 1e-12  # [m] added to boxes against rounding
 
 
 @reduction_kernel  # (J, 12) f8, i8, (B, 3, 24) f8, i8, (D, 3, 24) f8, i8, i8
@@ -19,13 +19,13 @@ def place_block(poses, pose, blocks, source, placed, target, count):
 
 @lean_kernel  # (J, 12) f8, i8, (G, 6) f8 centre and half extents, i8, (S, 6) f8, i8
 def place_box(poses, pose, extents, source, boxes, target):
-    """Writes the box (lower, upper) around box `source` moved by a pose; larger than the body's own box, never smaller."""
+    """Writes the box (lower, upper) around box `source` moved by a pose; it contains the body's own box."""
     x, y, z = extents[source, 0], extents[source, 1], extents[source, 2]
     ex, ey, ez = extents[source, 3], extents[source, 4], extents[source, 5]
     for r in range(3):
         a, b, c = poses[pose, 3 * r], poses[pose, 3 * r + 1], poses[pose, 3 * r + 2]
         middle = a * x + b * y + c * z + poses[pose, 9 + r]
-        half = abs(a) * ex + abs(b) * ey + abs(c) * ez + SLACK
+        half = abs(a) * ex + abs(b) * ey + abs(c) * ez + BOX_SLACK
         boxes[target, r], boxes[target, 3 + r] = middle - half, middle + half
 
 
@@ -60,7 +60,7 @@ def _reset(boxes, target):
 def _centre(boxes, target):
     for r in range(3):
         low, high = boxes[target, r], boxes[target, 3 + r]
-        boxes[target, r], boxes[target, 3 + r] = 0.5 * (low + high), 0.5 * (high - low) + SLACK
+        boxes[target, r], boxes[target, 3 + r] = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
 
 
 @lean_kernel  # (B, 3, 24) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, 24), (B, 6), (G, 6), (G,) f8

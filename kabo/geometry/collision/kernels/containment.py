@@ -1,15 +1,15 @@
 """Whether convex parts lie inside a solid: apart from all of its surface, with one vertex inside.
 
-A part is connected, so if no triangle of the closed surface meets it, all of it is on one side. That no triangle
-does is proven by an axis for each that is near; which side is told by the winding number of one vertex, which is then
-farther from the surface than `margin`.
+A part is connected, so if no triangle of the closed surface meets it, all of it is on one side. This is proven by
+an axis for each near triangle; the side follows from the winding number of one vertex, which is then farther from
+the surface than `margin`.
 """
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.triangles.kernels.solids import winding_number
 
-CORNERS = 8  # columns of a triangle's block: its corners, and the first one again
+TRIANGLE_COLUMNS = 8  # of a triangle's block: its corners, and copies of the first one
 
 
 @lean_kernel
@@ -39,9 +39,9 @@ def _surface_apart(
             for r in range(3):
                 middle = (triangles[t, 0, r] + triangles[t, 1, r] + triangles[t, 2, r]) / 3.0
                 axis[r] = 0.5 * (box[part, r] + box[part, 3 + r]) - middle
-                for i in range(CORNERS):
+                for i in range(TRIANGLE_COLUMNS):
                     pool[1, r, i] = triangles[t, i if i < 3 else 0, r]
-            if not apart(pool, 0, 0, size, 1, 1, CORNERS, margin, offset, axis, simplex, counters):
+            if not apart(pool, 0, 0, size, 1, 1, TRIANGLE_COLUMNS, margin, offset, axis, simplex, counters):
                 return False
     return True
 
@@ -50,7 +50,7 @@ def _surface_apart(
 def first_outside(
     blocks, sizes, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
 ):
-    """The first part (B, 3, 24) with a box (B, 6) that is not proven inside the solid, or -1 if all are.
+    """The index of the first part (B, 3, 24), with boxes (B, 6), that is not proven inside the solid, or -1 if all are.
 
     The solid is given by its box tree (N, 6), (N, 2), triangles (T, 3, 3) in the order of its leaves.
     """

@@ -1,30 +1,30 @@
-"""Distances of convex parts, with a proven lower and a reached upper bound: arrays in, two numbers out.
+"""Distances of convex parts, as a proven lower bound and an upper bound that is reached.
 
-The lower bound is the gap along an axis, as in `separation`; the upper one the length of a difference of two points
-that the parts have. Both are wrong by at most `rounding(offset)`, which is taken off and added.
+The lower bound is the gap along an axis, as in `separation`; the upper one the distance of two points of the
+parts. Both are wrong by at most `rounding(offset)`, which is subtracted and added.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.separation import ITERATIONS, _farthest, apart, nearest, rounding
+from kabo.geometry.collision.kernels.separation import MAX_ITERATIONS, _farthest, apart, nearest, rounding
 
-CLOSE = 1e-12  # metres: bounds this near to each other are not brought nearer
-RELATIVE = 1e-12
+ABSOLUTE_GAP = 1e-12  # [m] between both bounds at which the search ends
+RELATIVE_GAP = 1e-12
 
 
 @lean_kernel  # (B, 3, 24) f8, i8, i8, i8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
 def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
     """Bounds of the distance of two parts [Gilbert 1988]; (0, upper) where they are not proven apart.
 
-    `axis` (3,): where to start, any value is sound; afterwards the axis of the lower bound.
+    `axis` (3,): the start of the search, any value is sound; afterwards the axis of the lower bound.
     """
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     lower, upper = -np.inf, np.inf
-    for _ in range(2 * ITERATIONS):
+    for _ in range(2 * MAX_ITERATIONS):
         norm = np.sqrt(square)
         ux, uy, uz = x / norm, y / norm, z / norm
         _, i = _farthest(blocks, a, a, count_a, -ux, -uy, -uz, offset)
@@ -36,7 +36,7 @@ def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
         if gap > lower:
             lower = gap
             axis[0], axis[1], axis[2] = ux, uy, uz
-        if upper < np.inf and upper - lower <= CLOSE + RELATIVE * upper:
+        if upper < np.inf and upper - lower <= ABSOLUTE_GAP + RELATIVE_GAP * upper:
             break
         known = False
         for k in range(size):
@@ -65,7 +65,7 @@ def _boxes_distance(boxes, a, b):
 
 @lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
 def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
-    """Bounds of the distance of two bodies: parts before `first` against those from it on."""
+    """Bounds of the distance of two bodies: parts before index `first`, and the others."""
     lower, upper = np.inf, np.inf
     for a in range(first):
         for b in range(first, sizes.shape[0]):
@@ -80,7 +80,7 @@ def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
 
 @lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, f8, (3,) f8, (4, 3) f8, (3,) i8 -> bool
 def unions_apart(blocks, sizes, boxes, first, margin, offset, axis, simplex, counters):
-    """Whether all parts before `first` are proven farther than `margin` - rounding(offset) from all parts from it on."""
+    """Whether all parts before index `first` are proven farther than `margin` - rounding(offset) from all others."""
     for a in range(first):
         for b in range(first, sizes.shape[0]):
             if _boxes_distance(boxes, a, b) > margin + rounding(offset):

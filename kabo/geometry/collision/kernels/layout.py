@@ -1,8 +1,8 @@
-"""Where the arrays of a configuration check lie in one flat array, its memory.
+"""The layout of the arrays of a configuration check in one flat array, its memory.
 
-Each array that a kernel is given costs the call 40 ns, and 1 us when its header has left the caches; so `memory_of`
-(kabo.geometry.collision.arrays) lays them all out one behind the other, whole numbers first, and kernels take them
-from there.
+Each array argument of a kernel costs 40 ns a call, and 1 us if its header is not in the cache; so `memory_of`
+(kabo.geometry.collision.view_arrays) puts all of them into one array, integers first, and kernels take views of
+it.
 """
 
 import numpy as np
@@ -12,34 +12,34 @@ from kabo.compilation import leaf_kernel, lean_kernel, window
 # Places of whole numbers in the head: how many there are of what, and where numbers and blocks begin.
 JOINTS, VALUES, MOVING, GROUPS, PARTS, PAIRS, LARGEST, NUMBERS, BLOCKS, ROOM, COLUMNS = range(11)
 MARGIN, OFFSET = 11, 12  # places of numbers in the head
-HEAD = 16  # places before the first array
-LINE = 8  # arrays begin at multiples of so many places: a line of cache
-WORD = 32  # groups whose nearness one whole number tells
-COUNTERS = 8  # pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive, nothing
+HEAD_PLACES = 16  # before the first array
+CACHE_LINE_PLACES = 8  # arrays begin at multiples of it
+GROUPS_PER_WORD = 32  # one integer holds a bit for each of so many groups
+COUNTER_PLACES = 8  # pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive, nothing
 
 
 @lean_kernel  # i8, i8 -> i8
 def after(start, count):
-    """Where the next array begins."""
-    return (start + count + LINE - 1) // LINE * LINE
+    """The index where the next array begins."""
+    return (start + count + CACHE_LINE_PLACES - 1) // CACHE_LINE_PLACES * CACHE_LINE_PLACES
 
 
 @lean_kernel  # i8 -> i8
 def words_for(groups):
-    """How many words tell the nearness of so many groups."""
-    return (groups + WORD - 1) // WORD
+    """How many integers hold a bit for each of so many groups."""
+    return (groups + GROUPS_PER_WORD - 1) // GROUPS_PER_WORD
 
 
 @leaf_kernel
 def numbers_of(memory):
-    """The arrays of floating point: of `Chain` and `Bodies`, then what a check writes.
+    """The floating-point arrays: those of `Chain` and `Bodies`, then those that a check writes.
 
     factors (2, J), placement (J, 12), bound (n,), part_extents (B, 6), group_extents (G, 6), world_T (J, 12), rows
     (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), blocks (B + room, 3, 24) of
     vertices: of all parts in their joint's frame, then those that sweeps place.
     """
     whole = memory.view(np.int64)
-    joints, columns = whole[JOINTS], WORD * words_for(whole[GROUPS])
+    joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
     start = whole[NUMBERS]
     factors, start = window(memory, start, (2, joints)), after(start, 2 * joints)
     placement, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
@@ -57,14 +57,14 @@ def numbers_of(memory):
 
 @leaf_kernel
 def whole_numbers_of(memory):
-    """The arrays of whole numbers.
+    """The integer arrays.
 
-    counters (8,), joints (3, J), groups (3, G+1), sizes (B,), pairs (2, P), allowed (moving, W) which groups make a
-    pair with a group, a bit for each, and listed (most parts of a group,).
+    counters (8,), joints (3, J), groups (3, G+1), sizes (B,), pairs (2, P), allowed (moving, W) a bit for each
+    group that forms a pair with a group, and listed (greatest number of parts,).
     """
     whole = memory.view(np.int64)
     joints, groups, words = whole[JOINTS], whole[GROUPS] + 1, words_for(whole[GROUPS])
-    counters, start = window(whole, HEAD, (COUNTERS,)), after(HEAD, COUNTERS)
+    counters, start = window(whole, HEAD_PLACES, (COUNTER_PLACES,)), after(HEAD_PLACES, COUNTER_PLACES)
     tree, start = window(whole, start, (3, joints)), after(start, 3 * joints)
     ranges, start = window(whole, start, (3, groups)), after(start, 3 * groups)
     sizes, start = window(whole, start, (whole[PARTS],)), after(start, whole[PARTS])

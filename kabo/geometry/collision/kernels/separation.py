@@ -1,9 +1,10 @@
 """Separation of convex vertex sets: whether two stay farther apart than a margin, proven by an axis.
 
-"Apart" is only said when an axis was found along which the gap exceeds the margin; how the axis was found need not
-be trusted. The gap of an axis of length 1 is wrong by at most `rounding(offset)`, which callers add to the margin:
-the index of the farthest vertex lies in the low six bits of the shifted product, which costs offset * 2^-46 for each
-body; products, sums and the axis' length cost a few 2^-53. Comparisons let NaN and "undecided" fall to "not apart".
+"Apart" is returned only if an axis was found along which the gap exceeds the margin, however it was found. The gap
+of an axis of length 1 is wrong by at most `rounding(offset)`, which callers add to the margin: the index of the
+farthest vertex lies in the low six bits of the shifted product, which costs offset * 2^-46 for each body;
+products, sums and the axis' length cost a few 2^-53. Comparisons are such that NaN and "undecided" mean "not
+apart".
 
 A body is one vertex block, or two: the convex hull of one part at both ends of an interval, never built. Blocks are
 (3, 24) rows of a pool; unused columns repeat the first vertex, so that loops run over multiples of eight.
@@ -13,12 +14,12 @@ import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 
-ITERATIONS = 48  # 13 was the most that parts of real scenes needed; undecided by then counts as "not apart"
+MAX_ITERATIONS = 48  # real scenes need 13 at most; "not apart" if still undecided
 
 
 @leaf_kernel  # f8 -> f8
 def rounding(offset):
-    """A bound of all rounding errors of one gap, with a factor of two to spare; `offset` as `support` wants it."""
+    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` as for `support`."""
     return offset * 2.0**-44
 
 
@@ -38,7 +39,7 @@ def support(blocks, block, count, x, y, z, offset):
 
 @lean_kernel
 def _farthest(blocks, first, second, count, x, y, z, offset):
-    """The block and the column of the farthest vertex of the hull of two blocks."""
+    """The block and the column of the farthest vertex of two blocks."""
     best, block = support(blocks, first, count, x, y, z, offset), first
     if second != first:
         other = support(blocks, second, count, x, y, z, offset)
@@ -49,7 +50,7 @@ def _farthest(blocks, first, second, count, x, y, z, offset):
 
 @lean_kernel
 def _nearest_on_triangle(simplex, i, j, k):
-    """The point of triangle i, j, k nearest to the origin: how many corners carry it, which come first, the point."""
+    """The point of triangle i, j, k nearest to the origin: the number of its supporting corners, these first, the point."""
     ax, ay, az = simplex[i, 0], simplex[i, 1], simplex[i, 2]
     bx, by, bz = simplex[j, 0], simplex[j, 1], simplex[j, 2]
     cx, cy, cz = simplex[k, 0], simplex[k, 1], simplex[k, 2]
@@ -84,7 +85,7 @@ def _nearest_on_triangle(simplex, i, j, k):
 
 @lean_kernel
 def _outside(simplex, i, j, k, other):
-    """Whether the origin lies on the far side of face i, j, k, seen from the other corner, or the tetrahedron is flat."""
+    """Whether the origin and the other corner lie on different sides of face i, j, k, or the tetrahedron is flat."""
     ax, ay, az = simplex[i, 0], simplex[i, 1], simplex[i, 2]
     abx, aby, abz = simplex[j, 0] - ax, simplex[j, 1] - ay, simplex[j, 2] - az
     acx, acy, acz = simplex[k, 0] - ax, simplex[k, 1] - ay, simplex[k, 2] - az
@@ -111,10 +112,10 @@ def _nearest_on_segment(simplex):
 
 @lean_kernel
 def nearest(simplex, size):
-    """The point of the simplex nearest to the origin, and how many corners carry it: those are moved to the front.
+    """The point of the simplex nearest to the origin, and the number of supporting corners, which move to the front.
 
-    Four corners in the answer say that the origin is inside. Degenerate simplices may cost a round or a needless
-    "not apart", never an "apart".
+    Four supporting corners mean that the origin is inside. Degenerate simplices may cost a round or a needless
+    "not apart", never a wrong "apart".
     """
     if size == 1:
         return 1, simplex[0, 0], simplex[0, 1], simplex[0, 2]
@@ -146,8 +147,8 @@ def nearest(simplex, size):
 def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simplex, counters):
     """Whether hull(a0, a1) and hull(b0, b1) are proven farther apart than `margin` - rounding(offset) [Gilbert 1988].
 
-    `axis` (3,): where to start, any value is sound; afterwards the axis that separates, or the last one tried.
-    "Not apart" is said at a distance of at most margin * (1 + 1e-9) + 1e-10 + rounding, or when undecided.
+    `axis` (3,): the start of the search, any value is sound; afterwards the separating axis, or the last one
+    tried. "Not apart" means a distance of at most margin * (1 + 1e-9) + 1e-10 + rounding, or undecided.
     `counters`: pairs, iterations, undecided.
     """
     x, y, z = axis[0], axis[1], axis[2]
@@ -155,7 +156,7 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     counters[0] += 1
-    for iteration in range(ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         counters[1] += 1
         norm = np.sqrt(square)
         scale = 1.0 / norm
@@ -176,7 +177,7 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
         square = x * x + y * y + z * z
         if size == 4 or not square > margin * margin or square < 1e-20:
             break
-        if iteration == ITERATIONS - 1:
+        if iteration == MAX_ITERATIONS - 1:
             counters[2] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False
@@ -184,17 +185,17 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
 
 @lean_kernel
 def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simplex, counters):
-    """As `apart` for block `a` and block `b` moved by `pose` (12,): what is evaluated lies in the frame of `a`.
+    """As `apart` for block `a` and block `b` moved by `pose` (12,), evaluated in the frame of `a`.
 
-    Blocks are looked up where they lie and only the farthest vertices are moved: few rounds settle most pairs. Of
-    `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth.
+    Blocks stay in their own frames and only farthest vertices are transformed, since few rounds decide most pairs.
+    Of `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth.
     """
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     counters[0] += 1
-    for iteration in range(ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         counters[1] += 1
         norm = np.sqrt(square)
         scale = 1.0 / norm
@@ -219,7 +220,7 @@ def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simp
         square = x * x + y * y + z * z
         if size == 4 or not square > margin * margin or square < 1e-20:
             break
-        if iteration == ITERATIONS - 1:
+        if iteration == MAX_ITERATIONS - 1:
             counters[2] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False

@@ -12,17 +12,17 @@ and "hit" may be said where this, numeric and both bodies' own deviations are at
 pose in the middle decides if it brings the parts that close by itself; else both halves are looked at. D falls with
 the square of the interval, spread linearly, so the bisection ends.
 
-The arguments are the fields of `Chain`, `Bodies`, `Tracks`, `Scratch` and `Sweep` (kabo.geometry.collision.arrays).
+The arguments are the fields of `Chain`, `Bodies`, `Tracks`, `Scratch` and `Sweep` (kabo.geometry.collision.view_arrays).
 """
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.boxes import boxes_near, place_block, place_box, unite_boxes
-from kabo.geometry.collision.kernels.check import usable
+from kabo.geometry.collision.kernels.configuration_check import usable
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.collision.kernels.tracks import (
-    COARSE,
-    DEPTH,
-    GRID,
+    COARSE_LEVELS,
+    COARSE_NODES,
+    MAX_HALVINGS,
     frames_at,
     interval_parts,
     level_for,
@@ -33,7 +33,7 @@ from kabo.geometry.collision.kernels.tracks import (
     whole_box,
 )
 
-COARSE_DEVIATION = 0.03  # metres: halving further than this before boxes are compared does not pay
+COARSE_DEVIATION = 0.03  # [m] down to which segments are halved before boxes are compared
 JOINT, PARTS, PAIRS = 0, 1, 2  # rows of `groups`
 GROUP, FRAME = 0, 1  # rows of `tracks`
 RUN, MARK, USED, INTERVAL_MARK, INTERVALS_USED = 0, 1, 2, 3, 4  # places of `state`
@@ -47,14 +47,14 @@ def _coarse_poses(
     t, level, moves, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags,
     node_poses, node_boxes, node_marks, state,
 ):  # fmt: skip
-    """Makes the poses of a track and the boxes of its group at the coarse nodes of a level, each once per sweep."""
+    """Computes the poses of a track and the boxes of its group at the coarse nodes of a level, each once per sweep."""
     group = tracks[GROUP, t]
     for i in range((1 << level) + 1 if moves else 1):
-        c = i << (COARSE - level)
-        row = t * GRID + c
+        c = i << (COARSE_LEVELS - level)
+        row = t * COARSE_NODES + c
         if node_marks[row] != state[RUN]:
             node_marks[row] = state[RUN]
-            node = c << (DEPTH - COARSE)
+            node = c << (MAX_HALVINGS - COARSE_LEVELS)
             slot = frames_at(node, state[RUN], segment, joints, factors, placement, frames, frame_tags)
             pose_in(frames[slot], groups[JOINT, group], tracks[FRAME, t], node_poses, row)
             place_box(node_poses, row, group_extents, group, node_boxes, row)
@@ -65,7 +65,7 @@ def _whole(
     t, segment, joints, factors, placement, groups, group_extents, tracks, lengths, radii, turned, motions, frames,
     frame_tags, node_poses, node_boxes, node_marks, whole_boxes, whole_marks, state,
 ):  # fmt: skip
-    """Bounds of a track's motion, its boxes at coarse nodes and the box of all it sweeps, made once per sweep."""
+    """Computes bounds of a track's motion, its boxes at coarse nodes and the box of its swept volume, once per sweep."""
     if whole_marks[t] == state[RUN]:
         return
     whole_marks[t] = state[RUN]
@@ -86,8 +86,8 @@ def _whole(
 def _interval_box(t, level, i, motions, node_boxes, united, target):
     """Writes the box of a track's group over interval i of a level to row `target` of `united`."""
     moves = motions[t, 2] > 0.0
-    row = t * GRID + (i << (COARSE - level) if moves else 0)
-    last = row + (1 << (COARSE - level) if moves else 0)
+    row = t * COARSE_NODES + (i << (COARSE_LEVELS - level) if moves else 0)
+    last = row + (1 << (COARSE_LEVELS - level) if moves else 0)
     unite_boxes(node_boxes, row, last, motions[t, 0] / (1 << 2 * level), united, target)
 
 
@@ -95,12 +95,12 @@ def _interval_box(t, level, i, motions, node_boxes, united, target):
 def _interval_parts(
     t, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
 ):
-    """Where `interval_boxes` holds the boxes of a track's parts over interval i of a level, made on first use."""
+    """The index in `interval_boxes` of the boxes of a track's parts over interval i of a level, computed on first use."""
     moves = motions[t, 2] > 0.0
-    number = t * 2 * GRID + ((1 << level) + i if moves else 0)
+    number = t * 2 * COARSE_NODES + ((1 << level) + i if moves else 0)
     if interval_table[1, number] != state[INTERVAL_MARK]:
-        row = t * GRID + (i << (COARSE - level) if moves else 0)
-        last = row + (1 << (COARSE - level) if moves else 0)
+        row = t * COARSE_NODES + (i << (COARSE_LEVELS - level) if moves else 0)
+        last = row + (1 << (COARSE_LEVELS - level) if moves else 0)
         first, end = groups[PARTS, tracks[GROUP, t]], groups[PARTS, tracks[GROUP, t] + 1]
         start = state[INTERVALS_USED]
         grow = motions[t, 0] / (1 << 2 * level)
@@ -115,7 +115,7 @@ def _block(
     t, part, node, motions, segment, joints, factors, placement, groups, sizes, part_extents, tracks, frames,
     frame_tags, blocks, block_boxes, pose, pool, state,
 ):  # fmt: skip
-    """The block with a part's vertices at a node in the track's frame (its box likewise), made on first use."""
+    """The block with a part's vertices at a node in the track's frame (and its box), computed on first use."""
     joint, frame = groups[JOINT, tracks[GROUP, t]], tracks[FRAME, t]
     if joint == frame:
         return part
@@ -140,7 +140,7 @@ def _parts_hit(
     placement, groups, sizes, part_extents, tracks, frames, frame_tags, blocks, block_boxes, pose, pool, state, stack,
     ends, united, offset, axis, simplex, counters,
 ):  # fmt: skip
-    """Whether parts a and b may come together within the interval: bisects until one side is proven."""
+    """Whether parts a and b may collide within the interval; bisects until either answer is proven."""
     stack[0, 0], stack[0, 1], top, coarse = start, width, 1, width
     while top > 0:
         top -= 1
@@ -154,7 +154,7 @@ def _parts_hit(
                 placement, groups, sizes, part_extents, tracks, frames, frame_tags, blocks, block_boxes, pose, pool,
                 state,
             )  # fmt: skip
-        f = width / (1 << DEPTH)
+        f = width / (1 << MAX_HALVINGS)
         needed = deviation * f * f + margin
         if width < coarse:
             unite_boxes(block_boxes, ends[0], ends[1], 0.0, united, 0)
@@ -187,7 +187,7 @@ def _parts_hit(
 
 @lean_kernel  # (B, 6) f8, i8, i8 -> writes (3,) f8
 def _between(boxes, u, v, axis):
-    """Writes twice the way from the middle of box v to that of box u: an axis to begin with."""
+    """Writes twice the vector from the centre of box v to that of box u, as a first axis."""
     for r in range(3):
         axis[r] = boxes[u, r] + boxes[u, 3 + r] - boxes[v, r]
         axis[r] -= boxes[v, 3 + r]
@@ -199,13 +199,13 @@ def _pair_hit(
     part_extents, group_extents, tracks, frames, frame_tags, node_poses, node_boxes, node_marks, interval_table,
     interval_boxes, blocks, block_boxes, pose, pool, state, stack, ends, united, offset, axis, simplex, counters,
 ):  # fmt: skip
-    """Whether a pair of groups may come together: its parts, where their boxes meet, interval by interval."""
+    """Whether a pair of groups may collide: tests those parts whose boxes meet, interval by interval."""
     deviation, together = motions[ta, 0] + motions[tb, 0], min(motions[ta, 2], motions[tb, 2])
     level = level_for(deviation, COARSE_DEVIATION)
     first_a, first_b = groups[PARTS, tracks[GROUP, ta]], groups[PARTS, tracks[GROUP, tb]]
     count_a = groups[PARTS, tracks[GROUP, ta] + 1] - first_a
     count_b = groups[PARTS, tracks[GROUP, tb] + 1] - first_b
-    width = (1 << DEPTH) >> level
+    width = (1 << MAX_HALVINGS) >> level
     for t in (ta, tb):
         _coarse_poses(
             t, level, motions[t, 2] > 0.0, segment, joints, factors, placement, groups, group_extents, tracks, frames,
@@ -248,7 +248,7 @@ def _pair_hit(
 
 @lean_kernel
 def _begin(start, end, segment, joints, factors, turned, state):
-    """Empties all pools, keeps both ends of the segment, and sums up how far each joint's frame turns."""
+    """Empties all pools, stores both ends of the segment, and sums up how far each joint's frame rotates."""
     state[RUN] += 1
     state[MARK] += 1
     state[INTERVAL_MARK] += 1
@@ -267,7 +267,7 @@ def first_swept_hit(
 ):  # fmt: skip
     """The first pair (in the order of groups) not proven apart on the segment.
 
-    -1 if all are proven apart, -2 if an end is not usable. `slacks` (P,): what may remain for `spread`.
+    -1 if all are proven apart, -2 if an end is invalid. `slacks` (P,): the rest of the budget for `spread`.
     """
     counters[SWEEPS] += 1
     if not (usable(start, bound) and usable(end, bound)):

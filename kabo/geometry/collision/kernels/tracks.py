@@ -11,10 +11,10 @@ from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.boxes import place_box, unite_boxes
 from kabo.scene.kernels.poses import forward_kinematics
 
-DEPTH = 20  # nodes: 2^DEPTH + 1
-COARSE = 5  # levels of the coarse grid
-GRID = (1 << COARSE) + 1
-SLOTS = GRID + DEPTH - COARSE  # forward kinematics kept: the coarse grid, and one node of each finer level
+MAX_HALVINGS = 20  # of a segment; it has 2^MAX_HALVINGS + 1 nodes
+COARSE_LEVELS = 5  # levels of the coarse grid
+COARSE_NODES = (1 << COARSE_LEVELS) + 1
+FRAME_SLOTS = COARSE_NODES + MAX_HALVINGS - COARSE_LEVELS  # one of each coarse node, and one of each finer level
 
 
 @lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
@@ -57,9 +57,9 @@ def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
 
 @lean_kernel  # f8, f8 [m] -> i8
 def level_for(deviation, enough):
-    """How often the segment is halved (at most to the coarse grid) until the deviation is small `enough`."""
+    """How often the segment is halved, at most to the coarse grid, until the deviation is at most `enough`."""
     level = 0
-    while deviation > enough and level < COARSE:
+    while deviation > enough and level < COARSE_LEVELS:
         deviation *= 0.25
         level += 1
     return level
@@ -67,19 +67,19 @@ def level_for(deviation, enough):
 
 @lean_kernel
 def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags):
-    """The slot of `frames` (SLOTS, J, 12) with all joint frames at a node, made on first use.
+    """The slot of `frames` (FRAME_SLOTS, J, 12) with all joint frames at a node, computed on first use.
 
     Finer nodes share a slot with all nodes of their level; the two ends of a dyadic interval and its middle never do.
     """
-    slot, bit = node >> (DEPTH - COARSE), 1 << (DEPTH - COARSE)
+    slot, bit = node >> (MAX_HALVINGS - COARSE_LEVELS), 1 << (MAX_HALVINGS - COARSE_LEVELS)
     if node & (bit - 1):
-        slot, bit = GRID, bit >> 1
+        slot, bit = COARSE_NODES, bit >> 1
         while node & (bit - 1):
             slot, bit = slot + 1, bit >> 1
-    tag = run * (1 << (DEPTH + 1)) + node
+    tag = run * (1 << (MAX_HALVINGS + 1)) + node
     if frame_tags[slot] != tag:
         frame_tags[slot] = tag
-        t = node / (1 << DEPTH)
+        t = node / (1 << MAX_HALVINGS)
         for i in range(segment.shape[1]):
             segment[2, i] = segment[0, i] + t * (segment[1, i] - segment[0, i])
         forward_kinematics(
@@ -114,11 +114,11 @@ def pose_in(world_T, joint, frame, poses, row):
 @lean_kernel
 def whole_box(track, level, grow, moves, node_boxes, whole_boxes):
     """Writes the box around everything a track's group sweeps, from its boxes at the coarse nodes of a level."""
-    first = track * GRID
+    first = track * COARSE_NODES
     unite_boxes(node_boxes, first, first, grow, whole_boxes, track)
     if moves:
-        stride = 1 << (COARSE - level)
-        for c in range(stride, GRID, stride):
+        stride = 1 << (COARSE_LEVELS - level)
+        for c in range(stride, COARSE_NODES, stride):
             for r in range(3):
                 whole_boxes[track, r] = min(whole_boxes[track, r], node_boxes[first + c, r] - grow)
                 whole_boxes[track, 3 + r] = max(whole_boxes[track, 3 + r], node_boxes[first + c, 3 + r] + grow)
@@ -138,7 +138,7 @@ def interval_parts(first, end, part_extents, poses, row0, row1, grow, pair_boxes
 
 @lean_kernel  # i8, i8, (H,) i8, (H,) i8 -> i8
 def look_up(key, mark, keys, marks):
-    """The place of a key in an open hash table of a power of two of places, or the free place where it belongs."""
+    """The index of a key in an open-addressing hash table with 2^k slots, or the free slot where it belongs."""
     place = (key ^ (key >> 15) ^ (key >> 23)) & (keys.shape[0] - 1)
     while marks[place] == mark and keys[place] != key:
         place = (place + 1) & (keys.shape[0] - 1)

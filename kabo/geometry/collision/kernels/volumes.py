@@ -1,8 +1,8 @@
-"""Whether two swept volumes meet, at whatever times: the third predicate of [K Def. 1]; a standing body sweeps itself.
+"""Whether two swept volumes meet, at any times: the third predicate of [K Def. 1]; standing bodies sweep themselves.
 
-Other than in `sweep`, where two bodies move in step, every interval of one motion is compared with every interval of
-the other. Both sides are those of `sweep`; how far a hull of two poses sticks out of what is swept between them is
-bounded by their own rotations, |R0 - R1| diameter / 4, and by the angle that the joints turn.
+Unlike in `sweep`, where two bodies move in step, every interval of one motion is compared with every interval of
+the other. Both answers are proven as in `sweep`; how far a hull of two poses sticks out of the volume swept
+between them is bounded by their own rotations, |R0 - R1| diameter / 4, and by the angle that the joints turn.
 
 A body is given by its joint's poses (N + 1, 12) at the nodes of N = 2^level intervals, its parts (blocks, sizes,
 extents, all in the joint's frame) and, for each part, bounds (B, 3) over all intervals together: deviation, angle *
@@ -17,8 +17,8 @@ from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.collision.kernels.tracks import motion
 from kabo.scene.kernels.poses import forward_kinematics
 
-APART, MEET, FINER = 0, 1, 2  # the answers; FINER: not without more nodes
-FINE = 0.03  # metres: hulls that deviate more are halved rather than compared
+APART, MEET, FINER = 0, 1, 2  # the answers; FINER: undecided without more nodes
+COARSE_DEVIATION = 0.03  # [m]: hulls that deviate more are halved without a comparison
 DEVIATION, TURN, QUARTER = 0, 1, 2  # columns of bounds
 
 
@@ -45,7 +45,7 @@ def frames_on(segment, joints, factors, placement, frames):
 
 @lean_kernel  # (.., 12) f8, i8, i8, f8, f8 -> f8
 def hull_spread(poses, first, second, turn, quarter):
-    """How far the hull of two poses sticks out of the chords of its part's points."""
+    """A bound of how far the hull of two poses sticks out of the chords of its part's points."""
     square = 0.0
     for k in range(9):
         square += (poses[first, k] - poses[second, k]) ** 2
@@ -54,7 +54,7 @@ def hull_spread(poses, first, second, turn, quarter):
 
 @lean_kernel  # (N + 1, 12) f8, i8, i8, f8, (B, 3) f8, i8 -> f8
 def _spread(poses, first, width, share, bounds, part):
-    """How far the grown hull of a part over an interval, `share` of all, may stick out of what the part sweeps."""
+    """A bound of how far the grown hull of a part over an interval, `share` of all, sticks out of the swept volume."""
     deviation = bounds[part, DEVIATION] * share * share
     spread = hull_spread(poses, first, first + width, bounds[part, TURN] * share, bounds[part, QUARTER])
     return 2.0 * deviation + spread
@@ -62,7 +62,7 @@ def _spread(poses, first, width, share, bounds, part):
 
 @lean_kernel  # (.., 4) i8, i8 x 5, bool
 def _halve(stack, top, i, wide, k, far, longer):
-    """Puts both halves of one body's interval on the stack, beside the other's: of the first body's if `longer`."""
+    """Puts both halves of one body's interval on the stack, with the other's: of the first body's if `longer`."""
     for half in range(2):
         row = top + half
         stack[row, 0], stack[row, 1] = i, wide
@@ -78,7 +78,7 @@ def _parts_meet(
     a, b, poses_a, blocks_a, sizes_a, extents_a, bounds_a, poses_b, blocks_b, sizes_b, extents_b, bounds_b, slack,
     pose_margin, margin, offset, pool, boxes, stack, axis, simplex, counters,
 ):  # fmt: skip
-    """Whether the swept volumes of parts a and b may meet: halves the interval that is known less well."""
+    """Whether the swept volumes of parts a and b may meet; halves the interval with the larger spread."""
     whole_a, whole_b, top = poses_a.shape[0] - 1, poses_b.shape[0] - 1, 1
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, whole_a, 0, whole_b
     while top > 0:
@@ -96,7 +96,7 @@ def _parts_meet(
         spread_a = _spread(poses_a, i, wide, f, bounds_a, a)
         spread_b = _spread(poses_b, k, far, g, bounds_b, b)
         small = spread_a + spread_b <= slack
-        if small or deviation_a + deviation_b <= FINE:
+        if small or deviation_a + deviation_b <= COARSE_DEVIATION:
             proven, needed = False, deviation_a + deviation_b + margin
             for r in range(3):
                 axis[r] = boxes[4, r] + boxes[4, 3 + r] - boxes[5, r] - boxes[5, 3 + r]
@@ -132,7 +132,7 @@ def volumes_meet(
 ):  # fmt: skip
     """APART if two bodies' swept volumes are proven farther apart than `margin` minus rounding, MEET, or FINER.
 
-    `slack`: what may remain for the spread of hulls; `pose_margin`: how close a pose may bring the parts for MEET.
+    `slack`: the rest of the budget for the spread of hulls; `pose_margin`: the distance of poses that means MEET.
     """
     answer = APART
     for a in range(sizes_a.shape[0]):

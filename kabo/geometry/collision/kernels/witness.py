@@ -1,14 +1,15 @@
-"""Proofs that two bodies stay apart along a path: boxes, axes, and where path or bodies are halved, in one order.
+"""Proofs that two bodies stay apart along a path: trees of boxes, axes and halvings, in walk order.
 
-A path is straight from way point to way point; position s = piece * ONE + fraction. A proof of a pair is a tree, kept
-in the order of a walk: each node is about a stretch [s0, s1] and about a range of parts of each body, and says
+A path is straight from way point to way point; position s = piece * POSITIONS_PER_PIECE + fraction. A proof of a
+pair is a tree, stored in walk order: each node is about a stretch [s0, s1] and a range of parts of each body, and
+is one of
 
     BOXES: the boxes of both ranges over the stretch are apart;   AXIS: this axis separates their swept hulls;
     TIME: see both halves of the stretch;   FIRST, SECOND: see both halves of the range of parts of that body.
 
 Over a stretch a body sweeps no more than the hull of its poses at the ends and at all way points between, grown by
-the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). Whoever checks a proof derives all
-of that again; only the axes and the choice of halves need to be told.
+the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). A verifier computes all of that
+again; a proof holds the axes and the choice of halves only.
 
 Arrays of a pair have a first index of 2: the body that is meant. `ends` (2, 4): first part, part after the last,
 first and last row of `poses` (2, W + 2, 12), which holds the poses at all way points and, behind them, at the ends of
@@ -22,15 +23,15 @@ from kabo.geometry.collision.kernels.separation import nearest, support
 from kabo.geometry.collision.kernels.tracks import motion, pose_in, turning
 from kabo.scene.kernels.poses import forward_kinematics
 
-BITS = 20
-ONE = 1 << BITS  # positions to a piece of the path
+FRACTION_BITS = 20
+POSITIONS_PER_PIECE = 1 << FRACTION_BITS  # positions to a piece of the path
 BOXES, AXIS, EXACT_AXIS, TIME, FIRST, SECOND, FAILED = 0, 1, 2, 3, 4, 5, 6
-SAME = 1e-9  # metres: boxes are called apart with so much to spare, for others' rounding
-ITERATIONS = 32
-CLOSE = 0.1  # an axis whose gap is short of the distance by this share is good enough
-GRAIN = 32767.0  # an axis in three short integers
-KEPT = 0.98  # of its margin, which an axis in short integers must keep
-DECIDED = 0.05  # share of the wanted margin: where sweeping adds less than that, halving ends
+BOX_MARGIN = 1e-9  # [m] by which boxes must be apart, for the rounding of verifiers
+MAX_ITERATIONS = 32
+ACCEPTED_GAP_LOSS = 0.1  # of the distance, by which an axis' gap may be smaller
+AXIS_SCALE = 32767.0  # of an axis in three short integers
+KEPT_MARGIN_SHARE = 0.98  # of an axis in short integers, which is else stored in full
+DECIDED_SHARE = 0.05  # of the wanted margin: no halving if the motion adds less
 LOW, HIGH, START, END = 0, 1, 2, 3  # columns of `ends`
 JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `things`
 DEVIATION, PATH = 0, 1  # columns of `bounds` and `over`
@@ -39,7 +40,7 @@ NEAR, WANTED, NEEDED, FINEST = 0, 1, 2, 3  # places of `limits`; no stretch of F
 
 @lean_kernel
 def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scratch):
-    """Writes the pose of a body in the world, with the frame held where it is at the start."""
+    """Writes the pose of a body, with the frame fixed at its pose at the start."""
     pose_in(world_T, joint, frame, scratch, 1)
     for r in range(3):
         a, b, c, d = (
@@ -62,7 +63,7 @@ def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scrat
 
 @lean_kernel  # -> writes (2, K, 2) deviation and path; returns the length of both paths together
 def _pace(waypoints, joints, factors, lengths, turned, segment, pair, things, radii, bounds):
-    """Writes for every piece how far the points of both leave their chords, and how far they move, in the frame."""
+    """Writes for every piece bounds of how far points of both bodies deviate from chords, and move, in the frame."""
     total = 0.0
     for k in range(waypoints.shape[0] - 1):
         for i in range(waypoints.shape[1]):
@@ -79,9 +80,9 @@ def _pace(waypoints, joints, factors, lengths, turned, segment, pair, things, ra
 
 @lean_kernel  # (2, K, 2), i8, i8 -> writes (2, 2) deviation and path
 def _over(bounds, s0, s1, over):
-    """Writes how far both bodies deviate and move over a stretch: whole pieces, or a part of one."""
-    first, last = s0 >> BITS, (s1 - 1) >> BITS
-    share = min(1.0, (s1 - s0) / ONE)
+    """Writes the same bounds for a stretch: whole pieces, or a part of one."""
+    first, last = s0 >> FRACTION_BITS, (s1 - 1) >> FRACTION_BITS
+    share = min(1.0, (s1 - s0) / POSITIONS_PER_PIECE)
     for e in range(2):
         over[e, DEVIATION], over[e, PATH] = 0.0, 0.0
         for k in range(first, last + 1):
@@ -91,7 +92,7 @@ def _over(bounds, s0, s1, over):
 
 @lean_kernel
 def _swept_boxes(boxes, ends, poses, over, box, swept, size):
-    """Writes the boxes (2, 6) around what both ranges of parts sweep, and the diagonals (2,) of the ranges' own."""
+    """Writes the boxes (2, 6) around both ranges' swept volumes, and the diagonals (2,) of the ranges' own boxes."""
     for e in range(2):
         size[e] = 0.0
         for r in range(3):
@@ -122,7 +123,7 @@ def _boxes_apart(swept, near):
 
 @lean_kernel
 def _gap(blocks, sizes, ends, poses, x, y, z, offset, points):
-    """The gap along an axis of length 1 from the second body to the first; writes the points (2, 3) that make it."""
+    """The gap along an axis of length 1 from the second body to the first; writes the supporting points (2, 3)."""
     for e in range(2):
         x, y, z = -x, -y, -z  # towards the second body, then back
         best, block, at = np.int64(-1), 0, 0
@@ -148,12 +149,12 @@ def _gap(blocks, sizes, ends, poses, x, y, z, offset, points):
 
 @lean_kernel
 def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, points, simplex):
-    """The greatest gap found, its axis in `axis` [Gilbert 1988]; ends when it is `enough`, or good, or there is none."""
+    """The greatest gap found, its axis in `axis` [Gilbert 1988]; stops at `enough`, near the distance, or at contact."""
     x, y, z = axis[0], axis[1], axis[2]
     square, size, greatest = x * x + y * y + z * z, 0, -np.inf
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         norm = np.sqrt(square)
         ux, uy, uz = x / norm, y / norm, z / norm
         gap = _gap(blocks, sizes, ends, poses, ux, uy, uz, offset, points)
@@ -161,7 +162,7 @@ def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, point
             greatest, axis[0], axis[1], axis[2] = gap, ux, uy, uz
             if gap > enough:
                 break
-        if size > 0 and norm - greatest <= (CLOSE * norm if greatest > least else 1e-9 * norm + 1e-10):
+        if size > 0 and norm - greatest <= (ACCEPTED_GAP_LOSS * norm if greatest > least else 1e-9 * norm + 1e-10):
             break
         for r in range(3):
             simplex[size, r] = points[0, r] - points[1, r]
@@ -174,17 +175,17 @@ def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, point
 
 @lean_kernel
 def _write_axis(blocks, sizes, ends, poses, grow, gap, offset, axis, points, codes, axes, row):
-    """Writes the axis in short integers if it keeps its margin, else as it is; returns the gap along what is written."""
+    """Writes the axis in short integers if that keeps its margin, else in full; returns the gap along the written axis."""
     greatest, square = max(abs(axis[0]), abs(axis[1]), abs(axis[2])), 0.0
     codes[row] = AXIS
     for r in range(3):
-        axes[row, r] = np.round(axis[r] / greatest * GRAIN)
+        axes[row, r] = np.round(axis[r] / greatest * AXIS_SCALE)
         square += axes[row, r] * axes[row, r]
     norm = np.sqrt(square)
     found = _gap(
         blocks, sizes, ends, poses, axes[row, 0] / norm, axes[row, 1] / norm, axes[row, 2] / norm, offset, points
     )
-    if found - grow > KEPT * (gap - grow):
+    if found - grow > KEPT_MARGIN_SHARE * (gap - grow):
         return found
     codes[row] = EXACT_AXIS
     for r in range(3):
@@ -210,12 +211,12 @@ def _place(
     poses,
     scratch,
 ):
-    """Sets which poses a stretch has; inside a piece, writes those at its ends behind the others."""
+    """Selects the poses of a stretch; if it ends inside a piece, writes the poses at its ends behind the others."""
     count = waypoints.shape[0]
-    inside = s1 - s0 < ONE
+    inside = s1 - s0 < POSITIONS_PER_PIECE
     for c in range(2 if inside else 0):
         s = s1 if c else s0
-        k, share = s >> BITS, (s & (ONE - 1)) / ONE
+        k, share = s >> FRACTION_BITS, (s & (POSITIONS_PER_PIECE - 1)) / POSITIONS_PER_PIECE
         for i in range(waypoints.shape[1]):
             segment[2, i] = waypoints[k, i]
             if share > 0.0:
@@ -227,8 +228,8 @@ def _place(
             joint = things[JOINT, pair[e]]
             _body_pose(frames[0], frames[count], pair[2], joint, joint_T, pair[e], poses[e], count + c, scratch)
     for e in range(2):
-        ends[e, START] = count if inside else s0 >> BITS
-        ends[e, END] = ends[e, START] if still[e] else count + 1 if inside else s1 >> BITS
+        ends[e, START] = count if inside else s0 >> FRACTION_BITS
+        ends[e, END] = ends[e, START] if still[e] else count + 1 if inside else s1 >> FRACTION_BITS
 
 
 @lean_kernel
@@ -241,8 +242,8 @@ def _halve(stack, top, s0, s1, ends, size, by_time, codes, row):
     if by_time:
         codes[row] = TIME
         middle = (s0 + s1) >> 1
-        if s1 - s0 > ONE:
-            middle = (((s0 >> BITS) + (s1 >> BITS)) >> 1) << BITS
+        if s1 - s0 > POSITIONS_PER_PIECE:
+            middle = (((s0 >> FRACTION_BITS) + (s1 >> FRACTION_BITS)) >> 1) << FRACTION_BITS
         stack[top, 0], stack[top + 1, 1] = middle, middle
         return
     e = 0 if ends[1, HIGH] - ends[1, LOW] == 1 or (ends[0, HIGH] - ends[0, LOW] > 1 and size[0] >= size[1]) else 1
@@ -253,7 +254,7 @@ def _halve(stack, top, s0, s1, ends, size, by_time, codes, row):
 
 @lean_kernel
 def _widest(ends, size):
-    """The size of the larger box of those that hold several parts; 0 if each holds one."""
+    """The size of the larger box among ranges of several parts; 0 if both ranges have one part."""
     several = 0.0
     for e in range(2):
         if ends[e, HIGH] - ends[e, LOW] > 1:
@@ -263,8 +264,8 @@ def _widest(ends, size):
 
 @lean_kernel
 def _begin(pair, waypoints, things, axis, stack):
-    """Puts the whole path with all parts of a pair on the stack, and no axis; the height of the stack."""
-    stack[0, 0], stack[0, 1] = 0, (waypoints.shape[0] - 1) * ONE
+    """Puts the whole path with all parts of a pair on the stack, resets the axis; returns the height of the stack."""
+    stack[0, 0], stack[0, 1] = 0, (waypoints.shape[0] - 1) * POSITIONS_PER_PIECE
     for e in range(2):
         stack[0, 2 + 2 * e], stack[0, 3 + 2 * e] = things[FIRST_PART, pair[e]], things[LAST_PART, pair[e]]
     for r in range(3):
@@ -280,7 +281,8 @@ def _prove(
 ):  # fmt: skip
     """Writes the proof of a pair from `row` on; returns the row after it, or -1 if there is none.
 
-    Where it fails a code says so, with the ends of the stretch in pieces and the gap that is left in place of an axis.
+    At a failure, the code FAILED is written, with the ends of the stretch, in pieces, and the gap in place of an
+    axis.
     """
     top = _begin(pair, waypoints, things, axis, stack)
     while top > 0:
@@ -296,13 +298,13 @@ def _prove(
         _swept_boxes(boxes, ends, poses, over, box, swept, size)
         if row >= codes.shape[0] or top + 2 >= stack.shape[0]:
             return -1
-        if _boxes_apart(swept, limits[NEAR] + SAME):
+        if _boxes_apart(swept, limits[NEAR] + BOX_MARGIN):
             codes[row] = BOXES
             row += 1
             continue
         grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
         single = ends[0, HIGH] - ends[0, LOW] == 1 and ends[1, HIGH] - ends[1, LOW] == 1
-        last = single and (grow + moved <= DECIDED * limits[WANTED] or s1 - s0 <= limits[FINEST])
+        last = single and (grow + moved <= DECIDED_SHARE * limits[WANTED] or s1 - s0 <= limits[FINEST])
         least = grow + (limits[NEEDED] if last else limits[WANTED])
         if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
             for r in range(3):
@@ -313,7 +315,11 @@ def _prove(
             margins[0] = min(margins[0], gap - grow)
         elif last:
             codes[row] = FAILED
-            axes[row, 0], axes[row, 1], axes[row, 2] = s0 / ONE, s1 / ONE, gap - grow
+            axes[row, 0], axes[row, 1], axes[row, 2] = (
+                s0 / POSITIONS_PER_PIECE,
+                s1 / POSITIONS_PER_PIECE,
+                gap - grow,
+            )
             return -1
         else:
             by_time = single or (moved > _widest(ends, size) and s1 - s0 > limits[FINEST])
@@ -329,10 +335,10 @@ def prove_pairs(
     joint_T, bounds, blocks, sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex,
     stack, ends, codes, axes, where, margins,
 ):  # fmt: skip
-    """Proves pairs (P, 3) of first thing, second thing, frame; writes the row after each proof, and its least margin.
+    """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
 
-    A pair that does not move, or that boxes over the whole path settle, has a proof of no rows: whoever checks sees
-    that unasked. Returns how many pairs were proven; P is all.
+    A pair that does not move, or whose boxes over the whole path are apart, has an empty proof, since verifiers
+    test that first. Returns how many pairs were proven; P if all.
     """
     count, row = waypoints.shape[0], 0
     for k in range(count):

@@ -1,1 +1,1 @@
-"""Kernels on arrays of triangles: trees, crossings, exact orientation."""
+"""Array kernels of triangles: trees, crossings, exact orientation."""

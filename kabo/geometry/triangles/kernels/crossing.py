@@ -1,8 +1,8 @@
-"""Whether two triangles of one mesh meet where they should not: outside of the vertices that they share.
+"""Whether two triangles of one mesh cross: whether they meet outside the vertices that they share.
 
 "Apart" is proven: by an axis whose gap exceeds its own rounding bound, or, where no axis is clear, by exact signs
 (kabo.geometry.triangles.kernels.orientation). So is "cross", except that triangles without area cross unless an
-axis says no. Vertices are shared by index, not by place: two triangles that merely touch do meet.
+axis separates them. Vertices are shared by index, not by place: two triangles that merely touch do meet.
 
 A pair is (6, 3) f8: one triangle in rows 0 to 2, the other in rows 3 to 5; shared vertices come first in both, in the
 same order. In `scratch`, (SCRATCH,) f8, three numbers make a vector: 0 to 5 are the points seen from the first one.
@@ -23,10 +23,10 @@ _AXES = np.array(
     + [row for e in range(6, 12) for row in ((e, e, 15), (e, 14, 15), (15, e, 16))]
     + [(14, 14, 15)]
 )
-_CLEAR = 8  # so many axes are for triangles that have an area
-_SIZE = 60  # the largest coordinate
-_ROUNDING = 2.0**-49  # of a gap: 16 u; differences, three products and their sums cost 10 u
-_TINY = 1e-290  # more than underflow may take
+_AXES_WITH_AREA = 8  # the first so many axes need triangles with an area
+_SIZE_PLACE = 60  # in scratch: the largest coordinate
+_GAP_ROUNDING = 2.0**-49  # of a gap, relative: 16 u, while differences, three products and their sums cost 10 u
+_UNDERFLOW = 1e-290  # a bound of underflow
 
 
 @lean_kernel  # (6, 3) f8, i8 x 4 -> i8
@@ -112,7 +112,7 @@ def _vectors(pair, scratch):
             e, f, u, v = 18 + 9 * t, 21 + 9 * t, (k + 1) % 3, (k + 2) % 3
             scratch[36 + 3 * t + k] = scratch[e + u] * scratch[f + v] - scratch[e + v] * scratch[f + u]
         scratch[3 * _OFFSET + k] = scratch[9 + k] + scratch[12 + k] - scratch[3 + k]
-    scratch[_SIZE] = size
+    scratch[_SIZE_PLACE] = size
 
 
 @lean_kernel  # (SCRATCH,) f8, i8, i8, i8, i8 -> bool
@@ -136,7 +136,7 @@ def _apart(scratch, v, w, target, shared):
             min(other_low, other),
             max(other_high, other),
         )
-    needed = _ROUNDING * (abs(x) + abs(y) + abs(z)) * scratch[_SIZE] + _TINY
+    needed = _GAP_ROUNDING * (abs(x) + abs(y) + abs(z)) * scratch[_SIZE_PLACE] + _UNDERFLOW
     if shared == 0:
         return other_low - high > needed or low - other_high > needed
     return (other_low > needed and high < -needed) or (low > needed and other_high < -needed)
@@ -147,7 +147,7 @@ def _disjoint_cross(pair, scratch):
     """As `triangles_cross` for no shared vertex."""
     flat = 0
     for i in range(_AXES.shape[0]):
-        if i == _CLEAR:  # few pairs get here
+        if i == _AXES_WITH_AREA:  # few pairs get here
             for corner in range(6):
                 following = corner + 1 if corner % 3 < 2 else corner - 2
                 if _segment_meets(pair, corner, following, 3 - 3 * (corner // 3), scratch):
@@ -182,7 +182,7 @@ def _vertex_cross(pair, scratch):
 
 @lean_kernel  # (6, 3) f8, (SCRATCH,) f8 -> bool
 def _edge_cross(pair, scratch):
-    """As `triangles_cross` for a shared edge: they meet elsewhere where one is folded flat onto the other."""
+    """As `triangles_cross` for a shared edge: they meet elsewhere if one is folded flat onto the other."""
     if _side(pair, -1, 0, 1, 2, 5, scratch) != 0:
         return False
     turn, flat = 0, True
@@ -219,7 +219,7 @@ def triangles_cross(pair, shared, scratch):
     for i in range(4):
         e = 18 + 3 * i + (3 if i > 1 else 0)  # both edges of either triangle that make its normal
         sizes *= max(abs(scratch[e]), abs(scratch[e + 1]), abs(scratch[e + 2]))
-    return spread >= -(2.0**-45) * sizes - _TINY and _edge_cross(pair, scratch)
+    return spread >= -(2.0**-45) * sizes - _UNDERFLOW and _edge_cross(pair, scratch)
 
 
 @lean_kernel  # (V, 3) f8 [m], i8 x 6, (6, 3) f8, (SCRATCH,) f8 -> bool

@@ -1,9 +1,10 @@
-"""A loose octree over the boxes of faces that come and go: a face is moved in constant time, wherever the mesh changes.
+"""A loose octree over the boxes of faces, in which inserting and removing a face takes constant time.
 
-A cell may be overhung by half of its width, so a face lives in exactly one: the smallest that is not narrower than the
-face and has its centre. Where the pool has no node left, or a face lies outside of the whole, it lives in an ancestor
-instead: asked for more often, never missed. What a query compares is the box around all that came into a subtree since
-it was last empty: no rounding, and tighter than the cell.
+Faces may overhang a cell by half of its width, so a face belongs to exactly one cell: the smallest that contains
+its centre and is not narrower than the face. If the pool has no node left, or a face lies outside the root, it
+belongs to an ancestor instead: queries then visit it more often, but never miss it. A query compares the box
+around all faces that entered a subtree since it was last empty, which is tighter than the cell and free of
+rounding.
 """
 
 from typing import NamedTuple
@@ -13,15 +14,15 @@ from numpy.typing import NDArray
 
 from kabo.compilation import lean_kernel
 
-DEPTH = 16  # levels below the root
-STACK = 8 * DEPTH + 8
+MAX_DEPTH = 16  # of a node below the root
+STACK_SIZE = 8 * MAX_DEPTH + 8
 _HEAD, _COUNT, _PARENT, _CHILDREN = 0, 1, 2, 3  # columns of nodes
 _HALF, _LOW, _HIGH = 3, 4, 7  # columns of cells, after the centre
 _NEXT, _PREVIOUS, _NODE = 0, 1, 2  # columns of links
 
 
 class Octree(NamedTuple):
-    """The arrays of a tree; made by `octree_of`, changed by `insert` and `remove` alone."""
+    """The arrays of a tree, made by `octree_of` and changed by `insert` and `remove` only."""
 
     nodes: NDArray[np.int32]  # (N, 11): first face or -1, faces in the subtree, parent, eight children or -1
     cells: NDArray[np.float64]  # (N, 10): centre and half-width of the cell, box around the faces in the subtree
@@ -33,7 +34,7 @@ class Octree(NamedTuple):
 def octree_of(low: NDArray[np.float64], high: NDArray[np.float64], faces_capacity: int) -> Octree:
     """An empty tree for faces 0 to `faces_capacity` - 1 in the box from `low` to `high`, each (3,) [m].
 
-    It holds as many nodes as faces, which surfaces do not need (measured: 0.01 to 0.33 nodes for each face).
+    It has room for as many nodes as faces, more than surfaces need (measured: 0.01 to 0.33 nodes for each face).
     """
     capacity = faces_capacity + 64
     nodes = np.full((capacity, 3 + 8), -1, dtype=np.int32)
@@ -49,7 +50,7 @@ def octree_of(low: NDArray[np.float64], high: NDArray[np.float64], faces_capacit
 
 @lean_kernel  # i8, i8 -> i8; writes nodes, cells, used
 def _child(nodes, cells, used, node, octant):
-    """The child of a node, made if there was none; -1 if the pool is used up."""
+    """The child of a node, created if there was none; -1 if the pool is used up."""
     child = nodes[node, _CHILDREN + octant]
     if child >= 0 or used[0] >= nodes.shape[0]:
         return child
@@ -66,7 +67,7 @@ def _child(nodes, cells, used, node, octant):
 
 @lean_kernel  # i8, i8 -> writes nodes, cells
 def _enter(nodes, cells, boxes, node, face):
-    """Counts a face in the subtree of a node, whose box grows to it; a subtree that was empty starts anew."""
+    """Counts a face in the subtree of a node and grows its box; the box of an empty subtree is set to the face's."""
     empty = nodes[node, _COUNT] == 0
     nodes[node, _COUNT] += 1
     for k in range(3):
@@ -77,7 +78,7 @@ def _enter(nodes, cells, boxes, node, face):
 
 @lean_kernel  # Octree, i8, f8 x 6 [m]
 def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
-    """Puts a face that is not in the tree into it, with its box."""
+    """Inserts a face that is not in the tree, with its box."""
     nodes, cells, used, links, boxes = tree.nodes, tree.cells, tree.used, tree.links, tree.boxes
     boxes[face, 0], boxes[face, 1], boxes[face, 2] = low_x, low_y, low_z
     boxes[face, 3], boxes[face, 4], boxes[face, 5] = high_x, high_y, high_z
@@ -87,7 +88,7 @@ def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
     _enter(nodes, cells, boxes, node, face)
     far = max(abs(x - cells[0, 0]), abs(y - cells[0, 1]), abs(z - cells[0, 2]))
     if far <= cells[0, _HALF]:
-        for _ in range(DEPTH):
+        for _ in range(MAX_DEPTH):
             if not extent <= 0.5 * cells[node, _HALF]:
                 break
             octant = (x > cells[node, 0]) + 2 * (y > cells[node, 1]) + 4 * (z > cells[node, 2])
@@ -105,7 +106,7 @@ def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
 
 @lean_kernel  # Octree, i8
 def remove(tree, face):
-    """Takes a face out of the tree; one that is not in it stays out."""
+    """Removes a face from the tree, if it is there."""
     nodes, links = tree.nodes, tree.links
     node, following, previous = links[face, _NODE], links[face, _NEXT], links[face, _PREVIOUS]
     if node < 0:
@@ -122,11 +123,11 @@ def remove(tree, face):
         node = nodes[node, _PARENT]
 
 
-@lean_kernel  # Octree, f8 x 6 [m], (STACK,) i8, (F,) i8 -> i8
+@lean_kernel  # Octree, f8 x 6 [m], (STACK_SIZE,) i8, (F,) i8 -> i8
 def query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found):
-    """Writes the faces whose boxes meet a box, touching included; returns their number.
+    """Writes the faces whose boxes meet or touch a box; returns their number.
 
-    The order follows from the order of changes. Where `found` is too short, only its length is written.
+    Their order depends on the order of changes. If `found` is too short, only so many are written.
     """
     nodes, cells, links, boxes = tree.nodes, tree.cells, tree.links, tree.boxes
     count, top = 0, 1

@@ -1,15 +1,16 @@
-"""Certified signs: on which side of a plane a point lies, never wrong, and 0 only where it is exactly zero.
+"""Exact orientation: on which side of a plane a point lies, with the sign 0 only if it is exactly on the plane.
 
 A floating-point determinant decides where it exceeds its own rounding bound; else the volume is summed up without
 rounding, as an expansion: doubles that do not overlap, smallest first [Shewchuk 1997]. Nothing is rounded where
-coordinates are 0 or of magnitude 1e-80 to 1e80. Callers compile their callees again, hence few and small functions.
+coordinates are 0 or of magnitude 1e-80 to 1e80. Callers compile their callees again, so functions are few and
+small.
 
-`scratch` is (SCRATCH,) f8; what it holds before and after does not matter.
+`scratch` is (SCRATCH_SIZE,) f8; its contents before and after do not matter.
 """
 
 from kabo.compilation import lean_kernel
 
-SCRATCH = 256
+SCRATCH_SIZE = 256
 VOLUME_ERROR = (
     7.771561172376103e-16  # (7 + 56 u) u, u = 2^-53: of the sum of all |products| [Shewchuk 1997, fig. 21]
 )
@@ -18,7 +19,7 @@ _START = 30  # place of the expansion in scratch: before it 12 coordinates and 9
 
 @lean_kernel  # f8, f8 -> f8
 def _product_error(a, b):
-    """What rounding takes from a * b [Dekker 1971]; there is no fused multiply-add to rely on."""
+    """The rounding error of a * b [Dekker 1971], without a fused multiply-add."""
     split = 134217729.0 * a  # 2^27 + 1
     a_high = split - (split - a)
     a_low = a - a_high
@@ -28,9 +29,9 @@ def _product_error(a, b):
     return a_low * b_low - (((a * b - a_high * b_high) - a_low * b_high) - a_high * b_low)
 
 
-@lean_kernel  # (SCRATCH,) f8, i8, f8 -> i8
+@lean_kernel  # (SCRATCH_SIZE,) f8, i8, f8 -> i8
 def _grow(scratch, count, value):
-    """Adds a number to the expansion, without rounding; returns its number of components, none of them zero."""
+    """Adds a number to the expansion without rounding; returns the number of its components, none of them zero."""
     kept = 0
     for i in range(count):
         term = scratch[_START + i]
@@ -47,9 +48,9 @@ def _grow(scratch, count, value):
     return kept
 
 
-@lean_kernel  # (SCRATCH,) f8 with a, b, c, d at 0..11 -> i8
+@lean_kernel  # (SCRATCH_SIZE,) f8 with a, b, c, d at 0..11 -> i8
 def _exact_orientation(scratch):
-    """The sign of `orientation` without any rounding: the six products of the determinant, summed up."""
+    """The sign of `orientation` without rounding, from the exact sum of the determinant's six products."""
     for i in range(9):
         a, d = scratch[i], -scratch[9 + i % 3]
         total = a + d
@@ -73,7 +74,7 @@ def _exact_orientation(scratch):
 
 @lean_kernel  # 12 f8 [m] -> i8
 def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
-    """As `orientation` where rounding cannot change the sign, else 0: "unsure"."""
+    """As `orientation` if rounding cannot change the sign, else 0, which means "unsure"."""
     adx, ady, adz = ax - dx, ay - dy, az - dz
     bdx, bdy, bdz = bx - dx, by - dy, bz - dz
     cdx, cdy, cdz = cx - dx, cy - dy, cz - dz
@@ -85,7 +86,7 @@ def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     return 1 if volume < -VOLUME_ERROR * products else 0
 
 
-@lean_kernel  # 12 f8 [m], (SCRATCH,) f8 -> i8
+@lean_kernel  # 12 f8 [m], (SCRATCH_SIZE,) f8 -> i8
 def orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz, scratch):
     """The exact sign, 1, 0 or -1, of the volume (b - a) x (c - a) . (d - a): 1 where d lies in front of a, b, c.
 

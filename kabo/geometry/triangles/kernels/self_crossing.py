@@ -1,4 +1,4 @@
-"""Which faces of a mesh cross another face of it: each face is asked for in the tree of those before it."""
+"""Which faces of a mesh cross another face: each face is compared with near faces of a lower index."""
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.triangles.kernels.crossing import faces_cross

@@ -8,7 +8,7 @@ from kabo.geometry.triangles.kernels.triangle_tree import to_box_squared, to_tri
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
 def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
-    """The distance of a point to the mesh; stops at any distance up to `enough`, which it then returns.
+    """The distance of a point to the mesh; or the first distance found that is at most `enough`.
 
     A leaf n has children (-1 - first triangle, count).
     """
@@ -36,7 +36,7 @@ def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
 def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
-    """The squared distance to the mesh and the triangle that has it; (`best`, -1) if none is nearer than `best`."""
+    """The squared distance to the mesh and the index of the nearest triangle; (`best`, -1) if none is nearer."""
     found, top = -1, 1
     stack[0] = 0
     while top > 0:
@@ -79,7 +79,7 @@ def winding_number(triangles, px, py, pz):
 def inside(boxes, children, triangles, px, py, pz, stack):
     """Whether the mesh winds around a point that is not on it: signed crossings of a slanted ray upwards.
 
-    Where the ray comes too near to an edge to be sure, the solid angles decide.
+    If the ray passes too close to an edge, the solid angles decide.
     """
     slant_x, slant_y = 0.06283, 0.04817  # generic, so that the edges of boxes and cylinders are not met
     turns, top = 0, 1
@@ -120,11 +120,10 @@ def inside(boxes, children, triangles, px, py, pz, stack):
 
 @lean_kernel
 def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
-    """Whether some point of a polytope may be farther than `limit` from the solid: False is a proof.
+    """Whether some point of a polytope is farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
 
     The polytope (planes (H, 4): n.x <= d) is covered by boxes, halved until the whole box is outside the polytope,
-    inside the solid, or within `limit` of the surface. 1 a point that is farther was found, 0 proven, 2 given up
-    after `most` boxes.
+    inside the solid, or within `limit` of the surface. The search is given up after `most` boxes.
     """
     for r in range(3):
         cells[0, r], cells[0, 3 + r] = 0.5 * (low[r] + high[r]), 0.5 * (high[r] - low[r])

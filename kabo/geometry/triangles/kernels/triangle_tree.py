@@ -1,4 +1,4 @@
-"""A box tree over triangles: built in one kernel, asked for the nearest triangle.
+"""A box tree over triangles, with queries for the nearest triangle.
 
 The tree is `boxes` (N, 6) lower and upper corners, `children` (N, 2), and the triangles (T, 3, 3) in the order of the
 leaves; a leaf n has children (-1 - first triangle, count).
@@ -6,8 +6,8 @@ leaves; a leaf n has children (-1 - first triangle, count).
 
 from kabo.compilation import lean_kernel
 
-LEAF = 4  # triangles
-THIN = 1e-6  # squared sine of the angle at a corner: below, regions are told apart by differences that cancel
+LEAF_TRIANGLES = 4  # in a leaf at most
+THIN_SQUARED_SINE = 1e-6  # of the angle at a corner: in thinner triangles the usual formulas cancel
 
 
 @lean_kernel  # 6 f8 -> f8
@@ -23,7 +23,7 @@ def _segment_squared(x, y, z, ux, uy, uz):
 
 @lean_kernel  # 9 f8 -> f8
 def _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz):
-    """The squared distance of the origin to a thin triangle: to its sides, or to where it is over the inside."""
+    """The squared distance of the origin to a thin triangle: to its sides, or to its plane if it projects inside."""
     best = min(_segment_squared(ax, ay, az, ux, uy, uz), _segment_squared(ax, ay, az, vx, vy, vz))
     best = min(best, _segment_squared(ax + ux, ay + uy, az + uz, vx - ux, vy - uy, vz - uz))
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -41,8 +41,8 @@ def _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz):
 def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
     """The squared distance of a point to the triangle a, b, c [Ericson 2005, 5.1.5].
 
-    The point that is measured to has barycentric coordinates within [0, 1]: an error of theirs makes the distance
-    larger, never smaller.
+    The distance is that of a point with barycentric coordinates within [0, 1]: their errors make it larger, never
+    smaller.
     """
     ax, ay, az, bx, by, bz, cx, cy, cz = (
         ax - px,
@@ -66,7 +66,7 @@ def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
     if d6 >= 0.0 and d5 <= d6:
         return cx * cx + cy * cy + cz * cz
     uu, vv, uv = d1 - d3, d2 - d6, d2 - d4
-    if uu * vv - uv * uv <= THIN * uu * vv:
+    if uu * vv - uv * uv <= THIN_SQUARED_SINE * uu * vv:
         return _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz)
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     s, t = 0.0, 0.0
@@ -108,7 +108,7 @@ def to_face_squared(x, y, z, vertices, faces, f):
 
 @lean_kernel  # (T, 3, 3) f8, (T,) i8, i8, i8, (N, 6) f8, i8 -> nothing
 def _bound(triangles, order, first, end, boxes, node):
-    """The box of some triangles."""
+    """Writes the box of a range of triangles."""
     for r in range(3):
         boxes[node, r] = boxes[node, 3 + r] = triangles[order[first], 0, r]
     for i in range(first, end):
@@ -124,7 +124,7 @@ def _bound(triangles, order, first, end, boxes, node):
 
 @lean_kernel  # (T,) f8, (T,) i8, i8, i8, i8 -> nothing
 def _split(keys, order, first, end, middle):
-    """Reorders so that no key before `middle` exceeds one from there on [Hoare 1961]; equal keys by number."""
+    """Reorders triangles so that no key before `middle` exceeds one from there on [Hoare 1961]; equal keys by index."""
     low, high = first, end - 1
     while low < high:
         pivot = order[(low + high) // 2]
@@ -149,7 +149,7 @@ def _split(keys, order, first, end, middle):
 
 @lean_kernel
 def build_tree(triangles, order, keys, boxes, children, stack):
-    """Fills boxes (2 T, 6), children (2 T, 2) and order (T,), which starts as 0 … T-1; returns how many nodes.
+    """Fills boxes (2 T, 6), children (2 T, 2) and order (T,), which starts as 0 … T-1; returns the number of nodes.
 
     keys (T,) f8 and stack (128, 3) i8 are scratch.
     """
@@ -160,7 +160,7 @@ def build_tree(triangles, order, keys, boxes, children, stack):
         node, first, end = stack[top, 0], stack[top, 1], stack[top, 2]
         _bound(triangles, order, first, end, boxes, node)
         children[node, 0], children[node, 1] = -1 - first, end - first
-        if end - first <= LEAF:
+        if end - first <= LEAF_TRIANGLES:
             continue
         axis = 0
         for r in range(1, 3):
@@ -189,9 +189,9 @@ def to_box_squared(boxes, n, x, y, z):
 
 @lean_kernel
 def nearest_triangle(tree, x, y, z, hint, enough, stack):
-    """The squared distance to the nearest triangle, and which it is; any triangle at most `enough` (squared) away will do.
+    """The squared distance to the nearest triangle, and its index; stops at any triangle within `enough` (squared).
 
-    `hint`: a triangle to start from, any is right. stack (64,) i8.
+    `hint`: the triangle tested first, any is valid. stack (64,) i8.
     """
     boxes, children, triangles = tree.boxes, tree.children, tree.triangles
     best, found = to_triangle_squared(x, y, z, triangles, hint), hint

@@ -1,4 +1,4 @@
-"""Weak search: one way to an end, with every sensed outcome as hoped for; one file a search [K 6.2].
+"""Weak search: one way to an end, assuming the outcomes of sensing; one file for each search [K 6.2].
 
 Each takes a start and a graph and returns the path to an end, or None with everything that it visited when there is
 none. All are deterministic: successors are taken in the order in which the graph gives them.
@@ -12,7 +12,7 @@ from kabo.planner.search.algorithms.graph import Algorithm
 
 
 def _algorithm(search: Search) -> "Algorithm[Any, Any]":
-    """The function that is called as its file, both as the search: `breadth_first` of breadth_first.py."""
+    """The function of a search, which has the name of its file: `breadth_first` of breadth_first.py."""
     name = search.replace("-", "_")
     found: Algorithm[Any, Any] = getattr(import_module(f"{__name__}.{name}"), name)
     return found

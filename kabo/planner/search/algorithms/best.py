@@ -10,9 +10,9 @@ from kabo.planner.search.algorithms.greedy import best_first, greedy
 def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchOutcome[Node, Move]:
     """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
 
-    What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
-    been reached is not risked on the way, if that can be; where a conjunct cannot be reached soon without losing an
-    earlier one for good, the goal is searched for as a whole.
+    The rest of a contingent plan after one conjunct is then the same in all branches. Conjuncts that hold are
+    protected where possible; where a further one cannot be reached soon without losing one of them for good, all
+    conjuncts are searched for at once.
     """
     node, path, reached = start, [], tuple(part for part in graph.parts if graph.holds((part,), start))
     for part in graph.parts:
@@ -35,7 +35,7 @@ def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchO
 
 
 def newest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """As `best`, but of nodes that seem equally far the newest is taken, not the oldest."""
+    """As `best`, but among nodes with equal estimates it takes the newest, not the oldest."""
     return best(start, graph, newest=True)
 
 

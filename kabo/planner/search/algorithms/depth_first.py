@@ -10,8 +10,8 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcom
 def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The first path that following first successors meets.
 
-    A state of knowledge is gone into once, whatever its geometry, and four times as often whenever that was too
-    little: so paths do not go round in circles that only geometry tells from standing still [K 6.2.3].
+    Each state of knowledge is visited once, whatever its geometry; if that finds nothing, the search starts over with
+    more visits. So paths do not run in circles along which only the geometry changes [K 6.2.3].
     """
     most = 1
     while True:
@@ -22,7 +22,7 @@ def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Mo
 
 
 def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[SearchOutcome[Node, Move], bool]:
-    """Depth-first search with so many visits of each state of knowledge; and whether nothing more was left out."""
+    """Depth-first search with at most `most` visits of each state of knowledge; and whether nothing was left out."""
     visited, times, whole = {graph.key(start)}, Counter([graph.known(start)]), True
     stack = [iter(graph.successors(start))]
     path: list[tuple[Move, Node]] = []

@@ -1,4 +1,4 @@
-"""What searches for one way to an end go through, and what they give back."""
+"""The graph that a search for one way to an end walks, and what the search returns."""
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
@@ -20,24 +20,24 @@ class HeuristicValue(NamedTuple):
 
 
 class Graph(Protocol[Node, Made]):
-    """What a search needs; `successors` counts the expansion and raises when the budget is spent."""
+    """What a search asks of its graph; `successors` counts the expansion and raises when the budget is spent."""
 
     def key(self, node: Node) -> Hashable:
-        """What tells nodes apart."""
+        """The identity of a node."""
         ...
 
     def known(self, node: Node) -> Hashable:
-        """What is known at a node: nodes that differ only in geometry have it in common."""
+        """The state of knowledge at a node; nodes that differ only in geometry share it."""
         ...
 
     def confirmed_key(self, node: Node) -> Hashable | None:
-        """The key of a node that is about to be expanded: geometry is asked now what it was not; None: refused."""
+        """The key of a node about to be expanded, after geometry has answered for it; None if geometry refuses it."""
         ...
 
     def successors(
         self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
     ) -> Iterable[tuple[Hashable, Made, Node]]:
-        """The nodes one move away, each with its key; if so wanted by some actions only, or by all others."""
+        """The nodes one move away, each with its key; only by actions `among` these, or by all `without` these."""
         ...
 
     def is_end(self, node: Node) -> bool:
@@ -46,7 +46,7 @@ class Graph(Protocol[Node, Made]):
 
     @property
     def parts(self) -> Sequence[int]:
-        """The numbers of the conjuncts of the goal, in the order to see to them."""
+        """The numbers of the conjuncts of the goal, in the order in which to plan for them."""
         ...
 
     def holds(self, parts: tuple[int, ...], node: Node) -> bool:
@@ -62,7 +62,7 @@ class Graph(Protocol[Node, Made]):
         ...
 
     def bound(self, node: Node) -> float | None:
-        """What every way to an end costs at least; None: there is none."""
+        """A lower bound of the cost from a node to an end; None if there is no way."""
         ...
 
 

@@ -26,13 +26,13 @@ def best_first(
     once: bool = True,
     newest: bool = False,
 ) -> SearchOutcome[Node, Move] | None:
-    """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
+    """Greedy search for some conjuncts of the goal that keeps those in `kept`; None if not found within `limit` expansions.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
-    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Where all other actions lead
-    is not even looked at before their turn comes. Whatever is known the same as where the search has been waits one
-    step longer for each time, or is left out if so wanted: nodes that only geometry tells apart seem equally far, and
-    there is no end of them.
+    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. The successors by other actions
+    are generated only when their turn comes. A node whose state of knowledge was expanded before is delayed by one
+    step of the estimate for each time, or left out if `once`: nodes that only geometry distinguishes seem equally
+    far, and there may be infinitely many of them.
     """
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}
@@ -119,7 +119,7 @@ class _Queue(Generic[Node]):
 
 
 def _whose_turn(promising: _Queue[Node], every: _Queue[Node]) -> _Queue[Node]:
-    """The queue to take the next node from: the one with fewer turns, `every` of equals; never an empty one."""
+    """The queue to take the next node from: the one with fewer turns so far, `every` if equal; never an empty one."""
     if promising.waiting and (promising.turns < every.turns or not every.waiting):
         return promising
     return every

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 
 class _Same:
@@ -40,6 +40,19 @@ class Result:
     start: Any = SAME
 
 
+@runtime_checkable
+class Refused(Protocol):
+    """What a stage function gives for a refused attempt: a `Failure`, or a value of the program with these two."""
+
+    @property
+    def reason(self) -> str:
+        """A short text; failures are counted by it."""
+
+    @property
+    def comment(self) -> str:
+        """For people."""
+
+
 @dataclass(frozen=True)
 class Failure:
     """A failed attempt: `reason` is a short key under which failures are counted, `details` are for programs."""
@@ -49,7 +62,7 @@ class Failure:
     details: Any = None
 
 
-Answer = Result | Failure
+Answer = Result | Refused
 Answers = Iterable[Answer] | Answer | None
 
 
@@ -61,7 +74,7 @@ def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
     """
     if given is None:
         return iter(()), False
-    if isinstance(given, (Result, Failure)):
+    if isinstance(given, (Result, Refused)):
         return iter((given,)), False
     if not isinstance(given, Iterable):
         raise TypeError(f"a stage function gives results and failures, not {given!r}")

@@ -339,7 +339,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return not self.closed and (self.stale or bool(self.doubtful) or ParallelNode.busy(self))
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states that it makes an open pair with."""
+        """The states that the given state makes an open pair with."""
         return [lane.end if side == RIGHT else lane.start for lane in self._lanes.get(state, ())]
 
     def delivers_to(self, child: StageNode, side: int) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from heapq import heappop, heappush
 from typing import Any
 
-from kabo.tasks.core.model.results import Answer, Failure, Result
+from kabo.tasks.core.model.results import Answer, Result
 from kabo.tasks.core.model.solutions import Solution, State
 from kabo.tasks.core.run.jobs import StageJob
 from kabo.tasks.core.run.nodes import StageNode
@@ -21,7 +21,7 @@ class Leaf(StageNode):
         self.parked: dict[Any, StageJob] = {}
 
     def busy(self) -> bool:
-        """Whether it has a job that is not parked."""
+        """Whether this node has a job that is not parked."""
         return not self.closed and len(self.jobs) > len(self.parked)
 
     def queue(self, job: StageJob) -> None:
@@ -108,10 +108,10 @@ class Leaf(StageNode):
     def absorb(self, job: StageJob, found: list[Answer], finished: bool) -> None:
         """Records the answers of a job; a job with more to give is queued again, after those that have run less often."""
         for answer in found:
-            if isinstance(answer, Failure):
-                self.fail(*self.ends(job), answer)
-            else:
+            if isinstance(answer, Result):
                 self.solve(job, answer)
+            else:
+                self.fail(*self.ends(job), answer)
         if finished:
             self.jobs.pop(job.subject, None)
             self.done(job)

@@ -25,7 +25,7 @@ class GeneratorNode(Leaf):
             self.queue(StageJob(None, self.arguments((self.planning.scene,))))
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often it has run; there is only one job."""
+        """How often the job has run; there is only one."""
         return (job.asked,)
 
     def runnable(self, job: StageJob) -> bool:
@@ -285,7 +285,7 @@ class ConnectorNode(Joining, Leaf):
         return not self.closed and (start, end, lane) in self.jobs
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states that it makes an open pair with."""
+        """The states that the given state makes an open pair with."""
         return [job.subject[side] for job in self.open.get(state, ())]
 
     def done(self, job: StageJob) -> None:

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.properties import PropertyResolver
-from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
+from kabo.tasks.core.model.results import Answer, Answers, Failure, Refused, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.graph import meet, relax
@@ -36,14 +36,14 @@ class StageStatistics:
     costs: list[float] = field(default_factory=list)
 
 
-class PlanningRun(Protocol):
-    """What a node may ask of its planning run, and what it reports to it."""
+class Scheduler(Protocol):
+    """What a node may ask of the scheduler of its planning run, and what it reports to it."""
 
     flows: Mapping[Stage, Flow]
     scene: Any
     seed: int
     pruning: bool
-    observe: Callable[[Stage, Failure], None] | None
+    observe: Callable[[Stage, Refused], None] | None
     count: Callable[[], int]  # the next number, for whatever must keep its order of arrival
     changes: int  # counts changes that may let a job run, or a solution be lifted
     asked: "set[StageNode]"  # monitoring generators that are finding out whether more may come
@@ -66,7 +66,7 @@ class StageNode:
     """A stage in one planning run."""
 
     def __init__(
-        self, stage: Stage, planning: PlanningRun, parent: "StageNode | None", level: "Level", index: int
+        self, stage: Stage, planning: Scheduler, parent: "StageNode | None", level: "Level", index: int
     ) -> None:
         self.stage = stage
         self.planning = planning
@@ -120,11 +120,11 @@ class StageNode:
         raise NotImplementedError
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states on the other side that it might be joined with; only of nodes that connect."""
+        """The states on the other side that the given state might be joined with; only of nodes that connect."""
         return ()
 
     def busy(self) -> bool:
-        """Whether it has runnable jobs."""
+        """Whether this node has runnable jobs."""
         raise NotImplementedError
 
     def absorb(self, job: StageJob, found: list[Answer], finished: bool) -> None:
@@ -137,7 +137,7 @@ class StageNode:
 
     # -------------------------------------------------------------------------------- what it says to others
     def may_solve(self) -> bool:
-        """Whether it may still have solutions: it is busy, or states or pairs of states may still come to it."""
+        """Whether this node may still have solutions: it is busy, or states or pairs of states may still come to it."""
         if self.busy():
             return True
         here = self
@@ -148,7 +148,7 @@ class StageNode:
         return self.may_receive()
 
     def may_receive(self) -> bool:
-        """Whether new states may still come to it; of a pair, one state suffices if the other is there or may come too."""
+        """Whether new states may still come to this node; of a pair, one state suffices if the other may come too."""
         if self.closed:
             return False
         left = self.reads[LEFT] and self._delivered(LEFT)
@@ -167,7 +167,7 @@ class StageNode:
         raise NotImplementedError
 
     def may_pass_on(self, child: "StageNode") -> bool:
-        """Whether it may still start the child, or give it a pair of states, because an earlier child fails."""
+        """Whether this node may still start the child, or give it a pair of states, because an earlier child fails."""
         return False
 
     def child_solved(self, child: "StageNode", solution: Solution) -> None:
@@ -179,7 +179,7 @@ class StageNode:
         return False
 
     def border_delivers(self, side: int) -> bool:
-        """Whether new states may still come in at its border."""
+        """Whether new states may still come in at the border of this node."""
         return self.parent is not None and self.reads[side] and self.parent.delivers_to(self, side)
 
     def delivers_to(self, child: "StageNode", side: int) -> bool:
@@ -209,8 +209,8 @@ class StageNode:
             monitor.trigger(solution)  # type: ignore[attr-defined]
         return True
 
-    def fail(self, start: State | None, end: State | None, failure: Failure) -> None:
-        """Counts a failure, and keeps it for explanations up to a limit."""
+    def fail(self, start: State | None, end: State | None, failure: Refused) -> None:
+        """Counts a failure, and keeps it for explanations up to a limit, with its details (all of it, if it has none)."""
         self.statistics.failures[failure.reason] += 1
         if self.planning.observe is not None:
             self.planning.observe(self.stage, failure)
@@ -223,7 +223,7 @@ class StageNode:
                     INFINITE,
                     failure.comment,
                     reason=failure.reason,
-                    details=failure.details,
+                    details=failure.details if isinstance(failure, Failure) else failure,
                 )
             )
 

@@ -13,7 +13,7 @@ from typing import Any
 from kabo.tasks.core.model.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
 from kabo.tasks.core.model.errors import TaskError, note
 from kabo.tasks.core.model.flow import Flow
-from kabo.tasks.core.model.results import Failure
+from kabo.tasks.core.model.results import Refused
 from kabo.tasks.core.model.solutions import Solution, State
 from kabo.tasks.core.model.stages import Monitor, Stage
 from kabo.tasks.core.run.fallbacks import ConnectingFallbacksNode, FallbacksNode, Lane, PropagatingFallbacksNode
@@ -58,7 +58,7 @@ class Planning:
         seed: int,
         *,
         pruning: bool = True,
-        observe: Callable[[Stage, Failure], None] | None = None,
+        observe: Callable[[Stage, Refused], None] | None = None,
         audit: "Callable[[Planning], None] | None" = None,
     ) -> None:
         self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning

@@ -20,7 +20,7 @@ from typing import Any
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import StageJob
-from kabo.tasks.core.run.nodes import PlanningRun
+from kabo.tasks.core.run.nodes import Scheduler
 
 # Mean seconds of a stage's jobs from which sending them is worth it; measured by benchmarks/tasks_workers.py.
 MIN_SECONDS_TO_SEND = 0.01
@@ -42,7 +42,7 @@ class _StageWorker:
 class StageWorkers:
     """Processes that know the stage functions of one run; they start when the first job is sent."""
 
-    def __init__(self, run: PlanningRun, size: int, *, min_seconds: float | None = None) -> None:
+    def __init__(self, run: Scheduler, size: int, *, min_seconds: float | None = None) -> None:
         self.size, self._min_seconds = size, MIN_SECONDS_TO_SEND if min_seconds is None else min_seconds
         self._leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._numbers = {node: number for number, node in enumerate(self._leaves)}

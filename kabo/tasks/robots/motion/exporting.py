@@ -30,7 +30,7 @@ def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment,
 
 
 def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
-    """Every stretch that takes time, with its timed segment; changes without duration are added to a segment beside."""
+    """Every stretch that takes time, with its timed segment; changes without duration are added to a neighbouring one."""
     made: list[tuple[Stretch, Segment]] = []
     ends: dict[str, float] = {}  # when each robot's last segment ends
     begin = 0.0

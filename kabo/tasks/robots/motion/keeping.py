@@ -4,14 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kabo.arrays import Array
-from kabo.geometry_server import Keep
-from kabo.tasks.core import Failure
+from kabo.geometry_server import Keep, Refusal
 from kabo.tasks.robots.motion.constraints import keep_of
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 
 
-def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Failure | None:
+def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Refusal | None:
     """The constraint as `keep_of` gives it; a failure if there is one and the robot holds nothing that it applies to."""
     found, name = keep_of(scene, robot, given), given.get("constraint") if isinstance(given, Mapping) else given
     if found is not None or not name:
@@ -21,15 +19,15 @@ def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Failure | None:
         text = f"{robot} does not hold {given['object']}"
     else:
         text = f"it has no features for {' or '.join(carried)}" if carried else f"{robot} holds nothing"
-    return refusal("constraint", f"nothing can keep {name}: {text}", reads=frozenset(carried))
+    return Refusal("constraint", f"nothing can keep {name}: {text}", reads=frozenset(carried))
 
 
-def not_kept(keep: Keep, path: Sequence[Array]) -> Failure | None:
+def not_kept(keep: Keep, path: Sequence[Array]) -> Refusal | None:
     """The failure of a path to keep a constraint, with the violation at its ends; None if the path is proven to keep it."""
     if keep.holds_along(path):
         return None
     for q, where in ((path[0], "where it begins"), (path[-1], "where it ends")):
         broken = keep.broken(q)
         if broken is not None:
-            return refusal("constraint", f"{keep.name} does not hold {where}: {broken}")
-    return refusal("constraint", f"{keep.name} would not be kept on the way")
+            return Refusal("constraint", f"{keep.name} does not hold {where}: {broken}")
+    return Refusal("constraint", f"{keep.name} would not be kept on the way")

@@ -26,11 +26,11 @@ class MateTarget:
             number += 1
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: a mate does not determine one pose."""
+        """None: nothing is known, because a mate does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: the constraints are all there is."""
+        """None: a configuration only has to satisfy the constraints."""
         return None
 
 

@@ -1,19 +1,19 @@
-"""Collision-free paths between two configurations: the planner of `Connect` and `MoveTo`."""
+"""Collision-free paths: between two configurations (`Connect` and `MoveTo`), and straight ones of the tool."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Refused, way_to
-from kabo.tasks.core import Failure
+from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, Refusal, line, tool_frame, way_to
 from kabo.tasks.robots.motion.keeping import kept
 from kabo.tasks.robots.motion.questions import MotionQuestion, PathSearch, along
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 
-def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) -> Stretch | Failure:
+def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) -> Stretch | Refusal:
     """A motion of a robot's arm from its present configuration to `goal` (n,), or the failure to find one.
 
     The random stream is keyed by both configurations and by `what` the path is for, so the same call has the same answer.
@@ -22,31 +22,43 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
     key: tuple[str | int | float, ...] = (scene.context.seed, "way", robot, what)
     key += (*map(float, start), *map(float, goal))
     constraint = kept(scene, robot, keep)
-    if isinstance(constraint, Failure):
+    if isinstance(constraint, Refusal):
         return constraint
     found = way_to(workspace, start, goal, key, scene.context.path_samples, constraint)
-    if isinstance(found, Refused) and found.broken:
-        return refusal("constraint", found.broken, reads=frozenset({robot}))
-    if isinstance(found, Refused):
+    if isinstance(found, Refusal):
         search = PathSearch(key, scene.context.path_samples, keep)
         asked = MotionQuestion(scene, robot, (configuration(start), configuration(goal)), search)
-        most = max((count for _, count in found.pairs), default=0)
-        text = (
-            f"{constraint.name} would not be kept on {found.unkept} pieces of ways"
-            if constraint is not None and found.unkept > most
-            else ""
-        )
-        return refusal("no_path", text, pairs=found.pairs, reads=frozenset({robot}), question=asked)
+        return replace(found, question=asked)
     return stretch(scene, robot, "arm", found, None if constraint is None else constraint.name)
 
 
-def grip(scene: TaskScene, robot: str, goal: Array) -> Stretch | Failure:
+def straight(
+    scene: TaskScene, robot: str, shift: Array, exactly: tuple[float, float] = (LINE_DEVIATION, LINE_TILT)
+) -> list[Array] | Refusal:
+    """The way of a robot's tool from where it is straight by a `shift` (3,) [m], or why it cannot be moved so.
+
+    `exactly`: how far it may leave the line [m], and how far it may turn [rad].
+    """
+    moved = scene.robot(robot)
+    found = line(moved, scene.configuration(robot), tool_frame(moved), shift, *exactly)
+    if found is None:
+        return Refusal("constraint", "off the straight line")
+    return blocked(scene, robot, found) or found
+
+
+def blocked(scene: TaskScene, robot: str, path: Sequence[Array]) -> Refusal | None:
+    """What is in the way of a robot on a path; None if it is proven free."""
+    hit = scene.workspace(robot).path_hit(path)
+    return None if hit is None else Refusal.collision(hit, question=along(scene, robot, *path))
+
+
+def grip(scene: TaskScene, robot: str, goal: Array) -> Stretch | Refusal:
     """The motion of a robot's gripper to its values in `goal` (n,), or the failure, with what is in the way."""
     start, workspace = scene.configuration(robot), scene.workspace(robot)
     index = workspace.segment_hit(start, goal)
     if index >= 0:
         asked = along(scene, robot, start, goal)
-        return refusal("collision", hit=workspace.pairs[index], question=asked)
+        return Refusal.collision(workspace.pairs[index], question=asked)
     return stretch(scene, robot, "gripper", [start, goal])
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Context, Refused, way_to
+from kabo.geometry_server import ProcedureContext, Refusal, Stream, pair_text, way_to
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.targets import Target
@@ -37,7 +37,19 @@ class MotionQuestion:
     search: PathSearch | None = None
     target: Target | None = None
 
-    def passes(self, context: Context, without: str | None = None) -> bool:
+    @property
+    def is_search(self) -> bool:
+        """Whether an answer takes a search for a way."""
+        return self.search is not None
+
+    @property
+    def streams(self) -> list[Stream]:
+        """The stream of the target, if it has one."""
+        stream = getattr(self.target, "stream", None)
+        stream = getattr(stream, "stream", stream)
+        return [stream] if isinstance(stream, Stream) else []
+
+    def passes(self, context: ProcedureContext, without: str | None = None) -> bool:
         """Whether the answer is yes in another context, or with the body `without` removed; everything else is the same."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:
@@ -49,8 +61,17 @@ class MotionQuestion:
         if self.search is not None:
             key, samples, keep = self.search.key, self.search.samples, keep_of(scene, self.robot, self.search.keep)
             found = way_to(workspace, path[0], path[-1], key, min(samples, MAX_REPEATED_SAMPLES), keep)
-            return not isinstance(found, Refused)
+            return not isinstance(found, Refusal)
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
+
+
+def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:
+    """What the hand alone would hit where a target wants it, whatever the arm does; None: nothing."""
+    hit = target.blocked(scene)
+    if hit is None:
+        return None
+    asked = MotionQuestion(scene, robot, target=target)
+    return Refusal.collision(hit, f"the hand would hit: {pair_text(hit)}", question=asked)
 
 
 def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import (
-    BATCH,
+    BATCH_SAMPLES,
     WORLD,
     Candidate,
     Frame,
@@ -67,11 +67,11 @@ class GraspTarget:
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: a family does not determine one pose."""
+        """None: nothing is known, because a family does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: the constraints are all there is."""
+        """None: a configuration only has to satisfy the constraints."""
         return None
 
 
@@ -89,7 +89,7 @@ class PlacementTarget:
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: a family does not determine one pose."""
+        """None: nothing is known, because a family does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
@@ -126,7 +126,7 @@ class PoseTarget:
             return
         first = 0
         yield self.stream.near(np.array(self.near))
-        for count in chain(FIRST_BATCHES, repeat(BATCH)):
+        for count in chain(FIRST_BATCHES, repeat(BATCH_SAMPLES)):
             yield self._nearest_first(self.stream.samples(first, count))
             first += count
 
@@ -144,7 +144,7 @@ class PoseTarget:
         return tool_hit(scene, self.robot, self.frame, self.world_T_frame)
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: the constraints are all there is."""
+        """None: a configuration only has to satisfy the constraints."""
         return None
 
 

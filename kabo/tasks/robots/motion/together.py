@@ -13,13 +13,12 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
-from kabo.geometry_server import Contacts, Pair, Team
+from kabo.geometry_server import Contacts, Pair, Refusal, Team, pair_text
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
-from kabo.tasks.core import Failure, Solution
+from kabo.tasks.core import Solution
 from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 POSITION_TOLERANCE = 1e-6  # m: distance between where an object is at the end and where the motions take it
@@ -87,7 +86,7 @@ def _whole(stretch: Stretch, count: int) -> Array:
     return np.array(kept if len(kept) == count else [kept[0]] * count)
 
 
-def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure | None:
+def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal | None:
     """The pair that is not proven apart when the motions, of disjoint robots and objects, begin together; or None.
 
     Args:
@@ -110,8 +109,8 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure
         hit = _MovingBodies(now, team, owners, permitted).hit(path)
         if hit is not None:
             pair, k = hit
-            text = f"{pair[0]} – {pair[1]} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
-            return refusal("collision", text, hit=pair, reads=reads)
+            text = f"{pair_text(pair)} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
+            return Refusal.collision(pair, text, reads=reads)
         for robot in robots:
             now = now.at(robot, tracks[owners[robot]].at(robot, np.array([end]))[0])
         for stretch in events:
@@ -152,12 +151,12 @@ def _changed(scene: TaskScene, stretch: Stretch) -> TaskScene:
     return scene
 
 
-def _elsewhere(walked: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure | None:
+def _elsewhere(walked: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal | None:
     """A component that does not end where the motions take it: some stage changes it without a motion."""
     for track in tracks:
         for name in track.robots:
             if np.abs(walked.configuration(name) - after.configuration(name)).max() > POSITION_TOLERANCE:
-                return refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
+                return Refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
         for name in track.objects:
             own, other = walked.situation.attachment(name), after.situation.attachment(name)
             if (
@@ -165,15 +164,15 @@ def _elsewhere(walked: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> 
                 and np.abs(walked.pose(name) - after.pose(name)).max() <= POSITION_TOLERANCE
             ):
                 continue
-            return refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
+            return Refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
     return None
 
 
-def _touching(after: TaskScene, robots: Sequence[str]) -> Failure | None:
+def _touching(after: TaskScene, robots: Sequence[str]) -> Refusal | None:
     """The pair of things that touch at the end although the contact is forbidden there."""
     hits = (after.hit(robot) for robot in robots)
     hit = next((hit for hit in hits if hit is not None), None)
-    return None if hit is None else refusal("collision", hit=hit)
+    return None if hit is None else Refusal.collision(hit)
 
 
 @dataclass(frozen=True)
@@ -196,9 +195,8 @@ class _MovingBodies:
         ]
         if not pairs or len(path) < 2:
             return None
-        surroundings = self.scene.context.surroundings
-        view = surroundings.view(
-            self.team.tree, [m for _, m in moving], [m for _, m in standing], np.array(pairs), surroundings.budget
+        view = self.scene.context.surroundings.checker(
+            self.team.tree, [m for _, m in moving], [m for _, m in standing], np.array(pairs)
         )
         for piece, (start, goal) in enumerate(zip(path, path[1:], strict=False)):
             index = view.segment_hit(start, goal)

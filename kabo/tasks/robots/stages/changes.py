@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Pair, Situation, candidate, supports, tool_frame, why_unsupported
+from kabo.geometry_server import Pair, Refusal, Situation, candidate, supports, tool_frame, why_unsupported
 from kabo.scene import Scene
-from kabo.tasks.core import PARENT, Container, Failure, Propagator, Property, Result, Stage
+from kabo.tasks.core import PARENT, Container, Propagator, Property, Result, Stage
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, RobotStage
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.questions import along
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 SUPPORTS, TOUCH = "supports", "touch"
@@ -28,11 +27,11 @@ class Attach(RobotStage, Propagator):
     MOVES = ("object",)
     PROPERTIES = {
         "object": OBJECT,
-        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`", meanings.name),
+        "to": Property(str, PARENT, "the robot to whose tool it is attached, or `robot.link`", meanings.name),
         "of": Property(
             (str, type(None)),
             None,
-            "the robot that may hold it now, and hands it over; none: nobody",
+            "the robot that may hold it now and hands it over; none: nobody may",
             meanings.name,
         ),
     }
@@ -43,7 +42,7 @@ class Attach(RobotStage, Propagator):
         if name not in scene.situation.objects:
             return [_immovable(name)]
         if scene.holder(name) not in (None, properties["of"]):
-            return [refusal("constraint", f"{scene.holder(name)} holds {name} already", reads=frozenset({name}))]
+            return [Refusal("constraint", f"{scene.holder(name)} holds {name} already", reads=frozenset({name}))]
         after = hung(scene, name, f"{robot}.{link}", _link_pose(scene, robot, link))
         motion = (_still(scene, robot, attach=((name, f"{robot}.{link}"),)),)
         return _checked(_standing(after, name), [robot], Result(after, motion=motion))
@@ -52,7 +51,7 @@ class Attach(RobotStage, Propagator):
         """The scene with the object standing where the hand holds it."""
         name, robot, link = properties["object"], *_link(scene, properties["to"])
         if scene.holder(name) != robot:
-            return [refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}))]
+            return [Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}))]
         before = hung(scene, name, "world", np.eye(4))
         motion = (_still(scene, robot, attach=((name, f"{robot}.{link}"),)),)
         return _checked(before, [robot], Result(before, motion=motion))
@@ -67,7 +66,7 @@ class Detach(RobotStage, Propagator):
         "of": Property(
             (str, type(None)),
             None,
-            "the robot (backward: or `robot.link`) that lets it go; none: whoever has it",
+            "the robot (backward: or `robot.link`) that releases it; none: whichever holds it",
             meanings.name,
         ),
     }
@@ -77,7 +76,7 @@ class Detach(RobotStage, Propagator):
         name, given = properties["object"], properties["of"]
         robot = scene.holder(name)
         if robot is None:
-            return [refusal("constraint", f"nobody holds {name}", reads=frozenset({name}))]
+            return [Refusal("constraint", f"nobody holds {name}", reads=frozenset({name}))]
         taken = given is not None and robot != given
         after = scene if taken else hung(scene, name, "world", np.eye(4))
         who = given if taken else robot
@@ -87,7 +86,7 @@ class Detach(RobotStage, Propagator):
         """The scene with the object in the hand, at the pose it has."""
         name, given = properties["object"], properties["of"]
         if given is None or scene.holder(name) is not None:
-            return [refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
+            return [Refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
         robot, link = _link(scene, given)
         if name not in scene.situation.objects:
             return [_immovable(name)]
@@ -104,7 +103,7 @@ class Join(RobotStage, Propagator):
     READS = ("onto",)
     PROPERTIES = {
         "object": OBJECT,
-        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it", meanings.name),
+        "onto": Property(str, PARENT, "the other part, which stands or is held by another robot", meanings.name),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -113,7 +112,7 @@ class Join(RobotStage, Propagator):
         robot = scene.holder(name)
         if robot is None or scene.holder(onto) == robot:
             text = f"nobody brings {name} to {onto}"
-            return [refusal("constraint", text, reads=frozenset({name, onto}))]
+            return [Refusal("constraint", text, reads=frozenset({name, onto}))]
         after = hung(scene, name, onto, scene.pose(onto))
         still = _still(scene, robot, attach=((name, onto),), detach=(name,))
         return _checked(after, [robot], Result(after, motion=(still,)))
@@ -154,7 +153,7 @@ class _Contacts(RobotStage, Propagator):
         why = (why_unsupported(scene.context.surroundings, scene.situation, name) for name in unsupported)
         text = next((text for text in why if text is not None), None)
         if text is not None:
-            return [refusal("constraint", text, reads=frozenset(unsupported))]
+            return [Refusal("constraint", text, reads=frozenset(unsupported))]
         return [Result(scene.permitting(_pairs(scene, properties, carried)))]
 
     def _forbidden(self, scene: TaskScene, properties: Values) -> Answers:
@@ -188,8 +187,8 @@ class ForbidContact(_Contacts):
         return self._allowed(scene, properties)
 
 
-def _immovable(name: str) -> Failure:
-    return refusal("constraint", f"{name} is not movable: nobody takes it or lets it go", proof=True)
+def _immovable(name: str) -> Refusal:
+    return Refusal("constraint", f"{name} is not movable: nobody takes it or lets it go", proof=True)
 
 
 def _link(scene: TaskScene, to: str) -> tuple[str, str]:
@@ -221,7 +220,7 @@ def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers
         hit = scene.hit(robot)
         if hit is not None:
             asked = along(scene, robot, scene.configuration(robot))
-            return [refusal("collision", hit=hit, question=asked)]
+            return [Refusal.collision(hit, question=asked)]
     return [result]
 
 

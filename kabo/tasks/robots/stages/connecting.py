@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kabo.geometry_server import Situation
+from kabo.geometry_server import Refusal, Situation
 from kabo.scene import Scene
-from kabo.tasks.core import Connector, Failure, Result
+from kabo.tasks.core import Connector, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
@@ -45,7 +45,7 @@ class Connect(RobotStage, Connector):
         if np.array_equal(goal, start.configuration(name)):
             return [Result(motion=())]
         found = way(start, name, goal, self.name, properties["keep"])
-        return [found] if isinstance(found, Failure) else [Result(motion=(found,), cost=length((found,)))]
+        return [found] if isinstance(found, Refusal) else [Result(motion=(found,), cost=length((found,)))]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
         """A constraint to keep that nothing held could be subject to."""

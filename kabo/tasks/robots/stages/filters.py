@@ -3,14 +3,13 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from kabo.geometry_server import Situation, lies_inside
+from kabo.geometry_server import Refusal, Situation, lies_inside
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.letting_go import letting_go
 
@@ -30,7 +29,7 @@ class Wait(RobotStage, Propagator):
 
     PROPERTIES = {
         "robot": ROBOT,
-        "duration": Property(float, 1.0, "how long [s]; 0: no time passes", meanings.at_least(0.0)),
+        "duration": Property(float, 1.0, "the time [s]; 0: none", meanings.at_least(0.0)),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -47,30 +46,33 @@ class PredicateFilter(RobotStage, Wrapper):
 
     PROPERTIES = {
         "attached": Property(
-            (list, tuple), (), "[object, robot]: the robot holds the object; empty: not asked", meanings.names(2)
+            (list, tuple), (), "[object, robot]: the robot holds the object; empty: not checked", meanings.names(2)
         ),
         "inside": Property(
-            (list, tuple), (), "[body, region]: it is proven to lie inside; empty: not asked", meanings.names(2)
+            (list, tuple),
+            (),
+            "[body, region]: the body is proven to lie inside; empty: not checked",
+            meanings.names(2),
         ),
         "free_hand": Property(
-            (str, type(None)), None, "a robot that holds nothing; none: not asked", meanings.name
+            (str, type(None)), None, "a robot that holds nothing; none: not checked", meanings.name
         ),
         "free": Property(
             (list, tuple),
             (),
-            "robots that are proven to touch nothing that they may not; empty: not asked",
+            "robots that are proven free of collisions; empty: not checked",
             meanings.names(empty=True),
         ),
         "lets_go": Property(
             (list, tuple),
             (),
-            "[object, robot]: the hand, which holds it there, has room to open and to draw back; empty: not asked",
+            "[object, robot]: the gripper that holds it has room to open and to retreat; empty: not checked",
             meanings.names(2),
         ),
         "predicate": Property(
             Any,
             None,
-            "a function of the scene: true or false, or the reason why not; none: not asked",
+            "a function of the scene that returns true, false, or the reason why not; none: not checked",
             lambda value: None if callable(value) else "is a function of the scene",
         ),
     }
@@ -123,7 +125,7 @@ def _attached(scene: TaskScene, properties: Values) -> Any:
     name, robot = properties["attached"]
     if scene.holder(name) == robot:
         return None
-    return refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
+    return Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
 
 
 def _inside(scene: TaskScene, properties: Values) -> Any:
@@ -134,7 +136,7 @@ def _inside(scene: TaskScene, properties: Values) -> Any:
         return None
     holder = scene.holder(name)
     reads = frozenset({name} if holder is None else {name, holder})
-    return refusal("constraint", f"{name} does not stand in {region}", reads=reads, proof=True)
+    return Refusal("constraint", f"{name} does not stand in {region}", reads=reads, proof=True)
 
 
 def _free_hand(scene: TaskScene, properties: Values) -> Any:
@@ -142,14 +144,14 @@ def _free_hand(scene: TaskScene, properties: Values) -> Any:
     held = () if robot is None else scene.situation.carried(robot)
     if not held:
         return None
-    return refusal("constraint", f"{robot} holds {held[0]}", reads=frozenset(held), proof=True)
+    return Refusal("constraint", f"{robot} holds {held[0]}", reads=frozenset(held), proof=True)
 
 
 def _free(scene: TaskScene, properties: Values) -> Any:
     for robot in properties["free"]:
         hit = scene.hit(robot)
         if hit is not None:
-            return refusal("collision", hit=hit)
+            return Refusal.collision(hit)
     return None
 
 
@@ -164,5 +166,5 @@ def _predicate(scene: TaskScene, properties: Values) -> Any:
     return (
         None
         if answer is True
-        else refusal("constraint", answer if isinstance(answer, str) else "the predicate fails")
+        else Refusal("constraint", answer if isinstance(answer, str) else "the predicate fails")
     )

@@ -27,7 +27,7 @@ class AddGeometry(RobotStage, Propagator):
     """
 
     PROPERTIES = {
-        "body": Property(str, doc="its name, unlike all others", wrong=meanings.name),
+        "body": Property(str, doc="a new name for it", wrong=meanings.name),
         "shape": Property(dict, doc="{box | cylinder | sphere: …}", wrong=meanings.shape),
         "parent": Property(str, "world", "`world`, a body or `robot.link`", meanings.name),
         "pose": Property(dict, {}, "{position, quaternion or rpy} in the parent's frame; empty: its origin"),
@@ -54,7 +54,7 @@ class AddGeometry(RobotStage, Propagator):
 class RemoveGeometry(RobotStage, Propagator):
     """Removes added bodies, or padding, by name; to plan backward use `AddGeometry` or `Pad`."""
 
-    PROPERTIES = {"bodies": Property((list, tuple), doc="the names", wrong=meanings.names())}
+    PROPERTIES = {"bodies": Property((list, tuple), doc="the names of the bodies", wrong=meanings.names())}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene without these bodies."""
@@ -72,7 +72,7 @@ class Pad(RobotStage, Propagator):
             (list, tuple), doc="bodies or `robot.link`; empty: nothing is padded", wrong=meanings.names(empty=True)
         ),
         "distance": Property(
-            float, doc="how much air to keep around them [m]", wrong=meanings.at_least(0.0, above=True)
+            float, doc="distance to keep around them [m]", wrong=meanings.at_least(0.0, above=True)
         ),
     }
 
@@ -103,7 +103,7 @@ class Unpad(Pad):
         "distance": Property(
             float,
             0.0,
-            "backward: how much air to keep around them [m]; 0: their cylinders alone",
+            "backward: distance to keep around them [m]; 0: only their cylinders",
             meanings.at_least(0.0),
         )
     }

@@ -4,17 +4,25 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from kabo.arrays import Array
-from kabo.geometry_server import Context, Situation, Stream, grasp_missing, grasp_roles, grasp_stream, recognised
+from kabo.geometry_server import (
+    ProcedureContext,
+    Refusal,
+    Situation,
+    Stream,
+    grasp_family_of,
+    grasp_missing,
+    grasp_roles,
+    grasp_stream,
+)
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot, Scene
-from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
+from kabo.tasks.core import Monitor, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import CLOSED, hand
 from kabo.tasks.robots.motion.directions import Direction
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import GraspTarget
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -78,7 +86,7 @@ class SampleGrasp(RobotStage, Monitor):
         """A grasp family that the object does not have."""
         yield from family_faults(self, scene, "grasps")
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof that no family fits, or that the object is out of reach."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
@@ -88,7 +96,7 @@ class SampleGrasp(RobotStage, Monitor):
             return None  # another stage brings it first
         return _refuted(context, situation, context.scene.robots[robot], name, family or ANY)
 
-    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> list[Stream]:
         """The grasps of all families, at the object's present pose."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
@@ -107,7 +115,7 @@ def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
         yield f"{name} has no family {family!r} among its {kind}; it has {', '.join(known) or 'none'}"
 
 
-def _streams(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:
+def _streams(context: ProcedureContext, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:
     body = _body(context, name)
     poses = context.surroundings.poses(situation, name)
     held = tuple(situation.configuration(robot.name)[robot.planned :])
@@ -116,34 +124,36 @@ def _streams(context: Context, situation: Situation, robot: Robot, name: str, wa
     return [stream for stream in made if stream is not None]
 
 
-def _body(context: Context, name: str) -> Body:
+def _body(context: ProcedureContext, name: str) -> Body:
     if name not in context.scene.bodies:
         raise ValueError(f"the scene has no body {name!r}")
     return context.scene.bodies[name]
 
 
-def _refuted(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> Failure | None:
+def _refuted(
+    context: ProcedureContext, situation: Situation, robot: Robot, name: str, wanted: str
+) -> Refusal | None:
     pose = context.surroundings.poses(situation, name)[0]
     key = "refuted", robot.name, name, wanted, pose.tobytes()
-    known: tuple[Failure | None] = context.surroundings.remembered(
+    known: tuple[Refusal | None] = context.surroundings.remembered(
         key, lambda: (_beyond(_body(context, name), pose, robot, wanted),)
     )
     return known[0]
 
 
-def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Failure | None:
+def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | None:
     """A proof that a body at a pose (4, 4) cannot be grasped; None if there is none."""
     name = body.name
     chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
     fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
     bounds = [grasp_missing(robot, family.constraints, roles) for family, roles in fitting if roles is not None]
     if not bounds:
-        return refusal("empty_family", f"{name} has no grasp family that {robot.name} can use", proof=True)
+        return Refusal("empty_family", f"{name} has no grasp family that {robot.name} can use", proof=True)
     missing = min(bounds)
     if missing <= 0.0:
         return None
     text = f"{name} is {missing:.3f} m out of reach of {robot.name}"
-    return refusal("out_of_reach", text, reads=frozenset({name}), proof=True, missing=missing)
+    return Refusal("out_of_reach", text, reads=frozenset({name}), proof=True, missing=missing)
 
 
 class RecogniseGrasp(RobotStage, Propagator):
@@ -164,7 +174,7 @@ def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, A
     """The interface properties of how a robot holds an object; without a family if none describes that hold."""
     if scene.holder(name) != robot.name:
         return {}
-    found = recognised(scene.context, robot, name, scene.situation)
+    found = grasp_family_of(scene.context, robot, name, scene.situation)
     if found is None:
         return {"grasp": None, "lower": Direction(LIFT, name, -1), "retreat": None}
     return grasp_properties(robot, name, found)

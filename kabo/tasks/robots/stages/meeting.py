@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Candidate, Contacts, Pair, Situation, Team, TeamStream, candidate
+from kabo.geometry_server import Candidate, Contacts, Pair, Refusal, Situation, Team, TeamStream, candidate
 from kabo.kinematics import project, stream_key, uniform
 from kabo.language.scene_description import Constraint
 from kabo.scene import Configuration, Scene
@@ -19,7 +19,6 @@ from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults
 from kabo.tasks.robots.stages.placements import mate_of
@@ -82,7 +81,7 @@ class MeetingTarget:
         return home
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: meeting does not determine one pose."""
+        """None: nothing is known, because meeting does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
@@ -108,11 +107,14 @@ class SampleMeeting(RobotStage, Monitor):
         "part": Property(
             (str, type(None)),
             None,
-            "what the other robot holds, the moving part of the mate; none: it takes",
+            "what the other robot holds, the moving part of the mate; none: it grasps the object",
             meanings.name,
         ),
         "mate": Property(
-            (str, type(None)), None, "a mate of the scene, for `part`; none: it takes", meanings.name
+            (str, type(None)),
+            None,
+            "the mate of the scene for `part`; none: the other robot grasps the object",
+            meanings.name,
         ),
         "family": Property(
             str, ANY, "a grasp family of the object, or `any`: all that fit the other robot", meanings.name
@@ -133,7 +135,7 @@ class SampleMeeting(RobotStage, Monitor):
         for each, holder in ((name, robot), (properties["part"], partner)):
             if each is not None and scene.holder(each) != holder:
                 text = f"{holder} does not hold {each}"
-                return [refusal("constraint", text, reads=frozenset({each}), proof=True)]
+                return [Refusal("constraint", text, reads=frozenset({each}), proof=True)]
         results = []
         for label, constraints, roles, touching in _ways(scene, properties):
             target = _target(scene, robot, partner, (label, constraints), roles, touching)
@@ -141,7 +143,7 @@ class SampleMeeting(RobotStage, Monitor):
                 results.append(Result(scene, properties={"target": target}, comment=label))
         if not results:
             text = f"{name} and {partner} do not fit together"
-            return [refusal("empty_family", text, reads=frozenset({name}), proof=True)]
+            return [Refusal("empty_family", text, reads=frozenset({name}), proof=True)]
         return results
 
 

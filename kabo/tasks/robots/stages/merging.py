@@ -9,14 +9,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from kabo.geometry_server import Contacts, Context, Situation
+from kabo.geometry_server import Contacts, ProcedureContext, Refusal, Situation
 from kabo.scene import Component, Scene
-from kabo.tasks.core import Failure, Result, Solution, Stage
 from kabo.tasks.core import Merger as CoreMerger
+from kabo.tasks.core import Result, Solution, Stage
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.motion.exporting import TIME_DECIMALS
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.together import Track, met
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.geometry import AddGeometry, Pad, RemoveGeometry
@@ -43,10 +42,10 @@ class Merger(RobotStage, CoreMerger):
                 if other is not child:
                     yield _shared(name, other.name, child.name, scene)
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof that two children move the same robot or object."""
         fault = next(iter(self.faults(context.scene)), None)
-        return None if fault is None else refusal("constraint", fault, proof=True)
+        return None if fault is None else Refusal("constraint", fault, proof=True)
 
     def merge(self, scene: TaskScene, solutions: Sequence[Solution], properties: Values, seed: int) -> Any:
         """The motions of all children as one, with the scene on its far side."""
@@ -79,17 +78,17 @@ def _shared(name: str, first: str, second: str, scene: Scene) -> str:
     return f"{both}: a merger moves each robot, arm and gripper, in one of its children"
 
 
-def _conflict(tracks: Sequence[Track], scene: Scene) -> Failure | None:
+def _conflict(tracks: Sequence[Track], scene: Scene) -> Refusal | None:
     """Why the motions cannot be merged at any time: they share a robot or an object."""
     owners: dict[str, Track] = {}
     for track in tracks:
         if track.before.extras != track.after.extras:
-            return refusal(
+            return Refusal(
                 "constraint", f"{track.name!r} changes what geometry there is, which nothing in a merger may"
             )
         for name in track.moves:
             if owners.setdefault(name, track) is not track:
-                return refusal("constraint", _shared(name, owners[name].name, track.name, scene))
+                return Refusal("constraint", _shared(name, owners[name].name, track.name, scene))
     return None
 
 

@@ -7,17 +7,16 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Situation, candidate
+from kabo.geometry_server import Refusal, Situation, candidate
 from kabo.scene import Scene
-from kabo.tasks.core import Failure, Propagator, Property, Result
+from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.motion.paths import grip, length, way
-from kabo.tasks.robots.motion.questions import MotionQuestion, along
-from kabo.tasks.robots.motion.refusals import refusal
+from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of
@@ -34,24 +33,24 @@ class MoveTo(RobotStage, Propagator):
     READS = ()
     PROPERTIES = {
         "robot": ROBOT,
-        "goal": Property(Any, doc="where to go", wrong=meanings.goal),
+        "goal": Property(Any, doc="the goal of the motion", wrong=meanings.goal),
         "group": Property(
             (str, type(None)),
             None,
-            "`arm` or `gripper`; none: what the goal is of",
+            "`arm` or `gripper`; none: the group whose joints the goal has",
             meanings.one_of("arm", "gripper"),
         ),
         "of": Property(
             (str, type(None)),
             None,
-            "for poses and points: the tool (none), a link, what is held, a feature",
+            "what a pose or point is for: the tool (none), a link, what is held, a feature",
             meanings.name,
         ),
         "keep": KEEP,
         "if_missing": Property(
             str,
             "fail",
-            "`fail`, or `stay`, where the robot has no configuration of the goal's name",
+            "`fail` or `stay`, if the robot has no configuration of the goal's name",
             meanings.one_of("fail", "stay"),
         ),
         "max_ik_solutions": Property(
@@ -64,8 +63,8 @@ class MoveTo(RobotStage, Propagator):
         name = properties["robot"]
         answers: list[Answer] = []
         for goal in self._goals(scene, properties):
-            moved = goal if isinstance(goal, Failure) else self._moved(scene, name, goal, properties)
-            if not isinstance(moved, Failure):
+            moved = goal if isinstance(goal, Refusal) else self._moved(scene, name, goal, properties)
+            if not isinstance(moved, Refusal):
                 still = np.array_equal(goal, scene.configuration(name))
                 motion = () if still else (moved,)
                 return [*answers, Result(scene.at(name, goal), motion=motion, cost=length(motion))]
@@ -98,7 +97,7 @@ class MoveTo(RobotStage, Propagator):
             return grip(scene, name, goal)
         hit = scene.at(name, goal).hit(name)
         if hit is not None:
-            return refusal("collision", hit=hit, question=along(scene, name, goal))
+            return Refusal.collision(hit, question=along(scene, name, goal))
         return way(scene, name, goal, self.name, properties["keep"])
 
     def _goals(self, scene: TaskScene, properties: Values) -> Any:
@@ -110,7 +109,7 @@ class MoveTo(RobotStage, Propagator):
             wanted = goal_of(scene, name, goal)
         except NoConfigurationError as error:
             stays = properties["if_missing"] == "stay"
-            yield scene.configuration(name) if stays else refusal("constraint", str(error), proof=True)
+            yield scene.configuration(name) if stays else Refusal("constraint", str(error), proof=True)
             return
         n, start = scene.robot(name).planned, scene.configuration(name)
         group = properties["group"] or ("gripper" if goal in (OPEN, CLOSED) else None)
@@ -131,19 +130,19 @@ class MoveTo(RobotStage, Propagator):
         else:
             pose = pose_of(scene, goal["pose"])
         target, tried = pose_target(scene, name, frame, pose), 0
-        asked, hit = MotionQuestion(scene, name, target=target), target.blocked(scene)
-        if hit is not None:
-            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
+        blocked = hand_blocked(scene, name, target)
+        if blocked is not None:
+            yield blocked
             return
-        for at in scene.context.drawn(target.batches()):
+        for at in scene.context.candidates(target.batches()):
             tried += 1
             yield at.q
             if tried >= properties["max_ik_solutions"]:
                 return
         if not tried:
-            yield refusal(
-                "out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}), question=asked
-            )
+            asked = MotionQuestion(scene, name, target=target)
+            text = f"no configuration of {name} was found"
+            yield Refusal("out_of_reach", text, reads=frozenset({name}), question=asked)
 
 
 def _is_pose(goal: Any) -> bool:

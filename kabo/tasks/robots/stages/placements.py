@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 from kabo.geometry_server import (
-    Context,
-    Place,
+    Destination,
+    ProcedureContext,
+    Refusal,
     Situation,
     Stream,
     grasps_there,
@@ -17,14 +18,13 @@ from kabo.geometry_server import (
 )
 from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
-from kabo.tasks.core import Failure, Monitor, Property, Result
+from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import Direction
 from kabo.tasks.robots.motion.mating import mate_target
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import PlacementTarget
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults, held_properties
@@ -42,9 +42,11 @@ class SamplePlacement(RobotStage, Monitor):
         "robot": ROBOT,
         "object": OBJECT,
         "region": Property(
-            (str, type(None)), None, "a region of the scene; none: anywhere on the support", meanings.name
+            (str, type(None)), None, "the region of the scene; none: anywhere on the support", meanings.name
         ),
-        "support": Property((str, type(None)), None, "a body to stand on; none: the region's", meanings.name),
+        "support": Property(
+            (str, type(None)), None, "the body to stand on; none: the support of the region", meanings.name
+        ),
         "family": Property(
             str, ANY, "a placement family of the object, or `any`: all that fit, in file order", meanings.name
         ),
@@ -55,11 +57,11 @@ class SamplePlacement(RobotStage, Monitor):
         robot, name = scene.robot(properties["robot"]), properties["object"]
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"
-            return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
+            return [Refusal("constraint", text, reads=frozenset({name}), proof=True)]
         place = _place(scene.context, properties["region"], properties["support"])
         streams = placement_streams(scene.context, robot, name, place, scene.situation, properties["family"])
         if not streams:
-            return [refusal("empty_family", f"{name} has no placement family that fits", reads=frozenset({name}))]
+            return [Refusal("empty_family", f"{name} has no placement family that fits", reads=frozenset({name}))]
         if place.support is not None:
             scene = scene.permitting([(name, place.support)])
         held = held_properties(scene, robot, name)
@@ -79,7 +81,7 @@ class SamplePlacement(RobotStage, Monitor):
             yield "there is no place: it says neither a region nor a support"
         yield from family_faults(self, scene, "placements")
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof that the region is out of reach, however the object is held."""
         known = self._known(context)
         if known is None:
@@ -89,9 +91,9 @@ class SamplePlacement(RobotStage, Monitor):
         if missing <= 0.0:
             return None
         text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
-        return refusal("out_of_reach", text, proof=True, missing=missing)
+        return Refusal("out_of_reach", text, proof=True, missing=missing)
 
-    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+    def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """That no grasp of the object was found anywhere in the region."""
         known = self._known(context)
         if known is None:
@@ -100,9 +102,9 @@ class SamplePlacement(RobotStage, Monitor):
         place = _place(context, region.name, self.known("support"))
         if may_place(context, robot, context.scene.bodies[name], place, situation):
             return None
-        return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
+        return Refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
 
-    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> list[Stream]:
         """The placements of the object as it is held; if nobody holds it, grasps of it at some places in the region."""
         known = self._known(context)
         if known is None:
@@ -113,7 +115,7 @@ class SamplePlacement(RobotStage, Monitor):
             return [made.stream for made in placement_streams(context, robot, name, place, situation)]
         return grasps_there(context, robot, context.scene.bodies[name], place, situation)
 
-    def _known(self, context: Context) -> tuple[Robot, str, Region] | None:
+    def _known(self, context: ProcedureContext) -> tuple[Robot, str, Region] | None:
         robot, name, region = (self.known(key) for key in ("robot", "object", "region"))
         scene = context.scene
         if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
@@ -121,14 +123,14 @@ class SamplePlacement(RobotStage, Monitor):
         return scene.robots[robot], name, scene.regions[region]
 
 
-def _place(context: Context, region: str | None, support: str | None) -> Place:
+def _place(context: ProcedureContext, region: str | None, support: str | None) -> Destination:
     scene = context.scene
     if region is not None and region not in scene.regions:
         raise ValueError(f"the scene has no region {region!r}; it has {', '.join(scene.regions) or 'none'}")
     if support is not None and support not in scene.bodies:
         raise ValueError(f"the scene has no body {support!r}")
     chosen = None if region is None else scene.regions[region]
-    return Place(support if support is not None or chosen is None else chosen.support, chosen)
+    return Destination(support if support is not None or chosen is None else chosen.support, chosen)
 
 
 class SampleMate(RobotStage, Monitor):
@@ -154,11 +156,11 @@ class SampleMate(RobotStage, Monitor):
         robot, name, onto = scene.robot(properties["robot"]), properties["object"], properties["onto"]
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"
-            return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
+            return [Refusal("constraint", text, reads=frozenset({name}), proof=True)]
         mate = mate_of(scene, properties["mate"])
         target = mate_target(scene, robot, name, onto, mate)
         if target is None:
-            return [refusal("empty_family", f"{mate.name} does not fit {name} and {onto}", proof=True)]
+            return [Refusal("empty_family", f"{mate.name} does not fit {name} and {onto}", proof=True)]
         insertion = None
         if mate.insertion is not None:
             owner = {"moving": "this", "fixed": "this"}.get(mate.insertion.along.owner, mate.insertion.along.owner)

@@ -92,18 +92,18 @@ class _Poses(RobotStage):
         "poses": Property(
             (list, tuple, Callable),
             (),
-            "poses in order, or a function of the scene that gives them; empty: none but random ones",
+            "a list of poses, or a function of the scene that returns them; empty: only random poses",
         ),
         "random": Property(
             dict,
             {},
-            "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges; empty: none at random",
+            "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]} with half ranges; empty: no random poses",
             meanings.spread,
         ),
         "of": Property(
             (str, type(None)),
             None,
-            "what is to be there: the tool (none), a link, what is held, a feature",
+            "what the pose is for: the tool (none), a link, what is held, a feature",
             meanings.name,
         ),
     }

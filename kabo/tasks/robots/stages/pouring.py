@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Frame, candidate
+from kabo.geometry_server import Frame, Refusal, candidate
 from kabo.kinematics import FrameFeature, keeps, project, rows_of, stacked
 from kabo.scene import Robot
-from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
+from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
@@ -18,7 +18,6 @@ from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import rounded
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.motion.pour_path import PourPath
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import feature_pose, pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.stages.symmetries import turned
@@ -50,25 +49,25 @@ class Pour(RobotStage, Propagator):
         "rim": Property(str, "rim", "feature of the container in the middle of its rim", meanings.name),
         "towards": Property(
             (float, list, tuple),
-            doc="where it tilts to: angle from x about up [rad] (0: along x), or [x, y, z]",
+            doc="the horizontal direction of tilting: angle from x about the vertical [rad] (0: along x), or [x, y, z]",
             wrong=meanings.turning,
         ),
         "offset": Property(
             (list, tuple),
             (0.0, 0.02),
-            "where the lid pours: along `towards` and up from the rim's middle [m]; 0: at it",
+            "where the lid pours: offsets along `towards` and upward from the rim's middle [m]; 0: at it",
             lambda value: meanings.numbers(value, 2),
         ),
         "tilt": Property(
-            float, 1.9, "how far it is tilted when it pours [rad]", meanings.at_least(0.0, above=True)
+            float, 1.9, "the angle of tilting while it pours [rad]", meanings.at_least(0.0, above=True)
         ),
         "overshoot": Property(
             float,
             0.0,
-            "the constant c of the path: more goes farther to the side first; 0: no farther",
+            "the constant c of the path: a larger one moves farther sideways first; 0: no farther than needed",
             meanings.finite,
         ),
-        "pause": Property(float, 1.0, "how long it pours [s]; 0: it goes back at once", meanings.at_least(0.0)),
+        "pause": Property(float, 1.0, "how long it pours [s]; 0: it returns at once", meanings.at_least(0.0)),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -76,16 +75,16 @@ class Pour(RobotStage, Propagator):
         name = properties["robot"]
         if scene.holder(properties["object"]) != name:
             text = f"{name} does not hold {properties['object']}"
-            return [refusal("constraint", text, reads=frozenset({properties["object"]}), proof=True)]
+            return [Refusal("constraint", text, reads=frozenset({properties["object"]}), proof=True)]
         tilting = _tilting(scene, properties)
-        if isinstance(tilting, Failure):
+        if isinstance(tilting, Refusal):
             return [tilting]
         way = tilting.followed(scene.configuration(name))
-        if isinstance(way, Failure):
+        if isinstance(way, Refusal):
             return [way]
         hit = scene.workspace(name).path_hit(way)
         if hit is not None:
-            return [refusal("collision", hit=hit)]
+            return [Refusal.collision(hit)]
         there = replace(stretch(scene, name, "arm", way), exact=True)
         pause = float(properties["pause"])
         still = (replace(there, waypoints=(there.end,), seconds=pause),) if pause > 0.0 else ()
@@ -120,7 +119,7 @@ class _Tilting:
         )
         return result
 
-    def followed(self, q: Array) -> list[Array] | Failure:
+    def followed(self, q: Array) -> list[Array] | Refusal:
         """Way points from q along the path; each straight joint segment between them is proven to stay close to it."""
         poses, way, number = self.path.by_length(PATH_STEP), [q], 0
         near = self.pose(poses[0])[:3, 3]  # where the lid is at the last way point
@@ -173,13 +172,13 @@ class _Tilting:
         tolerance = [MAX_DEVIATION / np.sqrt(2.0)] * 2 + [MAX_ROTATION] * (len(rows) - 2)
         return keeps(self.robot.tree, rows, q, goal, tolerance)
 
-    def _lost(self, goal: Array | None, share: float) -> Failure:
+    def _lost(self, goal: Array | None, share: float) -> Refusal:
         if goal is None:
-            return refusal("out_of_reach", f"the path can be followed for {100 * share:.0f} %")
-        return refusal("constraint", f"joints would have to turn too fast at {100 * share:.0f} % of the path")
+            return Refusal("out_of_reach", f"the path can be followed for {100 * share:.0f} %")
+        return Refusal("constraint", f"joints would have to turn too fast at {100 * share:.0f} % of the path")
 
 
-def _tilting(scene: TaskScene, properties: Values) -> _Tilting | Failure:
+def _tilting(scene: TaskScene, properties: Values) -> _Tilting | Refusal:
     robot, name, container = properties["robot"], properties["object"], properties["container"]
     towards = _horizontal(properties["towards"])
     held, lid = frame_of(scene, robot, name), _feature(scene, name, properties["lid"])
@@ -188,7 +187,7 @@ def _tilting(scene: TaskScene, properties: Values) -> _Tilting | Failure:
     pose = candidate(scene.robot(robot), scene.configuration(robot)).pose(frame)
     aside = float(np.cross(UP, towards) @ (rim[:3, 3] - pose[:3, 3]))
     if abs(aside) > MAX_RIM_OFFSET:
-        return refusal("constraint", f"the lid is {abs(aside):.3f} m beside {container}")
+        return Refusal("constraint", f"the lid is {abs(aside):.3f} m beside {container}")
     out = pose[:3, 2]
     start = _in_plane(pose[:3, 3], towards, float(np.arctan2(out @ towards, out @ UP)))
     across, above = (float(v) for v in properties["offset"])

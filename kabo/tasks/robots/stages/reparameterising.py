@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Situation
+from kabo.geometry_server import Refusal, Situation
 from kabo.scene import Scene
 from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
@@ -14,7 +14,6 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.motion.exporting import VELOCITY_SHARE
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 from kabo.tasks.robots.scenes import Stretch
 
@@ -33,7 +32,7 @@ class Reparameterise(RobotStage, Wrapper):
         "deviation": Property(
             float,
             0.05,
-            "how far the motion may pass by a way point [rad, L2 over the joints]; 0: it stops at each corner",
+            "distance from a way point at which the motion may pass [rad, L2 over the joints]; 0: it stops at each corner",
             meanings.at_least(0.0),
         ),
         "haste": Property(float, VELOCITY_SHARE, "share of the joints' velocity limits", meanings.share),
@@ -71,9 +70,9 @@ class Reparameterise(RobotStage, Wrapper):
             try:
                 made = smoothed(group, properties["deviation"], _limits(group[0], properties))
             except ValueError as error:
-                return [refusal("timing", str(error))]
+                return [Refusal("timing", str(error))]
             if made is None:
-                return [refusal("timing", f"the motion of {group[0].stage} is not proven any more")]
+                return [Refusal("timing", f"the motion of {group[0].stage} is not proven any more")]
             motion += made.stretches
             stops += made.stops
         comment = f"{solution.comment}, " if solution.comment else ""

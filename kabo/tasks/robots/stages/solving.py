@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Candidate, tool_frame
-from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrapper
+from kabo.geometry_server import Candidate, Refusal, owners, tool_frame
+from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
-from kabo.tasks.robots.motion.questions import MotionQuestion, along
-from kabo.tasks.robots.motion.refusals import Details, refusal
+from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -28,30 +27,30 @@ class ComputeIK(RobotStage, Wrapper):
     MOVES = ("robot",)
     PROPERTIES = {
         "robot": ROBOT,
-        "target": Property(Any, INTERFACE, "what to reach, as a sampler has written it"),
+        "target": Property(Any, INTERFACE, "the target, as a sampler writes it"),
         "max_ik_solutions": Property(
-            (int, type(None)), None, "how many for each target; none: all that are found", meanings.at_least(1)
+            (int, type(None)),
+            None,
+            "how many configurations for each target; none: all that are found",
+            meanings.at_least(1),
         ),
         "min_distance": Property(
             float,
             0.0,
-            "least distance between two of them [rad, sum over the joints]; 0: any",
+            "least distance between two configurations [rad, L1]; 0: any",
             meanings.at_least(0.0),
         ),
-        "near": Property(
-            bool, False, "whether they cost the way of the joints from where the robot stands [rad, L1]"
-        ),
-        "ignore_collisions": Property(bool, False, "whether configurations in collision will do"),
+        "near": Property(bool, False, "whether the cost is the distance from the present configuration [rad, L1]"),
+        "ignore_collisions": Property(bool, False, "whether configurations in collision are accepted"),
     }
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Iterator[Answer]:
         """The scene with the robot at each configuration found."""
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
-        hit = None if properties["ignore_collisions"] else target.blocked(scene)
-        asked = MotionQuestion(scene, properties["robot"], target=target)
-        if hit is not None:
-            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
+        blocked = None if properties["ignore_collisions"] else hand_blocked(scene, properties["robot"], target)
+        if blocked is not None:
+            yield blocked
             return
         yield from self._reached(scene, target, properties, solution)
 
@@ -59,12 +58,12 @@ class ComputeIK(RobotStage, Wrapper):
         name, most = properties["robot"], properties["max_ik_solutions"]
         robot, tried, blocked = scene.robot(name), 0, 0
         found: list[Array] = []
-        for at in scene.context.drawn(target.batches()):
+        for at in scene.context.candidates(target.batches()):
             tried += 1
-            failure = self._refused(scene, target, name, at, properties["ignore_collisions"])
-            blocked = blocked + 1 if failure is not None and _is_movable(scene, name, failure) else 0
-            if failure is not None:
-                yield failure
+            refused = self._refused(scene, target, name, at, properties["ignore_collisions"])
+            blocked = blocked + 1 if refused is not None and _is_movable(scene, name, refused) else 0
+            if refused is not None:
+                yield refused
                 if blocked == scene.context.patience:
                     return
                 continue
@@ -80,27 +79,26 @@ class ComputeIK(RobotStage, Wrapper):
             yield self._unreached(scene, name, target)
 
     @staticmethod
-    def _unreached(scene: TaskScene, name: str, target: Any) -> Failure:
+    def _unreached(scene: TaskScene, name: str, target: Any) -> Refusal:
         short = target.unreached() if isinstance(target, PoseTarget) else None
         missing = None if short is None or short.missing == 0.0 else short.missing
         text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
-        return refusal("out_of_reach", text, missing=missing, question=MotionQuestion(scene, name, target=target))
+        return Refusal("out_of_reach", text, missing=missing, question=MotionQuestion(scene, name, target=target))
 
     @staticmethod
-    def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:
+    def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Refusal | None:
         reason = target.refused(scene, at)
         if reason is not None:
-            return refusal("constraint", reason)
+            return Refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
-        return None if hit is None else refusal("collision", hit=hit, question=along(scene, name, at.q))
+        return None if hit is None else Refusal.collision(hit, question=along(scene, name, at.q))
 
 
-def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
+def _is_movable(scene: TaskScene, robot: str, refused: Refusal) -> bool:
     """Whether the obstacle is another robot, or an object that this robot does not hold."""
-    details = failure.details if isinstance(failure.details, Details) else Details()
-    owners = {name.partition(".")[0] for pair, _ in details.pairs for name in pair}
+    met = {owner for pair, _ in refused.pairs for owner in owners(pair)}
     others = {*scene.situation.robots, *scene.situation.objects} - {robot, *scene.situation.carried(robot)}
-    return not owners.isdisjoint(others)
+    return not met.isdisjoint(others)
 
 
 def _away(scene: TaskScene, name: str, at: Candidate) -> float:

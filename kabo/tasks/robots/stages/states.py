@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Situation
+from kabo.geometry_server import Refusal, Situation
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import GeometricState, Scene
 from kabo.tasks.core import Generator, Property, Result
@@ -14,7 +14,6 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 
 
@@ -30,7 +29,7 @@ class FixedState(RobotStage, Generator):
     """Writes a given scene: a `TaskScene`, a geometric state, or the task's first scene with other `configurations`."""
 
     PROPERTIES = {
-        "scene": Property(Any, None, "a TaskScene or GeometricState; None: the task's first scene"),
+        "scene": Property(Any, None, "a TaskScene or GeometricState; none: the task's first scene"),
         "configurations": Property(
             dict, {}, "robot: a named configuration, a list, or joints with values; empty: as in the scene"
         ),
@@ -56,12 +55,9 @@ class SampleConfiguration(RobotStage, Generator):
         "configurations": Property(
             (list, tuple, Callable),
             ("home",),
-            "names (those that the robot has not are passed over) or values; or a function of the scene; "
-            "empty: none but random ones",
+            "names (unknown ones are skipped) or values, or a function of the scene; empty: only random ones",
         ),
-        "random": Property(
-            int, 0, "how many random configurations to try after those; 0: none", meanings.at_least(0)
-        ),
+        "random": Property(int, 0, "how many random configurations follow; 0: none", meanings.at_least(0)),
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
@@ -86,11 +82,11 @@ class SampleConfiguration(RobotStage, Generator):
         here = scene.configuration(name)
         for q in self._candidates(scene, name, properties):
             if np.array_equal(q, here):
-                yield refusal("constraint", f"{name} is there already", reads=frozenset({name}))
+                yield Refusal("constraint", f"{name} is there already", reads=frozenset({name}))
                 continue
             there = scene.at(name, q)
             hit = there.hit(name)
-            yield Result(there) if hit is None else refusal("collision", hit=hit)
+            yield Result(there) if hit is None else Refusal.collision(hit)
 
     @staticmethod
     def _candidates(scene: TaskScene, name: str, properties: Values) -> Iterator[Any]:

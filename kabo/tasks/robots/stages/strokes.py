@@ -9,20 +9,19 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import (
-    LINE,
+    LINE_DEVIATION,
     LINE_TILT,
     Keep,
-    Refused,
+    Refusal,
     Situation,
     candidate,
     carried_frame,
-    line,
     tool_frame,
 )
 from kabo.kinematics import project
 from kabo.scene import Scene
 from kabo.scene.transforms import transform
-from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
+from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
@@ -30,13 +29,11 @@ from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import with_joints
 from kabo.tasks.robots.motion.directions import direction_of
 from kabo.tasks.robots.motion.keeping import kept, not_kept
-from kabo.tasks.robots.motion.paths import length
-from kabo.tasks.robots.motion.questions import along
-from kabo.tasks.robots.motion.refusals import refusal
+from kabo.tasks.robots.motion.paths import blocked, length, straight
 from kabo.tasks.robots.motion.targets import pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
-Way = list[Array] | Failure
+Way = list[Array] | Refusal
 RESOLUTION = 1e-3  # m, rad: steps of the length of a stroke of which only a part is proven
 ROUNDING = 1e-9  # share of a step: differences of lengths below it are rounding
 MAX_TURN_STEP = 0.1  # rad: a twist is approximated by arcs no longer than this
@@ -44,7 +41,7 @@ MAX_TURN_STEP = 0.1  # rad: a twist is approximated by arcs no longer than this
 NO_OBJECT = Property(
     (str, type(None)),
     None,
-    "the body whose features a direction may name as `this`; none: of no body",
+    "the body whose features a direction may name as `this`; none: no body",
     meanings.name,
 )
 
@@ -64,18 +61,18 @@ class MoveRelative(RobotStage, Propagator):
     FROM_START = True
     PROPERTIES = {
         "robot": ROBOT,
-        "direction": Property(Any, PARENT, "where to; none: it stays", meanings.direction),
+        "direction": Property(Any, PARENT, "the direction of the motion; none: no motion", meanings.direction),
         "object": NO_OBJECT,
         "min_distance": Property(
             (float, type(None)),
             None,
-            "the least length [m]; none: the direction's; 0: it may stay",
+            "the least length [m]; none: that of the direction; 0: no motion will do",
             meanings.at_least(0.0),
         ),
         "max_distance": Property(
             (float, type(None)),
             None,
-            "the greatest length [m]; none: the direction's",
+            "the greatest length [m]; none: that of the direction",
             meanings.at_least(0.0, above=True),
         ),
         "keep": KEEP,
@@ -102,19 +99,19 @@ class MoveRelative(RobotStage, Propagator):
                 yield "the direction has no distance, and there is no greatest one"
         yield from keep_faults(self, start)
 
-    def _stroke(self, scene: TaskScene, properties: Values, sense: int) -> Result | Failure:
+    def _stroke(self, scene: TaskScene, properties: Values, sense: int) -> Result | Refusal:
         name, here = properties["robot"], scene.configuration(properties["robot"])
         keep = kept(scene, name, properties["keep"])
-        if isinstance(keep, Failure):
+        if isinstance(keep, Refusal):
             return keep
         attempt, low, high = _length_and_bounds(scene, properties, sense)
 
         def tried(distance: float) -> Way:
             found = attempt(distance)
-            return found if keep is None or isinstance(found, Failure) else not_kept(keep, found) or found
+            return found if keep is None or isinstance(found, Refusal) else not_kept(keep, found) or found
 
         found = [here] if attempt is _nowhere else farthest(tried, low, high)
-        return found if isinstance(found, Failure) else self._result(scene, name, found, keep, sense)
+        return found if isinstance(found, Refusal) else self._result(scene, name, found, keep, sense)
 
     @staticmethod
     def _result(scene: TaskScene, name: str, found: Sequence[Array], keep: Keep | None, sense: int) -> Result:
@@ -134,16 +131,16 @@ def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
         high: the greatest length.
     """
     found = attempt(high)
-    if not isinstance(found, Failure) or low >= high:
+    if not isinstance(found, Refusal) or low >= high:
         return found
     best = attempt(low)
-    if isinstance(best, Failure):
+    if isinstance(best, Refusal):
         return best
     proven, refused = 0, math.ceil((high - low) / RESOLUTION - ROUNDING)
     while refused - proven > 1:
         middle = (proven + refused) // 2
         found = attempt(low + middle * RESOLUTION)
-        if isinstance(found, Failure):
+        if isinstance(found, Refusal):
             refused = middle
         else:
             best, proven = found, middle
@@ -165,7 +162,7 @@ def _length_and_bounds(
         return (lambda _: _offset(scene, name, given["joints"], sense)), 1.0, 1.0
     if isinstance(given, Mapping) and "twist" in given:
         return _twisted(scene, name, given, bounds, sense)
-    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
+    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE_DEVIATION, LINE_TILT)
     if isinstance(given, Mapping) and "vector" in given:
         turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
         vector = turn @ np.asarray(given["vector"], float)
@@ -179,7 +176,7 @@ def _length_and_bounds(
         unit, low, high = direction.vector(scene, name, at), direction.stroke.minimum, direction.stroke.maximum
         if direction.part is not None and scene.holder(direction.part) == name:
             exactly = _exactly(scene, name, direction.part, direction.tolerance or 0.0)
-    return (lambda distance: _line(scene, name, at.q, sense * distance * unit, exactly)), low, high
+    return (lambda distance: straight(scene, name, sense * distance * unit, exactly)), low, high
 
 
 def _bounded(size: float, bounds: tuple[Any, Any]) -> tuple[float, float]:
@@ -198,26 +195,14 @@ def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple
     return 0.4 * tolerance, 0.4 * tolerance / max(float(np.linalg.norm(away, axis=1).max()), 1e-3)
 
 
-def _line(
-    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE, LINE_TILT)
-) -> list[Array] | Failure:
-    found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift, *exactly)
-    if not isinstance(found, Refused):
-        return found
-    if not found.pairs:
-        return refusal("constraint", "off the straight line")
-    return refusal("collision", pairs=found.pairs, question=along(scene, name, *found.waypoints))
-
-
-def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: int) -> list[Array] | Failure:
+def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: int) -> list[Array] | Refusal:
     """The straight joint segment by offsets of some joints."""
     robot, q = scene.robot(name), scene.configuration(name)
     values = {joint: q[robot.joint_names.index(joint)] + sense * float(v) for joint, v in offsets.items()}
     goal = with_joints(robot, q, values)
     if np.any(goal < robot.tree.lower - 1e-9) or np.any(goal > robot.tree.upper + 1e-9):
-        return refusal("constraint", "a joint would leave its limits")
-    hit = scene.workspace(name).path_hit([q, goal])
-    return [q, goal] if hit is None else refusal("collision", hit=hit, question=along(scene, name, q, goal))
+        return Refusal("constraint", "a joint would leave its limits")
+    return blocked(scene, name, [q, goal]) or [q, goal]
 
 
 def _twisted(
@@ -235,7 +220,7 @@ def _twisted(
     return way, *_bounded(size, bounds)
 
 
-def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array] | Failure:
+def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array] | Refusal:
     robot, q = scene.robot(name), scene.configuration(name)
     frame, steps = (
         tool_frame(robot),
@@ -251,10 +236,9 @@ def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array
             robot.tree, pose_rows(frame, goal), way[-1], robot.tree.lower, robot.tree.upper, active
         )
         if not succeeded[0] or np.abs(found[0] - way[-1]).max() > 4 * MAX_TURN_STEP:
-            return refusal("constraint", "the tool cannot follow the twist")
+            return Refusal("constraint", "the tool cannot follow the twist")
         way.append(np.round(found[0], 9) + 0.0)
-    hit = scene.workspace(name).path_hit(way)
-    return way if hit is None else refusal("collision", hit=hit, question=along(scene, name, *way))
+    return blocked(scene, name, way) or way
 
 
 def _rotation(vector: Array) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import ScenePredicates, Situation
+from kabo.geometry_server import Refusal, ScenePredicates, Situation
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import Body, Scene
 from kabo.tasks.core import Monitor, Property, Result
@@ -19,7 +19,6 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import frame_of
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
@@ -47,16 +46,18 @@ class GraspPoses(RobotStage, Monitor):
         "of": Property(
             (str, type(None)),
             None,
-            "what of the tool is there: its frame (none), or `tool.feature`",
+            "what the pose is for: the tool's frame (none), or `tool.feature`",
             meanings.name,
         ),
-        "about": Property(str, "axis", "a line of the object about which the pose is turned", meanings.name),
-        "count": Property(int, 1, "how many turns, evenly spread", meanings.at_least(1)),
-        "shuffled": Property(bool, True, "whether they come in an order drawn at random, or one after the other"),
+        "about": Property(
+            str, "axis", "the line feature of the object about which the pose is turned", meanings.name
+        ),
+        "count": Property(int, 1, "how many poses, evenly spaced", meanings.at_least(1)),
+        "shuffled": Property(bool, True, "whether the poses come in random order"),
         "family": Property(
             (str, type(None)),
             None,
-            "a grasp family whose fingers and strokes are written as well; none: no",
+            "a grasp family whose fingers and strokes are written as well; none: no family",
             meanings.name,
         ),
     }
@@ -105,16 +106,16 @@ class PlacePoses(RobotStage, Monitor):
             doc="the pose of the object: {frame, position, quaternion or rpy}; empty: the world's origin",
         ),
         "support": Property(
-            (str, type(None)), None, "the body that it stands on; none: nothing that may touch it", meanings.name
+            (str, type(None)), None, "the body that it stands on; none: it may touch nothing", meanings.name
         ),
         "symmetry": Property(
             (int, str),
             AUTO,
-            "how many turns look the same; `auto`: as the shape says",
+            "how many rotations leave it unchanged; `auto`: known from its shape",
             meanings.any_of(meanings.one_of(AUTO), meanings.at_least(1)),
         ),
         "count": Property(
-            int, ROUND_PLACEMENTS, "how many turns of what is round are tried", meanings.at_least(1)
+            int, ROUND_PLACEMENTS, "how many poses of a round object are written", meanings.at_least(1)
         ),
     }
 
@@ -122,7 +123,7 @@ class PlacePoses(RobotStage, Monitor):
         """The scene, once for each pose, the given pose first."""
         robot, name = properties["robot"], properties["object"]
         if scene.holder(name) != robot:
-            yield refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
+            yield Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
             return
         if properties["support"] is not None:
             scene = scene.permitting([(name, properties["support"])])
@@ -134,7 +135,7 @@ class PlacePoses(RobotStage, Monitor):
             there = pose @ turned((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 2 * np.pi * k / turns)
             turn, support = f"turned by {360 * k / turns:g} deg", properties["support"]
             if support is not None and not stands_on(scene, support, name, there):
-                yield refusal("constraint", f"{name} {turn} is not proven to stand on {support} with all its base")
+                yield Refusal("constraint", f"{name} {turn} is not proven to stand on {support} with all its base")
                 continue
             own = {"target": pose_target(scene, robot, frame, there), "object_pose": there}
             yield Result(scene, properties=own, comment=turn)

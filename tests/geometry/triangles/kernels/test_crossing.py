@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.geometry.triangles.kernels.crossing import faces_cross, triangles_cross
-from kabo.geometry.triangles.kernels.orientation import SCRATCH
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE
 
 FLAT = "without area"
 
@@ -60,7 +60,7 @@ def oracle(first, second, shared):
 
 
 def answer(first, second, shared):
-    return triangles_cross(np.array([*first, *second], dtype=float), shared, np.full(SCRATCH, np.nan))
+    return triangles_cross(np.array([*first, *second], dtype=float), shared, np.full(SCRATCH_SIZE, np.nan))
 
 
 @st.composite
@@ -112,7 +112,7 @@ def test_the_answer_does_not_depend_on_the_order_of_corners_or_triangles(pair, t
     faces = [np.arange(3), np.array([*range(shared), *range(3 + shared, 6)])]
     expected = answer(first, second, shared)
     a, b = faces[::-1] if swap else faces
-    assert faces_cross(vertices, *np.roll(a, turn), *b[::-1], np.empty((6, 3)), np.empty(SCRATCH)) == expected
+    assert faces_cross(vertices, *np.roll(a, turn), *b[::-1], np.empty((6, 3)), np.empty(SCRATCH_SIZE)) == expected
 
 
 @pytest.mark.parametrize(
@@ -135,4 +135,4 @@ def test_needles_apart_are_said_to_be_apart(far):
 
 def test_faces_with_the_same_three_vertices_cross():
     vertices = np.eye(3)
-    assert faces_cross(vertices, 0, 1, 2, 2, 1, 0, np.empty((6, 3)), np.empty(SCRATCH))
+    assert faces_cross(vertices, 0, 1, 2, 2, 1, 0, np.empty((6, 3)), np.empty(SCRATCH_SIZE))

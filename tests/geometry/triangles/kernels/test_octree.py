@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.geometry.triangles.kernels.octree import STACK, insert, octree_of, query, remove
+from kabo.geometry.triangles.kernels.octree import STACK_SIZE, insert, octree_of, query, remove
 
 FACES = 60
 
@@ -31,7 +31,7 @@ def test_a_query_finds_exactly_the_faces_in_the_tree_whose_boxes_meet_it(seed, s
     rng = np.random.default_rng(seed)
     tree = octree_of(np.full(3, offset), np.full(3, offset + size), FACES)
     inside, boxes = np.zeros(FACES, dtype=bool), np.zeros((FACES, 6))
-    stack, found = np.empty(STACK, dtype=np.int64), np.empty(FACES, dtype=np.int64)
+    stack, found = np.empty(STACK_SIZE, dtype=np.int64), np.empty(FACES, dtype=np.int64)
     for _ in range(100):
         face = rng.integers(FACES)
         remove(tree, face)
@@ -52,7 +52,7 @@ def test_a_used_up_pool_makes_queries_slower_and_not_wrong():
     for face, box in enumerate(boxes):
         insert(small, face, *box)
     assert small.used[0] == 10
-    stack, found = np.empty(STACK, dtype=np.int64), np.empty(500, dtype=np.int64)
+    stack, found = np.empty(STACK_SIZE, dtype=np.int64), np.empty(500, dtype=np.int64)
     for box in boxes_of(rng, 50):
         count = query(small, *box, stack, found)
         assert sorted(found[:count]) == np.flatnonzero(meeting(boxes, box)).tolist()
@@ -76,7 +76,7 @@ def test_the_same_changes_give_the_same_order():
         for face, box in enumerate(boxes_of(rng, 300)):
             insert(tree, face, *box)
         found = np.empty(300, dtype=np.int64)
-        count = query(tree, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, np.empty(STACK, dtype=np.int64), found)
+        count = query(tree, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, np.empty(STACK_SIZE, dtype=np.int64), found)
         orders.append(found[:count].tolist())
     assert orders[0] == orders[1]
 
@@ -86,5 +86,5 @@ def test_a_short_list_is_filled_and_the_number_is_still_right():
     for face in range(5):
         insert(tree, face, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3)
     found = np.full(2, -1)
-    assert query(tree, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, np.empty(STACK, dtype=np.int64), found) == 5
+    assert query(tree, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, np.empty(STACK_SIZE, dtype=np.int64), found) == 5
     assert (found >= 0).all()

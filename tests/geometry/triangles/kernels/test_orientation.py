@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.geometry.triangles.kernels.orientation import SCRATCH, likely_orientation, orientation
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE, likely_orientation, orientation
 
 
 def exact_sign(points):
@@ -19,7 +19,7 @@ def exact_sign(points):
 
 
 def sign(points):
-    return orientation(*np.asarray(points, dtype=float).ravel(), np.full(SCRATCH, np.nan))
+    return orientation(*np.asarray(points, dtype=float).ravel(), np.full(SCRATCH_SIZE, np.nan))
 
 
 def likely(points):
@@ -99,4 +99,4 @@ def test_the_compiled_kernel_and_its_python_original_agree():
     rng = np.random.default_rng(1)
     for _ in range(20):
         points = np.round(rng.normal(size=(4, 3)), 1)
-        assert orientation.py_func(*points.ravel(), np.zeros(SCRATCH)) == sign(points)
+        assert orientation.py_func(*points.ravel(), np.zeros(SCRATCH_SIZE)) == sign(points)

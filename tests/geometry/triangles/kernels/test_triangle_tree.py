@@ -153,7 +153,7 @@ def test_a_tree_has_every_triangle_once_and_boxes_around_them(name):
             continue
         inside = tree.triangles[-1 - first : -1 - first + second].reshape(-1, 3)
         seen[-1 - first : -1 - first + second] += 1
-        assert 1 <= second <= kernels.LEAF
+        assert 1 <= second <= kernels.LEAF_TRIANGLES
         assert np.array_equal(box, np.concatenate([inside.min(axis=0), inside.max(axis=0)]))
     assert (seen == 1).all() and visited == len(tree.boxes)
 

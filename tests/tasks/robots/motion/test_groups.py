@@ -7,8 +7,9 @@ import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
+from kabo.geometry_server import Refusal
 from kabo.scene import attachment
-from kabo.tasks.core import Failure, Result
+from kabo.tasks.core import Result
 from kabo.tasks.robots import TaskScene
 from kabo.tasks.robots.motion.groups import hung
 from tests.tasks.robots.conftest import first
@@ -61,7 +62,7 @@ def test_what_hangs_on_something_in_a_hand_is_held_as_well(first_scene: Callable
 def test_parts_in_one_hand_are_not_put_together(first_scene: Callable[..., TaskScene]) -> None:
     scene = held(held(first_scene(GEARBOX), "o1", "robot_1"), "o3", "robot_1")
     failure = only(forward(scene, "Join", object="o1", onto="o3"))
-    assert isinstance(failure, Failure)
+    assert isinstance(failure, Refusal)
     assert failure.comment == "nobody brings o1 to o3"
 
 
@@ -80,7 +81,7 @@ def test_a_part_that_is_let_go_hangs_on_the_other_one(first_scene: Callable[...,
 def test_only_who_is_said_to_hand_something_over_gives_it_away(first_scene: Callable[..., TaskScene]) -> None:
     scene = held(first_scene(GEARBOX), "o1", "robot_1")
     refused = only(forward(scene, "Attach", object="o1", to="robot_2"))
-    assert isinstance(refused, Failure)
+    assert isinstance(refused, Refusal)
     assert "robot_1 holds o1 already" in refused.comment
     everything = [
         (a, f"{b}.{link}") for a in ("o1",) for b in ("robot_1", "robot_2") for link in scene.robot(b).links

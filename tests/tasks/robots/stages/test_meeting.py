@@ -6,9 +6,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from kabo.geometry_server import candidate, tool_frame
+from kabo.geometry_server import Refusal, candidate, tool_frame
 from kabo.scene import attachment
-from kabo.tasks.core import Failure, Result
+from kabo.tasks.core import Result
 from kabo.tasks.robots import TaskScene
 from kabo.tasks.robots.stages.meeting import Meeting
 from tests.tasks.robots.test_stages import answers, make, values
@@ -93,13 +93,13 @@ def test_a_receiver_meets_by_each_family_that_is_its_own(first_scene: First) -> 
 def test_a_meeting_without_the_part_in_the_hand_is_refused_by_a_proof(first_scene: First) -> None:
     scene = in_hand(first_scene(GEARBOX), "o3", "robot_1", (0, 0, 1), (0, 1, 0), (-1, 0, 0), (-0.07, 0, 0.13))
     (failure,) = asked(scene, part="o2", mate="bearing_in_pipe")
-    assert isinstance(failure, Failure)
+    assert isinstance(failure, Refusal)
     assert failure.comment == "robot_2 does not hold o2"
-    assert failure.details.proof
+    assert failure.proof
 
 
 def test_a_partner_without_a_grasp_is_refused_by_a_proof(first_scene: First) -> None:
     scene = in_hand(first_scene(GEARBOX), "o3", "robot_1", (0, 0, 1), (0, 1, 0), (-1, 0, 0), (-0.07, 0, 0.13))
     (failure,) = asked(scene)
-    assert isinstance(failure, Failure)
+    assert isinstance(failure, Refusal)
     assert failure.reason == "empty_family"

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry_server import GeometryServer
+from kabo.geometry_server import GeometryServer, Refusal
 from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
-from kabo.tasks.core import Failure, InitialisationError, Result, Serial, Solution, State, Task
+from kabo.tasks.core import InitialisationError, Result, Serial, Solution, State, Task
 from kabo.tasks.core.model.properties import PropertyResolver
-from kabo.tasks.robots import STAGES, Details, TaskScene, check_meaning, segments
+from kabo.tasks.robots import STAGES, TaskScene, check_meaning, segments
 from tests.conftest import PROPERTY_SCALE
 from tests.support import oracles_coal
 
@@ -89,10 +89,10 @@ def then(*solutions: Solution) -> Solution:
     return Solution(whole, solutions[0].start, solutions[-1].end, sum(s.cost for s in solutions), parts=solutions)
 
 
-def merged(before: TaskScene, solutions: Sequence[Solution]) -> Result | Failure:
+def merged(before: TaskScene, solutions: Sequence[Solution]) -> Result | Refusal:
     stage = make("Merger", "at once")
     (found,) = stage.merge(before, solutions, PropertyResolver(stage.properties).values(), 0)
-    assert isinstance(found, Result | Failure)
+    assert isinstance(found, Result | Refusal)
     return found
 
 
@@ -197,9 +197,9 @@ def test_what_is_merged_is_apart_and_what_is_refused_comes_near(team: Any, ways:
     found, distance = merged(before, children), least(before, children)
     near = "contact" if distance <= 0 else "near" if distance < 2 * EPSILON else "apart"
     event(f"{len(team)} robots, {near}, {'merged' if isinstance(found, Result) else 'refused'}")
-    if isinstance(found, Failure):
+    if isinstance(found, Refusal):
         assert distance < 2 * EPSILON + STEP, f"refused {found.comment}, which stays {distance:.4f} m apart"
-        assert found.reason == "collision" and isinstance(found.details, Details) and found.details.pairs
+        assert found.reason == "collision" and found.pairs
         return
     assert distance > 0.0, "merged motions collide"
     made = segments(whole(found, before), scene(), "")
@@ -230,8 +230,8 @@ def test_it_is_the_times_that_count_arms_may_pass_the_same_place_one_after_the_o
     before = first()
     left, right = to_and_fro(before, "left"), to_and_fro(before, "right")
     refused = merged(before, [left, right])
-    assert isinstance(refused, Failure)
-    (pair, count), *_ = refused.details.pairs
+    assert isinstance(refused, Refusal)
+    (pair, count), *_ = refused.pairs
     assert {name.partition(".")[0] for name in pair} == {"left", "right"}
     assert count == 1
     assert pair[0] in refused.comment

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kabo.geometry_server import GeometryServer, extra, tool_frame
+from kabo.geometry_server import GeometryServer, Refusal, extra, tool_frame
 from kabo.language import load_scene_description
 from kabo.language.scene_description import Shape
 from kabo.scene import attachment, link_poses, load_scene
 from kabo.scene.transforms import inverse
-from kabo.tasks.core import Failure, Result
+from kabo.tasks.core import Result
 from kabo.tasks.robots import Pour, Stretch, TaskScene
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.stages.poses import from_rpy
@@ -122,13 +122,13 @@ def test_backward_it_is_the_same() -> None:
 def test_what_is_not_held_is_not_poured() -> None:
     scene = above()
     answer = pour(scene.placing("bottle", attachment("world", scene.pose("bottle"))))
-    assert isinstance(answer, Failure)
+    assert isinstance(answer, Refusal)
     assert answer.comment == "arm does not hold bottle"
 
 
 def test_a_lid_beside_the_cup_is_refused() -> None:
     answer = pour(above(), towards=0.0)
-    assert isinstance(answer, Failure)
+    assert isinstance(answer, Refusal)
     assert "beside cup" in answer.comment
 
 
@@ -137,14 +137,14 @@ def test_what_is_in_the_way_is_named() -> None:
     low = bottle(poured()[0].end)[:3, 3]
     wall = extra("wall", "world", Shape("box", size=(0.02, 0.02, 0.02)), tuple(float(v) for v in low))
     answer = pour(above().adding(wall))
-    assert isinstance(answer, Failure)
+    assert isinstance(answer, Refusal)
     assert answer.reason == "collision"
     assert "wall" in answer.comment
 
 
 def test_a_rim_out_of_reach_is_told_with_how_far_the_path_goes() -> None:
     answer = pour(above(), offset=(1.2, 0.0))
-    assert isinstance(answer, Failure)
+    assert isinstance(answer, Refusal)
     assert answer.reason in ("out_of_reach", "constraint")
     assert "%" in answer.comment
 

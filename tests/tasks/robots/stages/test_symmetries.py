@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kabo.geometry_server import Refusal
 from kabo.language import load_scene_description
 from kabo.language.scene_description import Shape
 from kabo.scene import Body, Scene, load_scene
 from kabo.scene.shapes import primitive
-from kabo.tasks.core import Failure, Result, Solution, State
+from kabo.tasks.core import Result, Solution, State
 from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene
 from kabo.tasks.robots.stages.symmetries import symmetry, turned
@@ -75,7 +76,7 @@ def test_an_object_has_to_be_held_to_be_placed(start: TaskScene) -> None:
     stage = STAGES["PlacePoses"]("place", "pick", robot="arm", object="object", pose={"position": [0.6, 0, 0.1]})
     values = {name: stage.properties.value(name) for name in stage.properties.declared}
     (refused,) = stage.generate(start, values, 0)
-    assert isinstance(refused, Failure)
+    assert isinstance(refused, Refusal)
     assert refused.comment == "arm does not hold object"
 
 

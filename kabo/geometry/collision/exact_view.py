@@ -1,0 +1,271 @@
+"""Collision on the original triangle meshes, through python-fcl: the exact alternative to a `CollisionView`.
+
+It has the same methods on the same groups, for comparison and for `--geometry exact`. Only given pairs whose boxes
+meet reach python-fcl; a body wholly inside another one collides, too. Segments are proven free by distances of the
+meshes and bounds of their motion, halving segments as needed, so that both geometries guarantee that no collision
+is overlooked.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import fcl
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from kabo.arrays import Array, Integers
+from kabo.content_cache import ContentCache
+from kabo.geometry.budget import Budget
+from kabo.geometry.collision.collision_view import FREE, Counters
+from kabo.geometry.collision.kernels.tracks import motion, turning
+from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints
+from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup, poses_of
+from kabo.geometry.triangles.solids import Solid
+from kabo.scene import KinematicTree
+from kabo.scene.kernels.poses import forward_kinematics
+
+BOX_SLACK = 1e-12  # [m] added to boxes against rounding
+TRIANGLE_BYTES = 1000  # of memory for a triangle: two nodes of fcl's tree, the solid's tree, arrays
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A mesh as an fcl model, its box, a vertex of each component, and the solid inside."""
+
+    model: fcl.BVHModel
+    low: Array  # (3,)
+    high: Array  # (3,)
+    corners: Array  # (C, 3)
+    solid: Solid
+
+
+@dataclass(frozen=True, eq=False)
+class _Arrays:
+    """A key for surfaces: a mesh compared by identity, since its arrays never change."""
+
+    mesh: Mesh
+
+    def __hash__(self) -> int:
+        return hash((id(self.mesh[0]), id(self.mesh[1])))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Arrays) and all(a is b for a, b in zip(self.mesh, other.mesh, strict=True))
+
+
+def _surface(mesh: Mesh) -> Surface:
+    vertices = np.ascontiguousarray(mesh[0], np.float64)
+    faces = np.ascontiguousarray(mesh[1], np.int64)
+    model = fcl.BVHModel()
+    model.beginModel(len(vertices), len(faces))
+    model.addSubModel(vertices, faces)
+    model.endModel()
+    edges = faces[:, [0, 1, 1, 2]].reshape(-1, 2)
+    graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(vertices), len(vertices)))
+    component = connected_components(graph, directed=False)[1][faces[:, 0]]
+    corners = vertices[faces[np.unique(component, return_index=True)[1], 0]]
+    return Surface(model, vertices.min(axis=0), vertices.max(axis=0), corners, Solid(vertices, faces))
+
+
+_SURFACES: ContentCache[Surface] = ContentCache(64 << 20, lambda made: TRIANGLE_BYTES * len(made.solid.faces))
+
+
+def surface_of(mesh: Mesh) -> Surface:
+    """The surface of a mesh, computed once for each mesh object."""
+    return _SURFACES.get_or_make(_Arrays(mesh), lambda: _surface(mesh))
+
+
+def surrounds(outer: Surface, points: Array) -> bool:
+    """Whether a solid contains any of the points (P, 3), given in its own frame."""
+    within = ((outer.low <= points) & (points <= outer.high)).all(axis=1)
+    return bool(within.any()) and bool(outer.solid.insides(points[within]).any())
+
+
+class ExactView:
+    """Which pair of bodies collides, at a configuration or along a straight joint-space segment; for one thread."""
+
+    def __init__(
+        self,
+        tree: KinematicTree,
+        moving: Sequence[MovingGroup],
+        fixed: Sequence[FixedGroup],
+        pairs: Integers,
+        budget: Budget,
+    ) -> None:
+        """As `CollisionView`; every group needs its `mesh`.
+
+        Raises:
+            ValueError: a group without a mesh, or arrays of wrong values.
+        """
+        groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
+        if any(group.mesh is None for group in groups):
+            raise ValueError("an exact view needs the mesh of every group")
+        self._chain, self.counters = chain_of(tree), Counters()
+        self._least = 0.5 * budget.clearance  # what a bounded view calls free, this one does too
+        self._frames = np.zeros((self._chain.joints.shape[1], 12))
+        self._frames[0, [0, 4, 8]] = 1.0
+        self._joint, self._moving = np.array([group.joint for group in moving], np.int64), len(moving)
+        self._surfaces = [surface_of(group.mesh) for group in groups if group.mesh]
+        self._pairs = np.asarray(pairs, np.int64).reshape(-1, 2)
+        self._first, self._second = (np.ascontiguousarray(column) for column in self._pairs.T)
+        joints = np.concatenate([self._joint, np.zeros(len(fixed), np.int64)])
+        self._carriers = last_shared_joints(self._chain, joints[self._first], joints[self._second]).tolist()
+        self._place(poses_of(moving, fixed))
+        self._bodies = [fcl.CollisionObject(surface.model, fcl.Transform()) for surface in self._surfaces]
+        for body, rotation, translation in zip(self._bodies, self._world_R, self._world_t, strict=True):
+            body.setTransform(fcl.Transform(rotation, translation))
+        self._request, self._ask_distance = fcl.CollisionRequest(), fcl.DistanceRequest()
+        self._placed: set[int] = set()  # moving groups whose fcl body is where the group is
+        self._corners = np.zeros((len(groups), max((len(s.corners) for s in self._surfaces), default=1), 3))
+        for corners, surface in zip(self._corners, self._surfaces, strict=True):
+            corners[:] = surface.corners[0]  # padded with the first one
+            corners[: len(surface.corners)] = surface.corners
+
+    def _place(self, poses: Array) -> None:
+        """Computes the poses of all groups in their joint's frame, and the boxes of their meshes there."""
+        self._rotation, self._translation = poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
+        placed = [
+            s.solid.vertices @ p[:9].reshape(3, 3).T + p[9:] for s, p in zip(self._surfaces, poses, strict=True)
+        ]
+        low = np.array([vertices.min(axis=0) for vertices in placed]).reshape(-1, 3)
+        high = np.array([vertices.max(axis=0) for vertices in placed]).reshape(-1, 3)
+        self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed[: self._moving]])
+        self._centre, self._half = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
+        self._low, self._high = low - BOX_SLACK, high + BOX_SLACK
+        self._world_R, self._world_t = self._rotation.copy(), self._translation.copy()
+
+    def configuration_hit(self, q: Array) -> int:
+        """-1 if no pair collides at q (n,), else the index of the first pair that does.
+
+        Raises:
+            ValueError: q has another size, or is not finite.
+        """
+        self.counters.configuration_checks += 1
+        return self._counted(self._hit(self._configuration(q)))
+
+    def configurations_hit(self, configurations: Array) -> Integers:
+        """`configuration_hit` of every row (N, n)."""
+        return np.array([self.configuration_hit(q) for q in configurations], np.int64)
+
+    def segment_hit(self, start: Array, end: Array) -> int:
+        """-1 if all pairs are proven apart on the whole straight segment, else the index of a pair nearer than `_least`.
+
+        A pair is apart on a stretch if its distance at the middle exceeds the relative travel of both bodies to
+        either end [K 4.5]; otherwise the stretch is halved.
+
+        Raises:
+            ValueError: as `configuration_hit`.
+        """
+        first, last = self._configuration(start), self._configuration(end)
+        self.counters.sweep_checks += 1
+        paths = self._relative_paths(first, last)
+        stretches = [(0.0, 1.0, np.arange(len(self._pairs)))]
+        while stretches:
+            low, high, pairs = stretches.pop()
+            middle, reach = 0.5 * (low + high), 0.5 * (high - low) * paths
+            self._set(first + middle * (last - first))
+            near = pairs[self._gaps(pairs) <= reach[pairs]]
+            inside = self._nested(near) if len(near) else FREE
+            if inside >= 0:
+                return self._counted(inside)
+            left = np.array([pair for pair in near.tolist() if self._distance(pair) <= reach[pair]], np.int64)
+            if len(left) and (reach[left] <= self._least).any():
+                return self._counted(int(left[reach[left] <= self._least][0]))
+            if len(left):
+                stretches += [(middle, high, left), (low, middle, left)]
+        return FREE
+
+    def _configuration(self, q: Array) -> Array:
+        row = np.ascontiguousarray(q, np.float64)
+        if row.shape != self._chain.bound.shape or not np.isfinite(row).all():
+            raise ValueError(f"a configuration has {len(self._chain.bound)} finite values")
+        return row
+
+    def _counted(self, found: int) -> int:
+        self.counters.positive += found >= 0
+        return found
+
+    def _hit(self, q: Array) -> int:
+        near = self._near(q)
+        for number in near.tolist():
+            if self._touch(number):
+                return int(number)
+        return self._nested(near) if len(near) else FREE
+
+    def _near(self, q: Array) -> Integers:
+        """The indices of the pairs whose boxes meet at q, in order."""
+        self._set(q)
+        return np.flatnonzero(self._gaps(np.arange(len(self._pairs))) <= 0.0)
+
+    def _set(self, q: Array) -> None:
+        """Moves the boxes and poses of all groups to q."""
+        joints, factors, placement, _ = self._chain
+        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, self._frames)
+        count, frames = self._moving, self._frames[self._joint]
+        turned, moved = frames[:, :9].reshape(-1, 3, 3), frames[:, 9:]
+        centre = np.einsum("gij,gj->gi", turned, self._centre[:count]) + moved
+        half = np.einsum("gij,gj->gi", np.abs(turned), self._half[:count])
+        self._low[:count], self._high[:count] = centre - half, centre + half
+        np.matmul(turned, self._rotation[:count], out=self._world_R[:count])
+        self._world_t[:count] = np.einsum("gij,gj->gi", turned, self._translation[:count]) + moved
+        self._placed.clear()
+
+    def _gaps(self, pairs: Integers) -> Array:
+        """The distances of the pairs' boxes [m], 0 where they meet: lower bounds of the bodies' distances."""
+        first, second = self._first[pairs], self._second[pairs]
+        apart = np.maximum(self._low[first] - self._high[second], self._low[second] - self._high[first])
+        distances: Array = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+        return distances
+
+    def _bodies_of(self, number: int) -> tuple[fcl.CollisionObject, fcl.CollisionObject]:
+        """The two bodies of a pair at their poses."""
+        for group in (int(self._first[number]), int(self._second[number])):
+            if group < self._moving and group not in self._placed:
+                self._placed.add(group)
+                self._bodies[group].setTransform(fcl.Transform(self._world_R[group], self._world_t[group]))
+        return self._bodies[self._first[number]], self._bodies[self._second[number]]
+
+    def _distance(self, number: int) -> float:
+        """The distance of the surfaces of a pair [m], not positive where they meet."""
+        self.counters.pair_checks += 1
+        return float(fcl.distance(*self._bodies_of(number), self._ask_distance, fcl.DistanceResult()))
+
+    def _touch(self, number: int) -> bool:
+        """Whether the surfaces of a pair share a point."""
+        self.counters.pair_checks += 1
+        return int(fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult())) > 0
+
+    def _nested(self, near: Integers) -> int:
+        """The first pair in which one body contains a component of the other, for pairs whose surfaces do not meet."""
+        points = np.einsum("gij,gcj->gci", self._world_R, self._corners) + self._world_t[:, None]
+        first, second = self._first[near], self._second[near]
+        for outer, inner in ((first, second), (second, first)):
+            within = (self._low[outer, None] <= points[inner]) & (points[inner] <= self._high[outer, None])
+            for k in np.flatnonzero(within.all(axis=2).any(axis=1)).tolist():
+                body = int(outer[k])
+                local = (points[inner[k]] - self._world_t[body]) @ self._world_R[body]
+                if surrounds(self._surfaces[body], local):
+                    return int(near[k])
+        return FREE
+
+    def _relative_paths(self, start: Array, end: Array) -> Array:
+        """Upper bounds of how far points of each pair's bodies travel relative to each other [m]."""
+        joints, factors, placement, _ = self._chain
+        segment, turned = np.array([start, end, start]), np.zeros(joints.shape[1])
+        turning(segment, joints, factors, turned)
+        lengths = np.linalg.norm(placement[:, 9:], axis=1)
+
+        @cache
+        def path(group: int, frame: int) -> float:
+            if group >= self._moving:
+                return 0.0
+            joint, radius = int(self._joint[group]), float(self._radii[group])
+            return float(motion(segment, joints, factors, lengths, turned, joint, frame, radius)[2])
+
+        return np.array(
+            [
+                path(first, frame) + path(second, frame)
+                for (first, second), frame in zip(self._pairs.tolist(), self._carriers, strict=True)
+            ]
+        )

@@ -1,0 +1,174 @@
+"""Proofs that pairs of bodies stay apart along a path, as data that a verifier can check without a search.
+
+Proofs are defined in [docs/certificates.md]; `kernels.witness` finds them. Parts are sorted so that neighbours are
+close in the order, and halves of a range have small boxes.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kabo.arrays import Array, Integers
+from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, POSITIONS_PER_PIECE, prove_pairs
+from kabo.geometry.collision.view_arrays import chain_of, offset_for
+from kabo.geometry.collision.view_arrays import reach as reach_of
+from kabo.geometry.parts import COLUMNS, Enclosure
+from kabo.scene import KinematicTree
+
+CODE_LETTERS = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed
+_LETTERS = bytes.maketrans(bytes(range(len(CODE_LETTERS))), CODE_LETTERS.encode())
+MAX_PROOF_NODES = 200_000  # in all proofs of one path; far more than any path needs
+STACK_DEPTH = 4096  # rows of the stack
+SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin tried first
+MIN_MARGIN = 1e-9  # [m] of every proof
+
+
+class Parts(NamedTuple):
+    """The parts of one mesh, sorted so that neighbours are close in the order."""
+
+    vertices: tuple[Array, ...]  # each (V, 3) [m], in the body's frame
+    blocks: Array  # (B, 3, 24)
+    sizes: Integers  # (B,)
+    boxes: Array  # (B, 6) lower and upper
+
+
+class PlacedBody(NamedTuple):
+    """A body on a joint of the moving tree; joint 0 is the world."""
+
+    mesh: str
+    joint: int
+    joint_T_body: Array  # (12,)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Bodies on a chain that moves straight from way point to way point, and pairs (P, 3): first, second, frame.
+
+    With `at_any_times`, claims are about whole pieces, and hold for both bodies at any two times of the pieces.
+    """
+
+    tree: KinematicTree
+    waypoints: Array  # (W, n), W >= 2
+    bodies: Sequence[PlacedBody]
+    pairs: Integers
+    at_any_times: bool = False
+
+
+@dataclass(frozen=True)
+class Witness:
+    """The proof of a pair: its nodes as letters in walk order, its axes, and the least margin of an axis [m].
+
+    An axis `a` is three little-endian int16, an axis `e` three float64; `margin` is infinite if boxes suffice.
+    """
+
+    walk: str
+    axes: bytes
+    margin: float
+
+
+@dataclass(frozen=True)
+class Unproven:
+    """A pair without a proof: its index, where on the path it comes too near, and the gap there [m]."""
+
+    pair: int
+    start: float  # in pieces of the path
+    end: float
+    gap: float
+
+
+def ordered(enclosure: Enclosure) -> Parts:
+    """The parts of an enclosure, sorted by recursive splits at the median of their centres."""
+    middles = np.array([part.mean(axis=0) for part in enclosure.parts])
+    order = _halved(middles, list(range(len(middles))))
+    packed = enclosure.packed
+    vertices = tuple(enclosure.parts[i] for i in order)
+    boxes = np.array([[*part.min(axis=0), *part.max(axis=0)] for part in vertices])
+    return Parts(vertices, packed.blocks[order], packed.sizes[order], boxes)
+
+
+def _halved(middles: Array, members: list[int]) -> list[int]:
+    if len(members) < 3:
+        return members
+    axis = int(np.argmax(np.ptp(middles[members], axis=0)))
+    ranked = sorted(members, key=lambda i: (middles[i, axis], i))
+    half = len(members) // 2
+    return _halved(middles, ranked[:half]) + _halved(middles, ranked[half:])
+
+
+class Prover:
+    """Finds proofs for the meshes of one scene; keeps the arrays that all proofs share."""
+
+    def __init__(self, meshes: Mapping[str, Parts], near: float, clearance: float) -> None:
+        """`near` [m]: boxes so far apart need no axis; `clearance` [m]: what the planner kept between parts."""
+        self.limits = np.array([near, max(MIN_MARGIN, SHARE_OF_CLEARANCE * clearance), MIN_MARGIN, 1.0])
+        counts = [len(parts.sizes) for parts in meshes.values()]
+        ends = np.cumsum([0, *counts])
+        self.ranges = {name: (int(a), int(b)) for name, a, b in zip(meshes, ends, ends[1:], strict=False)}
+        self.blocks = np.concatenate([np.empty((0, 3, COLUMNS)), *(parts.blocks for parts in meshes.values())])
+        self.sizes = np.concatenate([np.empty(0, np.int64), *(parts.sizes for parts in meshes.values())])
+        self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
+        self._radii: dict[tuple[str, bytes], float] = {}
+        self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
+        self._stack = np.zeros((STACK_DEPTH, 6), np.int64)
+
+    def radius(self, body: PlacedBody) -> float:
+        """How far the parts of a body reach from the joint that carries it [m]."""
+        key = body.mesh, body.joint_T_body.tobytes()
+        if key not in self._radii:
+            low, high = self.ranges[body.mesh]
+            turn, at = body.joint_T_body[:9].reshape(3, 3), body.joint_T_body[9:]
+            placed = np.einsum("rc,bci->bri", turn, self.blocks[low:high]) + at[None, :, None]
+            self._radii[key] = float(np.linalg.norm(placed, axis=1).max(initial=0.0)) * (1.0 + 1e-12)
+        return self._radii[key]
+
+    def prove(self, course: Course) -> list[Witness | None] | Unproven:
+        """The proof of every pair, None for pairs that need none; or the first pair that cannot be proven.
+
+        A pair needs none if it does not move, or if the boxes around both swept volumes are apart.
+        """
+        chain = chain_of(course.tree)
+        joints, rows, count = chain.joints.shape[1], len(course.waypoints), len(course.pairs)
+        things = np.array([[b.joint, *self.ranges[b.mesh]] for b in course.bodies], np.int64).T.copy()
+        radii = np.array([self.radius(body) for body in course.bodies])
+        joint_T = np.array([body.joint_T_body for body in course.bodies])
+        offset = offset_for(2.0 * float((reach_of(chain)[things[0]] + radii).max()))
+        frames = np.zeros((rows + 1, joints, 12))
+        frames[:, 0, [0, 4, 8]] = 1.0
+        where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
+        self.limits[FINEST] = POSITIONS_PER_PIECE if course.at_any_times else 1.0
+        proven = prove_pairs(
+            *(course.pairs, self.limits, offset, course.waypoints, chain.joints, chain.factors, chain.placement),
+            *(np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(joints), frames),
+            *(np.zeros((3, course.waypoints.shape[1])), things, radii, joint_T, np.zeros((2, rows, 2))),
+            *(self.blocks, self.sizes, self.boxes, np.zeros((2, rows + 2, 12)), np.zeros((2, 12)), np.zeros(6)),
+            *(np.zeros((2, 6)), np.zeros(2), np.zeros((2, 2)), np.zeros(2, np.bool_), np.zeros(3)),
+            *(np.zeros((2, 3)), np.zeros((4, 3)), self._stack, np.zeros((2, 4), np.int64)),
+            *(self._codes, self._axes, where, margins),
+        )
+        if proven < count:
+            return self._unproven(int(proven), int(where[proven]))
+        return self._witnesses(where, margins)
+
+    def _witnesses(self, where: Integers, margins: Array) -> list[Witness | None]:
+        """The output of the kernel, split into proofs."""
+        count = int(where[-1]) if len(where) else 0
+        codes, axes = self._codes[:count], self._axes[:count]
+        letters = codes.tobytes().translate(_LETTERS).decode("ascii")
+        short, exact = codes == AXIS, codes == EXACT_AXIS
+        shorts, exacts = axes[short].astype("<i2").tobytes(), axes[exact].astype("<f8").tobytes()
+        starts = np.concatenate([np.zeros(1, np.int64), where])
+        before = 6 * np.concatenate([[0], np.cumsum(short)])[starts]
+        before_exact = 24 * np.concatenate([[0], np.cumsum(exact)])[starts]
+        found: list[Witness | None] = [None] * len(where)
+        for p in np.flatnonzero(np.diff(starts)).tolist():
+            own = shorts[before[p] : before[p + 1]] + exacts[before_exact[p] : before_exact[p + 1]]
+            found[p] = Witness(letters[starts[p] : starts[p + 1]], own, float(margins[p]))
+        return found
+
+    def _unproven(self, pair: int, start: int) -> Unproven:
+        failed = np.flatnonzero(self._codes[start:] == CODE_LETTERS.index("!"))
+        at = self._axes[start + int(failed[0])] if len(failed) else np.full(3, np.nan)
+        self._codes[start:] = 0
+        return Unproven(pair, float(at[0]), float(at[1]), float(at[2]))

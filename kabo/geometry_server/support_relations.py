@@ -1,0 +1,117 @@
+"""Support relations: the bodies on which an object stands, by its placement families; and inclusion in regions."""
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.geometry import FixedGroup, contains
+from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
+from kabo.geometry_server.situation import Situation
+from kabo.geometry_server.surroundings import SceneSurroundings
+from kabo.kinematics import satisfied
+from kabo.language.scene_description import Constraint
+from kabo.scene import Body, KinematicTree, Region
+from kabo.scene.transforms import flat
+
+STANDING_TOLERANCE = 1e-4  # [m, rad] within which a placement's constraints hold
+
+
+def _unmoved() -> KinematicTree:
+    one, nothing = np.zeros(1, dtype=np.int64), np.empty(0)
+    world = np.array([[1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]])
+    return KinematicTree(one, one, one, np.zeros(1), np.zeros(1), world, nothing, nothing, nothing)
+
+
+WORLD_TREE = _unmoved()  # for constraints between standing things
+
+
+def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
+    """The bodies on which an object stands by one of its placement families, in the scene's order."""
+    body = surroundings.scene.bodies[name]
+    (pose,) = surroundings.poses(situation, name)
+    return tuple(
+        other.name
+        for other in surroundings.scene.bodies.values()
+        if other is not body
+        and any(
+            _stands(surroundings, body, pose, other, under, family.constraints)
+            for under in surroundings.poses(situation, other.name)
+            for family in body.placements.values()
+        )
+    )
+
+
+def why_unsupported(surroundings: SceneSurroundings, situation: Situation, name: str) -> str | None:
+    """Why none of the bodies that an object may touch is known to support it; None if it touches none."""
+    body = surroundings.scene.bodies[name]
+    (pose,) = surroundings.poses(situation, name)
+    own = _standing(surroundings, name, pose)
+    touched = [
+        (other, under)
+        for other in surroundings.scene.bodies.values()
+        if other.name not in situation.group(name) and not surroundings.never_collide(name, other.name)
+        for under in surroundings.poses(situation, other.name)
+        if surroundings.touch(own, _standing(surroundings, other.name, under))
+    ]
+    if not touched:
+        return None
+    reasons = (_unfit(body, pose, other, under) for other, under in touched)
+    return f"{name} touches {touched[0][0].name}, but no placement family of it says that it stands there: {next(reasons)}"
+
+
+def _unfit(body: Body, pose: Array, under: Body, under_pose: Array) -> str:
+    """For each placement family of a body, why it does not hold on another body."""
+    roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
+    told = []
+    for family in body.placements.values():
+        about = [
+            c for c in family.constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)
+        ]
+        named = [feature for c in about for feature in (c.first, c.second)]
+        lacking = [f for f in named if f.owner in roles and not has(roles, f)]
+        if not about:
+            told.append(f"{family.name} names no feature of its support")
+        elif lacking:
+            owner = {"this": body.name, "support": under.name}.get(lacking[0].owner, lacking[0].owner)
+            told.append(f"{family.name} names {lacking[0]}, which {owner} lacks")
+        else:
+            told.append(f"{family.name} does not hold where it is")
+    return "; ".join(told) or "it has none"
+
+
+def _standing(surroundings: SceneSurroundings, name: str, pose: Array) -> FixedGroup:
+    mesh = surroundings.scene.bodies[name].mesh
+    return FixedGroup(flat(pose), surroundings.enclosure(name), (mesh.vertices, mesh.faces))
+
+
+def _stands(
+    surroundings: SceneSurroundings,
+    body: Body,
+    pose: Array,
+    under: Body,
+    under_pose: Array,
+    constraints: tuple[Constraint, ...],
+) -> bool:
+    roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
+    about = [c for c in constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)]
+    if not about or not fits(about, roles) or not _boxes_meet(surroundings, body, pose, under, under_pose):
+        return False
+    return satisfied(rows(about, roles), np.empty(0), WORLD_TREE, STANDING_TOLERANCE)
+
+
+def _boxes_meet(surroundings: SceneSurroundings, body: Body, pose: Array, under: Body, under_pose: Array) -> bool:
+    low, high = _box(body, pose)
+    key = "box", under.name, under_pose.tobytes()
+    other_low, other_high = surroundings.remembered(key, lambda: _box(under, under_pose))
+    return bool(np.all(low <= other_high + 1e-3) and np.all(other_low <= high + 1e-3))
+
+
+def _box(body: Body, pose: Array) -> tuple[Array, Array]:
+    points = body.mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+    return points.min(axis=0), points.max(axis=0)
+
+
+def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:
+    """Whether a body at world_T_body (4, 4) is proven to lie inside a region: its convex parts do [K Def. 1]."""
+    region_T_body = np.linalg.inv(region.world_T_region) @ pose
+    points = np.concatenate(surroundings.enclosure(name).parts) @ region_T_body[:3, :3].T + region_T_body[:3, 3]
+    return bool(contains((region.normals, region.offsets), points, surroundings.budget.numeric))

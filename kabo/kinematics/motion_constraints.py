@@ -1,0 +1,69 @@
+"""Constraints on a motion: the proof that a segment fulfils them, and projection onto them for path planning."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kabo.arrays import Array
+from kabo.kinematics.constraints import Rows
+from kabo.kinematics.kernels import motion_bounds as kernels
+from kabo.kinematics.kernels import rows as columns
+from kabo.kinematics.projection import arrays_of, checked, project
+from kabo.scene.tree import KinematicTree
+
+Projector = Callable[[Array], Array | None]
+
+INTERVAL_INSET = 0.02  # [m or rad] inside an interval, where the projector aims: room for the chord between poses
+POSE_ROUNDING = 1e-9  # [m or rad] subtracted from the tolerance
+
+
+def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3) -> bool:
+    """Whether every row is proven to hold all along the joint-linear segment from q0 to q1.
+
+    One-sided: True is a proof that no row is violated by more than `tolerance` [m or rad; one, or one a row];
+    False may also mean that the slack is too small to decide.
+
+    Raises:
+        ValueError: q0 or q1 is not finite or has the wrong shape, or a row is an azimuth.
+    """
+    return unkept_row(tree, rows, q0, q1, tolerance) is None
+
+
+def unkept_row(
+    tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3
+) -> int | None:
+    """The index of a row that is not proven to hold along the segment, or None; as `keeps`."""
+    start, end = np.array(q0, np.float64), np.array(q1, np.float64)
+    if not start.shape == end.shape == (tree.size,) or not np.all(np.isfinite(start + end)):
+        raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")
+    if np.any(rows[:, columns.KIND] == columns.AZIMUTH):
+        raise ValueError("an azimuth jumps from pi to -pi: it cannot be kept along a motion")
+    slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - POSE_ROUNDING, (len(rows),)))
+    found = kernels.first_row_not_kept(rows, slack, start, end, *arrays_of(tree))
+    return None if found < 0 else int(found)
+
+
+def projector(
+    tree: KinematicTree,
+    rows: Rows,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    active: Sequence[bool] | NDArray[np.bool_],
+    *,
+    inset: float = INTERVAL_INSET,
+) -> Projector:
+    """A function that projects a configuration onto the rows, slightly inside intervals; it gives None where that fails.
+
+    Joints that leave their limits stop there. A configuration that fulfils the rows is returned unchanged.
+
+    Raises:
+        ValueError: shapes do not fit.
+    """
+    checked(tree, rows, lower, upper, active)
+
+    def pull(q: Array) -> Array | None:
+        Q, succeeded = project(tree, rows, q, lower, upper, active, inset=inset, hold_limits=True)
+        return Q[0] if succeeded[0] else None
+
+    return pull
