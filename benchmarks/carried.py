@@ -14,8 +14,8 @@ from kabo.plan import BodyParts, Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Mesh
 from kabo.verify import Finding
 from kabo.verify.certificate.check import check_certificate
-from kabo.verify.motion.courses import Course
-from kabo.verify.motion.world import World
+from kabo.verify.motion.scene_model import SceneModel
+from kabo.verify.motion.stretches import MotionStretch
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Verdict:
     granted_pairs: tuple[tuple[str, str], ...] = ()  # accepted, too
 
 
-class OnePair(World):
+class OnePair(SceneModel):
     """A world in which only two things may not touch; it shares what another has made."""
 
-    def __init__(self, world: World, pair: Sequence[str]) -> None:
+    def __init__(self, world: SceneModel, pair: Sequence[str]) -> None:
         self.__dict__.update(world.__dict__)
         self._meet, self.pair = {}, frozenset(pair)
 
@@ -46,8 +46,8 @@ def second_opinion(
     right: Plan,
     spoilt: Plan,
     nodes: Sequence[str],
-    world: World,
-    courses: Sequence[Course],
+    world: SceneModel,
+    stretches: Sequence[MotionStretch],
     colliding: Sequence[tuple[str, str]],
 ) -> Verdict | None:
     """What the certificate of the right plan still proves; None if it has none.
@@ -62,41 +62,41 @@ def second_opinion(
     """
     if right.certificate is None or right.certificate.near is None:
         return None
-    plan = replace(spoilt, certificate=_mended(right, spoilt, nodes, world, courses))
-    refused, _ = check_certificate(plan, world, list(nodes), courses)
+    plan = replace(spoilt, certificate=_mended(right, spoilt, nodes, world, stretches))
+    refused, _ = check_certificate(plan, world, list(nodes), stretches)
     accepted = [
-        pair for pair in colliding if courses and not _says(plan, OnePair(world, pair), list(nodes), courses)
+        pair for pair in colliding if stretches and not _says(plan, OnePair(world, pair), list(nodes), stretches)
     ]
-    granted = {pair for pair in accepted if any(frozenset(pair) in course.permitted for course in courses)}
+    granted = {pair for pair in accepted if any(frozenset(pair) in stretch.permitted for stretch in stretches)}
     return Verdict(bool(refused), tuple(pair for pair in accepted if pair not in granted), tuple(sorted(granted)))
 
 
-def _says(plan: Plan, world: World, nodes: list[str], courses: Sequence[Course]) -> list[Finding]:
-    return check_certificate(plan, world, nodes, courses)[0]
+def _says(plan: Plan, world: SceneModel, nodes: list[str], stretches: Sequence[MotionStretch]) -> list[Finding]:
+    return check_certificate(plan, world, nodes, stretches)[0]
 
 
 def _mended(
-    right: Plan, spoilt: Plan, nodes: Sequence[str], world: World, courses: Sequence[Course]
+    right: Plan, spoilt: Plan, nodes: Sequence[str], world: SceneModel, stretches: Sequence[MotionStretch]
 ) -> Certificate:
     given = right.certificate
     assert given is not None
     own = [proof for proof in given.proofs if proof.node in nodes]
-    proofs = [_offered(course, own, right, spoilt) for course in courses] or own
+    proofs = [_offered(stretch, own, right, spoilt) for stretch in stretches] or own
     return replace(given, segments=(), proofs=tuple(proofs), bodies={**_hulls(world), **given.bodies})
 
 
-def _offered(course: Course, own: Sequence[StretchProof], right: Plan, spoilt: Plan) -> StretchProof:
+def _offered(stretch: MotionStretch, own: Sequence[StretchProof], right: Plan, spoilt: Plan) -> StretchProof:
     """The proofs of the same stretch; where its segments were spoilt, those of the node's other stretches as well."""
-    before, after = right.nodes[course.node].motion, spoilt.nodes[course.node].motion
-    same = all(i < len(before) and before[i] == after[i] for i in course.segments)
+    before, after = right.nodes[stretch.node].motion, spoilt.nodes[stretch.node].motion
+    same = all(i < len(before) and before[i] == after[i] for i in stretch.segments)
     pairs: list[PairProof] = []
     for proof in own:
-        if proof.node == course.node and (proof.segments == course.segments or not same):
+        if proof.node == stretch.node and (proof.segments == stretch.segments or not same):
             pairs += proof.pairs
-    return StretchProof(course.node, course.segments, tuple(pairs))
+    return StretchProof(stretch.node, stretch.segments, tuple(pairs))
 
 
-def _hulls(world: World) -> dict[str, BodyParts]:
+def _hulls(world: SceneModel) -> dict[str, BodyParts]:
     """One part for each body of the scene: its hull."""
     return {f"sha256:{body.mesh.digest}": _hull(body.mesh) for body in world.scene.bodies.values()}
 

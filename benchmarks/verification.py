@@ -35,9 +35,9 @@ from kabo.verify.motion.calls import Calls
 from kabo.verify.motion.collision import Tally
 from kabo.verify.motion.components import Components
 from kabo.verify.motion.motions import check_motion
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import check_start
 from kabo.verify.motion.surfaces import Surface
-from kabo.verify.motion.world import World
 from kabo.verify.structure import check_structure
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -58,7 +58,7 @@ CASES = {
 WHOLE = 20  # every so many mutants the whole plan is verified
 
 
-class SharedWorld(World):
+class SharedWorld(SceneModel):
     """A world that shares its surfaces with others."""
 
     made: dict[str, Surface] = {}
@@ -170,7 +170,7 @@ def judged(case: Case, right: Plan, mutant: Mutant, whole: bool) -> Outcome:
     seconds = process_time() - began
     outcome = Outcome(mutant, first_hit(case, mutant, scene), findings, seconds=seconds)
     outcome.certificate = second_opinion(
-        right, mutant.plan, mutant.nodes, world, tally.courses, outcome.colliding_pairs
+        right, mutant.plan, mutant.nodes, world, tally.stretches, outcome.colliding_pairs
     )
     if outcome.touching:
         outcome.nearest = max(nearest(mutant, scene, finding) for finding in outcome.touching)
@@ -180,7 +180,7 @@ def judged(case: Case, right: Plan, mutant: Mutant, whole: bool) -> Outcome:
     return outcome
 
 
-def findings_of(mutant: Mutant, world: World, tally: Tally) -> Iterator[Finding]:
+def findings_of(mutant: Mutant, world: SceneModel, tally: Tally) -> Iterator[Finding]:
     """What the verifier finds at the nodes that were spoilt, by measuring."""
     order, _ = check_structure(mutant.plan)
     calls, components = Calls(mutant.problem), Components(mutant.plan, world.scene, order)

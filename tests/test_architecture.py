@@ -51,7 +51,7 @@ REMEMBERED = {
     "kabo/tasks/files/registry.py": {"_registered"},
     "kabo/verify/certificate/exact.py": {"_pi"},  # a constant
     "kabo/verify/certificate/parts.py": {"_COVERED"},  # by content
-    "kabo/verify/knowledge/replay/draft.py": {"_spelled"},  # by value
+    "kabo/verify/knowledge/replay/mutable_knowledge.py": {"_spelled"},  # by value
     "kabo/verify/knowledge/replay/states.py": {"symbols_of", "in_order"},  # by value
 }
 MEMORIES = {"ContentCache", "OrderedDict", "defaultdict", "deque", "dict", "list", "set"}

@@ -46,7 +46,7 @@ class CompiledTask:
         self._plain_spent: dict[str, int] = {}
 
     def plain_left(self, search: str, most: int) -> int:
-        """How much of `most` is left for the search of this name in plain Python, over all its runs on this task."""
+        """The work, of at most `most`, that the search of this name may still do in plain Python, over all its runs."""
         return max(0, most - self._plain_spent.get(search, 0))
 
     def spend(self, search: str, work: int) -> None:
@@ -60,7 +60,7 @@ class CompiledTask:
 
     @cached_property
     def packing(self) -> Packing:
-        """Which bits of a packed state hold each variable."""
+        """The bits of a packed state that hold each variable."""
         return pack(self.normal.sizes)
 
     @cached_property
@@ -156,7 +156,7 @@ class CompiledTask:
 
 @dataclass
 class SearchBudget:
-    """How long a search may go on: expansions, bytes, and a function that is asked repeatedly whether to stop."""
+    """The limits of a search: expansions, bytes, and a function that is called repeatedly and says whether to stop."""
 
     expansions: int | None = None  # None: without limit
     memory: int = 4 << 30  # bytes
@@ -167,5 +167,5 @@ class SearchBudget:
         return self.stop is not None and self.stop()
 
     def left(self, expanded: int, most: int) -> int:
-        """How many states to expand before asking again, at most `most`; 0: the budget of expansions is spent."""
+        """The number of states to expand before asking again, at most `most`; 0: the budget of expansions is spent."""
         return most if self.expansions is None else max(0, min(most, self.expansions - expanded))

@@ -1,6 +1,6 @@
-"""Which operators are applicable in a packed state, decided for 64 neighbouring operators at a time by *gates*.
+"""Gates: they decide which operators are applicable in a packed state, for 64 neighbouring operators at a time.
 
-A gate reads a few bits of the state that some of the 64 operators test. For every content of these bits it has a word
+A *gate* reads a few bits of the state that some of the 64 operators test. For every content of these bits it has a word
 with a bit for each operator that this content allows; the conjunction of all gates' words are the applicable operators.
 So a test for a set of values costs no more than one for a single value, small variables that lie side by side are
 tested together, and operators come in the order of the task.

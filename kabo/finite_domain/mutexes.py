@@ -17,9 +17,8 @@ from kabo.finite_domain.normal_form import Assignments, NormalOperator, NormalTa
 Condition = tuple[int, ...]  # facts of one variable of which one must hold
 
 
-Group = tuple[
-    tuple[tuple[Condition, ...], tuple[int, ...]], ...
-]  # conditions, and the facts that are achieved under them
+# Conditions, and the facts that are achieved under them.
+Group = tuple[tuple[tuple[Condition, ...], tuple[int, ...]], ...]
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
 
 @dataclass(frozen=True)
 class Mutexes:
-    """Which facts may be true together: `together[f]` has a bit for each that may be true with f; bit f: f may be true."""
+    """The facts that may be true together: `together[f]` has a bit for each that may be true with f, bit f if f may be."""
 
     together: tuple[int, ...]
 

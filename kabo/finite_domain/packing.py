@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-WORD_BITS = (
-    63  # used bits of a word: so no state of one word has all 64 set, which marks free places of hash tables
-)
+WORD_BITS = 63  # of 64 are used: all 64 set mark a free place of a hash table, and are no state of one word
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Branching:
-    """How a plan branches on a Kw or Kv entry: one outcome for each truth value or possible value, in plan order."""
+    """The branching of a plan on a Kw or Kv entry: an outcome for each truth value or possible value, in plan order."""
 
     entry: int
     mask: int

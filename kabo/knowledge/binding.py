@@ -1,4 +1,4 @@
-"""Variables bound to objects: what terms are in one instance of a schema."""
+"""Bindings of variables to objects, and terms with their variables bound."""
 
 from collections.abc import Mapping
 

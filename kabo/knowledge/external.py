@@ -118,7 +118,7 @@ class Externals:
 
 
 def _settled(number: NumberTerm) -> str | float | NumberTerm:
-    """The argument as a constant if it reads no bit and asks no procedure."""
+    """The argument, as a constant if it reads no bit and calls no procedure."""
     value = None if number.reads or number.asks else number.value(0)
     return number if value is None else value
 

@@ -46,7 +46,7 @@ class Query(ABC):
 
 @dataclass(frozen=True)
 class AllOf(Query):
-    """The bits of `mask` are exactly `value`."""
+    """The query whether the bits of `mask` are exactly `value`."""
 
     mask: int
     value: int
@@ -72,7 +72,7 @@ class AllOf(Query):
 
 @dataclass(frozen=True)
 class AnyOf(Query):
-    """Some bit of `mask` is 1."""
+    """The query whether some bit of `mask` is 1."""
 
     mask: int
 
@@ -274,7 +274,7 @@ def bits_of(mask: int) -> Iterator[int]:
 
 
 def _is_one_bit(query: Query) -> bool:
-    """Whether the query asks for one bit to be 1."""
+    """Whether the query is that a single bit is 1."""
     return isinstance(query, AllOf) and query.mask == query.value and query.mask & (query.mask - 1) == 0
 
 

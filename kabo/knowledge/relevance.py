@@ -21,7 +21,7 @@ _Cube = tuple[int, int]  # (mask, value), a conjunction of literals: the bits of
 
 @dataclass(frozen=True)
 class _Death:
-    """When an action is dead: a literal of `cube` is false, or one of `waiting` is false and all its achievers are dead."""
+    """The condition of being dead: a literal of `cube` is false, or one of `waiting` is, and all its achievers are dead."""
 
     cube: _Cube  # literals that have no achiever
     waiting: tuple[
@@ -199,7 +199,7 @@ class _Makers:
         return setting, clearing
 
     def death(self, action: GroundAction) -> _Death:
-        """When the action is dead."""
+        """The condition under which the action is dead."""
         final = self._finals[action.index]
         mask, value = self._tests[action.index]
         ones, zeros = value & ~self._always_made, mask & ~value & ~self._always_cleared

@@ -1,7 +1,7 @@
-"""The plan room: a plan as data, its canonical file, its statistics, its views as policy, as tree and for people.
+"""The plan room: a plan as data, its canonical file, its statistics, and its views as policy, as tree and as text.
 
-It knows the format `kabo-plan/1` (docs/plans.md) and nothing else: not who made a plan, nor if it is right.
-Plans that a search makes go through `PlanBuilder`, which gives equal continuations one node.
+It knows the format `kabo-plan/1` (docs/plans.md) and nothing else: not who made a plan, nor whether it is right.
+Searches build plans with `PlanBuilder`, which makes equal continuations one node.
 """
 
 from kabo.plan.builder import PlanBuilder

@@ -1,6 +1,6 @@
 """Builds a plan from its leaves: equal content becomes one node, so 2^n branches may share few nodes [docs/plans.md].
 
-Nodes are handed in bottom-up with the handles of their successors; `build` numbers what the root reaches.
+Nodes are added bottom-up with the handles of their successors; `build` numbers the nodes that the root reaches.
 """
 
 import hashlib
@@ -16,8 +16,8 @@ _FIRST = {"false": 0, "true": 1}
 class PlanBuilder:
     """Hash-conses nodes: `add` returns the same handle for the same content.
 
-    Two nodes are the same when action, arguments, motion, `after`, continuations and the values at the start of
-    what the motion moves are the same. The last are not in the node, so the caller hands them to `add`.
+    Two nodes are the same if action, arguments, motion, `after`, continuations, and the starting values of the components
+    that the motion moves are the same. The last are not part of the node, so the caller passes them to `add`.
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class PlanBuilder:
 
         Args:
             node: the node; its joints and times are rounded as in the plan's file.
-            moved: the values at its start of the components that its motion moves or refers to.
+            moved: the values, at the node's start, of the components that its motion moves or refers to.
 
         Raises:
             ValueError: a successor was not added before.
@@ -69,7 +69,7 @@ class PlanBuilder:
 
     def _breadth_first(self, root: str) -> list[str]:
         order, seen = [root], {root}
-        for handle in order:  # the list grows while it is walked
+        for handle in order:  # the list grows during the loop
             for successor in self._nodes[handle].successors:
                 if successor not in seen:
                     seen.add(successor)
@@ -79,7 +79,7 @@ class PlanBuilder:
 
 
 def _in_order(branches: Mapping[str, str]) -> dict[str, str]:
-    """`false` before `true`; values as they were declared, which is the order they came in."""
+    """The branches with `false` before `true`, and values in the order of their declaration, as they were added."""
     return dict(sorted(branches.items(), key=lambda branch: _FIRST.get(branch[0], 0)))
 
 

@@ -1,7 +1,7 @@
-"""The certificate of a plan as data: what proves its motions free, and the distances that this leaves.
+"""The certificate of a plan as data: proofs that its motions are free of collision, and the clearances they leave.
 
-[docs/certificates.md] says what each number means. A proof speaks of convex parts, kept once for each mesh, and of
-axes that separate them; whoever checks it derives poses, bounds and margins alone.
+[docs/certificates.md] says what each number means. A proof refers to convex parts, kept once for each mesh, and to axes
+that separate them; its checker derives poses, bounds and margins independently.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Clearance:
-    """What a certificate says of one segment: least distance [m] and between which; None where nothing is near."""
+    """The least distance of one segment [m], and its two bodies; None where no body is near."""
 
     node: str
     segment: int
@@ -21,10 +21,10 @@ class Clearance:
 
 @dataclass(frozen=True)
 class PairProof:
-    """Why two things stay apart during a stretch of motion.
+    """The proof that two bodies stay apart during a stretch of motion.
 
-    `first` moves. `place` says which of the places that `second` may have is meant, 0 if there is one. `walk` are
-    the letters of a tree in the order of a walk; `axes` the numbers of its axes: first those of every `a`, three
+    `first` moves. `place` is the number of the pose of `second` that is meant, 0 if it has only one. `walk` are the
+    letters of the proof's tree in depth-first order; `axes` are the numbers of its axes: first those of every `a`, three
     little-endian int16 each, then those of every `e`, three float64 each.
     """
 
@@ -39,8 +39,8 @@ class PairProof:
 class StretchProof:
     """The proofs of one stretch of a node's motion, in which the same segments are under way.
 
-    If the node begins before the one before it has ended, there are also proofs that the two motions never meet: then
-    `before` are the segments of that other motion, and every piece of both paths is cut into `cut` parts.
+    If the node begins before the preceding one has ended, there are also proofs that the two motions never meet: then
+    `before` are the segments of the preceding motion, and every piece of both paths is cut into `cut` parts.
     """
 
     node: str
@@ -52,7 +52,7 @@ class StretchProof:
 
 @dataclass(frozen=True)
 class BodyParts:
-    """Convex parts that enclose a mesh: how many vertices each has, and all of them as little-endian float64."""
+    """Convex parts that enclose a mesh: the number of vertices of each, and all vertices as little-endian float64."""
 
     sizes: tuple[int, ...]
     vertices: bytes
@@ -60,10 +60,10 @@ class BodyParts:
 
 @dataclass(frozen=True)
 class Certificate:
-    """What proves a plan's motions free; `verify` trusts none of it.
+    """The proofs that a plan's motions are free of collision, none of which `verify` takes on trust.
 
-    `near` [m]: pairs without a proof are apart by more, along an axis of the world's frame or of what carries both.
-    `bodies` are the parts of every mesh, by its hash. Without `proofs` it only says distances, for people.
+    Pairs without a proof are more than `near` [m] apart, along an axis of the world's frame or of the link that carries
+    both. `bodies` are the parts of every mesh, by its hash. Without `proofs` it only reports clearances.
     """
 
     epsilon: float

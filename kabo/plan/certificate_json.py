@@ -1,4 +1,4 @@
-"""The certificate in the plan's file: names of things once, vertices and axes as base64 of little-endian numbers."""
+"""The certificate in the plan's file: each body's name once, vertices and axes as base64 of little-endian numbers."""
 
 import base64
 import binascii
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
-from kabo.plan.checked_json import Place
+from kabo.plan.checked_json import JsonValue
 
 WALK = re.compile(r"[baetfs]+")
 _ID = re.compile(r"n(0|[1-9][0-9]*)")
@@ -41,8 +41,8 @@ def certificate_to_json(certificate: Certificate) -> dict[str, Any]:
     return {**result, "near": certificate.near + 0.0, "bodies": bodies, "things": things, "proofs": proofs}
 
 
-def certificate_from_json(place: Place) -> Certificate:
-    """The certificate that stands here; what is wrong in its form is noted."""
+def certificate_from_json(place: JsonValue) -> Certificate:
+    """The certificate of a JSON value; faults of its form are added to the findings."""
     proof_keys = ("near", "bodies", "things", "proofs")
     fields = place.fields(("epsilon", "segments"), proof_keys)
     epsilon, segments = fields["epsilon"].number(), tuple(map(_clearance, fields["segments"].items()))
@@ -75,14 +75,14 @@ def _text(content: bytes) -> str:
     return base64.b64encode(content).decode("ascii")
 
 
-def _node(place: Place) -> str:
+def _node(place: JsonValue) -> str:
     name = place.text()
     if isinstance(place.value, str) and not _ID.fullmatch(name):
         place.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
     return name
 
 
-def _clearance(place: Place) -> Clearance:
+def _clearance(place: JsonValue) -> Clearance:
     fields = place.fields(("node", "segment", "clearance", "between", "permitted"))
     clearance, between = fields["clearance"], fields["between"]
     return Clearance(
@@ -94,12 +94,12 @@ def _clearance(place: Place) -> Clearance:
     )
 
 
-def _names(place: Place) -> tuple[str, str]:
+def _names(place: JsonValue) -> tuple[str, str]:
     names = [entry.text() for entry in place.items(exactly=2)]
     return (names[0], names[1]) if len(names) == 2 else ("", "")
 
 
-def _bytes(place: Place, multiple: int) -> bytes:
+def _bytes(place: JsonValue, multiple: int) -> bytes:
     text = place.text()
     try:
         content = base64.b64decode(text, validate=True)
@@ -112,7 +112,7 @@ def _bytes(place: Place, multiple: int) -> bytes:
     return content
 
 
-def _body(name: str, place: Place) -> BodyParts:
+def _body(name: str, place: JsonValue) -> BodyParts:
     if not _HASH.fullmatch(name):
         place.wrong(f'"{name}" is no hash', "sha256: and 64 hexadecimal digits")
     fields = place.fields(("sizes", "vertices"))
@@ -123,7 +123,7 @@ def _body(name: str, place: Place) -> BodyParts:
     return BodyParts(sizes, vertices)
 
 
-def _stretch(place: Place, things: list[str]) -> StretchProof:
+def _stretch(place: JsonValue, things: list[str]) -> StretchProof:
     fields = place.fields(("node", "segments", "pairs"), ("before", "cut"))
     segments = tuple(entry.index() for entry in fields["segments"].items(1))
     pairs = tuple(_pair(entry, things) for entry in fields["pairs"].items())
@@ -139,7 +139,7 @@ def _stretch(place: Place, things: list[str]) -> StretchProof:
     return replace(proof, before=before, cut=cut)
 
 
-def _pair(place: Place, things: list[str]) -> PairProof:
+def _pair(place: JsonValue, things: list[str]) -> PairProof:
     entries = place.items(exactly=5)
     if len(entries) != 5:
         return PairProof("", "", 0, "b", b"")

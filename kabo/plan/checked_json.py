@@ -1,6 +1,6 @@
-"""JSON values whose place is known: every wrong one becomes a diagnostic with its JSON path, and reading goes on.
+"""JSON values with their paths: every wrong value becomes a diagnostic with its JSON path, and reading goes on.
 
-`Place` wraps a value, its path (`$.nodes.n3.motion[0].times`) and the list of findings that all places share.
+`JsonValue` wraps a value, its path (`$.nodes.n3.motion[0].times`) and the list of findings that all values share.
 """
 
 import json
@@ -14,44 +14,44 @@ from kabo.errors import Diagnostic, InputError, did_you_mean
 _T = TypeVar("_T")
 _TEXT, _BRACKET = re.compile(r'"(?:[^"\\]|\\.)*"'), re.compile(r"[\[\]{}]")
 
-DEPTH = 40  # nesting that a plan never reaches; deeper files are refused before they are understood
-FINDINGS = 100  # more are not reported: one missing bracket should not print a megabyte
+MAX_DEPTH = 40  # nested brackets; a plan never has as many, and deeper files are refused before they are parsed
+MAX_FINDINGS = 100  # reported for one file: one missing bracket should not print a megabyte
 
 
-class Place:
-    """A JSON value at a path; `file` and `findings` are shared by all places of one file."""
+class JsonValue:
+    """A JSON value at a path; `file` and `findings` are shared by all values of one file."""
 
     def __init__(self, value: Any, path: str, file: str, findings: list[Diagnostic]) -> None:
         self.value, self.path, self.file, self.findings = value, path, file, findings
 
     def wrong(self, message: str, hint: str | None = None) -> None:
-        """Notes that something is wrong here."""
-        if len(self.findings) < FINDINGS:
+        """Adds a finding about this value."""
+        if len(self.findings) < MAX_FINDINGS:
             self.findings.append(Diagnostic(self.file, 1, 1, f"{self.path}: {message}", hint))
 
-    def at(self, step: str | int, value: Any) -> "Place":
-        """A value inside this one."""
+    def at(self, step: str | int, value: Any) -> "JsonValue":
+        """The value of an entry of this one."""
         path = f"{self.path}[{step}]" if isinstance(step, int) else f"{self.path}.{step}"
-        return Place(value, path, self.file, self.findings)
+        return JsonValue(value, path, self.file, self.findings)
 
     def expected(self, what: str) -> None:
-        """Notes that something else was expected here."""
+        """Adds the finding that something else was expected here."""
         self.wrong(f"expected {what}, found {_shown(self.value)}")
 
     # ---------------------------------------------------------------------------------------------- leaves
     def text(self) -> str:
-        """The text that stands here."""
+        """This value as text; anything else is a finding."""
         if isinstance(self.value, str):
             return self.value
         self.expected("a text")
         return ""
 
     def text_or_null(self) -> str | None:
-        """The text that stands here, or None for null."""
+        """This value as text, or None for null; anything else is a finding."""
         return None if self.value is None else self.text()
 
     def number(self) -> float:
-        """The finite number that stands here."""
+        """This value as a finite number; anything else is a finding."""
         if isinstance(self.value, int | float) and not isinstance(self.value, bool):
             try:
                 number = float(self.value)
@@ -63,22 +63,22 @@ class Place:
         return 0.0
 
     def index(self) -> int:
-        """The number 0, 1, 2, … that stands here."""
+        """This value as a number 0, 1, 2, …; anything else is a finding."""
         if isinstance(self.value, int) and not isinstance(self.value, bool) and self.value >= 0:
             return self.value
         self.expected("a number 0, 1, 2, …")
         return 0
 
     def one_of(self, *allowed: str) -> str:
-        """The word that stands here, one of those allowed."""
+        """This value as one of the allowed words; anything else is a finding."""
         word = self.text()
         if isinstance(self.value, str) and word not in allowed:
             self.wrong(f'"{word}" is none of {", ".join(allowed)}', did_you_mean(word, allowed))
         return word
 
     # -------------------------------------------------------------------------------------------- containers
-    def items(self, least: int = 0, exactly: int | None = None) -> list["Place"]:
-        """The entries of the list that stands here."""
+    def items(self, least: int = 0, exactly: int | None = None) -> list["JsonValue"]:
+        """The items of this list, at least or exactly so many; anything else is a finding."""
         if not isinstance(self.value, list):
             self.expected("a list")
             return []
@@ -88,15 +88,15 @@ class Place:
             self.wrong(f"expected at least {least}, found {len(self.value)}")
         return [self.at(i, value) for i, value in enumerate(self.value)]
 
-    def mapping(self) -> dict[str, "Place"]:
-        """The entries of the object that stands here."""
+    def mapping(self) -> dict[str, "JsonValue"]:
+        """The entries of this object; anything else is a finding."""
         if not isinstance(self.value, dict):
             self.expected("an object")
             return {}
         return {key: self.at(key, value) for key, value in self.value.items()}
 
-    def fields(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> Mapping[str, "Place"]:
-        """The entries of the object that stands here, whose keys are known; required ones that lack are noted."""
+    def fields(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> Mapping[str, "JsonValue"]:
+        """The entries of this object; unknown keys, and required ones that are missing, are findings."""
         found = self.mapping()
         for key in found:
             if key not in required and key not in optional:
@@ -108,14 +108,14 @@ class Place:
         return _Fields(self, found)
 
 
-class _Fields(Mapping[str, Place]):
-    """Known entries; a missing one reads as a null that notes nothing more."""
+class _Fields(Mapping[str, JsonValue]):
+    """The entries of an object; a missing one reads as null, without a second finding."""
 
-    def __init__(self, owner: Place, found: dict[str, Place]) -> None:
+    def __init__(self, owner: JsonValue, found: dict[str, JsonValue]) -> None:
         self.owner, self.found = owner, found
 
-    def __getitem__(self, key: str) -> Place:
-        return self.found[key] if key in self.found else Place(None, f"{self.owner.path}.{key}", "", [])
+    def __getitem__(self, key: str) -> JsonValue:
+        return self.found[key] if key in self.found else JsonValue(None, f"{self.owner.path}.{key}", "", [])
 
     def __contains__(self, key: object) -> bool:
         return key in self.found
@@ -127,17 +127,17 @@ class _Fields(Mapping[str, Place]):
         return len(self.found)
 
 
-def read_checked(content: bytes, file: str, read: Callable[[Place], _T]) -> _T:
-    """What `read` makes of a JSON file.
+def read_checked(content: bytes, file: str, read: Callable[[JsonValue], _T]) -> _T:
+    """The result of `read` for the contents of a JSON file.
 
     Raises:
-        InputError: the file is no JSON, nests deeper than 40, has a key twice, or `read` noted something.
+        InputError: the file is no JSON, nests deeper than `MAX_DEPTH`, has a key twice, or `read` had findings.
     """
     findings: list[Diagnostic] = []
     value = _parse(content, file, findings)
     if findings:
         raise InputError(findings)
-    result = read(Place(value, "$", file, findings))
+    result = read(JsonValue(value, "$", file, findings))
     if findings:
         raise InputError(findings)
     return result
@@ -161,8 +161,8 @@ def _parse(content: bytes, file: str, findings: list[Diagnostic]) -> Any:
 
     try:
         text = content.decode("utf-8")
-        if _depth(text) > DEPTH:
-            raise refuse(f"nested deeper than {DEPTH}")
+        if _depth(text) > MAX_DEPTH:
+            raise refuse(f"nested deeper than {MAX_DEPTH}")
         return json.loads(text, object_pairs_hook=unique, parse_constant=constant)
     except UnicodeDecodeError as error:
         raise refuse(f"not UTF-8: byte {error.start}") from None
@@ -173,7 +173,7 @@ def _parse(content: bytes, file: str, findings: list[Diagnostic]) -> Any:
 
 
 def _depth(text: str) -> int:
-    """The deepest nesting of brackets outside texts; counted before the recursive parser sees them."""
+    """The deepest nesting of brackets outside texts, counted before the recursive parser is called."""
     deepest = depth = 0
     for bracket in _BRACKET.findall(_TEXT.sub("", text)):
         depth += 1 if bracket in "[{" else -1

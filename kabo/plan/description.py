@@ -1,4 +1,4 @@
-"""A plan as a tree for people: branches indented, every node once; where ways meet, a reference, no copy."""
+"""A plan as an indented text: every node once; where branches join, a reference instead of a copy."""
 
 from collections.abc import Iterator
 
@@ -6,7 +6,7 @@ from kabo.plan.plan import Node, Plan, ValueOf
 
 
 def describe(plan: Plan) -> str:
-    """The plan as text, one line a node; a shared node stands where it is met first, later ways refer to it."""
+    """The plan as text, one line for each node; a shared node is written where it comes first, and referred to later."""
     shown: set[str] = set()
     lines: list[str] = []
     width = max((len(name) for name in plan.nodes), default=2)

@@ -1,4 +1,4 @@
-"""The plan as data: a branched DAG of action, sense, branch and goal nodes with motions (docs/plans.md).
+"""The plan as data: a directed acyclic graph of action, sense, branch and goal nodes with motions (docs/plans.md).
 
 Poses are in the frame of the parent, metres and radians, quaternions (x, y, z, w).
 """
@@ -21,7 +21,7 @@ class ValueOf:
 
 @dataclass(frozen=True)
 class ObjectPose:
-    """Where an object is: `parent` is `world`, `robot.link` or an object."""
+    """The pose of an object in the frame of its `parent`: `world`, `robot.link` or an object."""
 
     parent: str
     position: tuple[float, float, float]
@@ -30,7 +30,7 @@ class ObjectPose:
 
 @dataclass(frozen=True)
 class StateChange:
-    """A geometric state (`start`), or only what a node changes (`after`)."""
+    """A geometric state (`start`), or only the part of it that a node changes (`after`)."""
 
     robots: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # robot -> joint -> value
     objects: Mapping[str, ObjectPose] = field(default_factory=dict)
@@ -38,11 +38,11 @@ class StateChange:
 
 @dataclass(frozen=True)
 class Grant:
-    """What grants a contact: a claim, which the verifier checks against the scene.
+    """The reason why a contact is permitted: a claim that the verifier checks against the scene.
 
-    `grasp`: `bodies` are a gripper's link and the object, `by` the grasp family. `support`: the object that is lifted
-    or lowered and what it stands on, `by` the grasp family whose `lift` that stroke is. `mate`: the moving and the fixed
-    body, `by` the mate. `by` is None where no family declares how the object is held.
+    `grasp`: `bodies` are a gripper's link and the object, `by` is the grasp family. `support`: the object that is lifted
+    or lowered and its support, `by` is the grasp family whose `lift` the stroke is. `mate`: the moving and the fixed body,
+    `by` is the mate. `by` is None where no family declares how the object is held.
     """
 
     kind: Literal["grasp", "support", "mate"]
@@ -55,7 +55,7 @@ class Segment:
     """One stretch of motion: straight between way points and proportional to time between them.
 
     `waypoints` [m x n] follow `joints` (names in the robot's URDF), `times` [m] s from the start of the node's
-    motion; `attach` (object, link to attach to) and `detach` happen at its end. `grants` say what grants the
+    motion; `attach` (object, link to attach to) and `detach` happen at its end. `grants` are the reasons for the
     `allowed_contacts`.
     """
 
@@ -74,7 +74,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Node:
-    """A node; `kind` decides which fields are set.
+    """A node of a plan; `kind` decides which fields are set.
 
     action: action, arguments, next; sense: action, arguments and `on` with `branches`, or `delivers` with `next`;
     branch: `on`, `branches`; goal: none. `branches` maps outcomes, in their declared order, to node ids.
@@ -89,7 +89,7 @@ class Node:
     delivers: tuple[str, ...] = ()
     motion: tuple[Segment, ...] = ()
     after: StateChange | None = None
-    overlap: float = 0.0  # [s] by which its motion begins before that of its only predecessor ends
+    overlap: float = 0.0  # [s] by which its motion begins before the motion of its only predecessor ends
 
     @property
     def successors(self) -> tuple[str, ...]:
@@ -99,9 +99,9 @@ class Node:
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan; `files` are all files read with their hashes, `options` the resolved values that made it.
+    """A plan; `files` are all files that were read, with their hashes, `options` the resolved options that made it.
 
-    `certificate_gaps`: where a certificate was to be made and could not, what of the motion it cannot prove.
+    `certificate_gaps`: where a certificate was requested and could not be made, the motions that it cannot prove free.
     """
 
     problem: str

@@ -1,7 +1,7 @@
-"""A plan as a policy: from what was found out so far to what is to be done next. A pure view of the same plan.
+"""A plan as a policy: a function from the history of observations to the next actions, a view of the same plan.
 
-Nothing happens by chance between two observations, so the history of observations says all: where a run of the plan
-is, what it does until it looks again, and what it may see then.
+Between two observations a plan is deterministic. So the history of observations determines the current node, the actions
+up to the next observation, and its possible outcomes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from kabo.plan.plan import Node, Plan
 
 @dataclass(frozen=True)
 class Observation:
-    """What was found out at run time: a fact that the plan branches on, and its outcome as plans name it."""
+    """An observation at run time: a fact that the plan branches on, and its outcome as plans write it."""
 
     fact: str
     outcome: str
@@ -23,9 +23,9 @@ History = tuple[Observation, ...]
 
 @dataclass(frozen=True)
 class Decision:
-    """What to do: the action and sense nodes one after the other, then see which of the `outcomes` of `observe` it is.
+    """The next action and sense nodes in order, and then the fact to `observe`, with its possible `outcomes`.
 
-    With nothing to observe the goal is reached after the actions.
+    If `observe` is None, the goal is reached after the actions.
     """
 
     actions: tuple[Node, ...]
@@ -39,19 +39,19 @@ class Decision:
 
 
 class Policy:
-    """The policy of one plan: `policy(history)` is what to do after these observations.
+    """The policy of one plan: `policy(history)` is the decision after these observations.
 
-    Two histories after which the plan goes on alike have equal decisions from there on: `place` tells so.
+    Two histories with the same `place` have equal decisions from there on.
     """
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
 
     def __call__(self, history: Sequence[Observation] = ()) -> Decision:
-        """What to do after the observations, the first one first.
+        """The decision after these observations, given in the order in which they were made.
 
         Raises:
-            ValueError: the plan cannot come to these observations; says which one is wrong.
+            ValueError: the plan cannot lead to these observations; the text says which one is wrong.
         """
         return self._from(self.place(history))
 
@@ -59,7 +59,7 @@ class Policy:
         """The node from which the plan goes on after the observations.
 
         Raises:
-            ValueError: the plan cannot come to these observations.
+            ValueError: the plan cannot lead to these observations.
         """
         name = self.plan.root
         for number, seen in enumerate(history, start=1):
@@ -75,7 +75,7 @@ class Policy:
         return name
 
     def rules(self) -> Iterator[tuple[History, Decision]]:
-        """Every history with its decision, as lines of a table: as many as the plan has branches, so it is lazy."""
+        """Every history with its decision, as the rows of a table, made lazily since a plan may have very many branches."""
         waiting: list[tuple[History, str]] = [((), self.plan.root)]
         while waiting:
             history, name = waiting.pop()
@@ -108,5 +108,5 @@ class Policy:
 
 
 def policy(plan: Plan) -> Policy:
-    """The plan as a function from the history of observations to what is to be done next."""
+    """The plan as a function from the history of observations to the next decision."""
     return Policy(plan)

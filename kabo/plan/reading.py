@@ -1,7 +1,7 @@
-"""Reads the plan's file: everything that is wrong is said at once, each with its JSON path.
+"""Reads the plan's file: all faults of its form are reported at once, each with its JSON path.
 
-The reader checks the form; whether ids exist, branches are complete and motions belong to their actions is the
-verifier's to judge.
+Only the form is checked here. The verifier judges whether ids exist, branches are complete, and motions fit their
+actions.
 """
 
 import re
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kabo.options import OPTIONS, Option
 from kabo.plan.certificate_json import certificate_from_json
-from kabo.plan.checked_json import Place, read_checked
+from kabo.plan.checked_json import JsonValue, read_checked
 from kabo.plan.plan import (
     Grant,
     Node,
@@ -32,7 +32,7 @@ def load_plan(path: Path) -> Plan:
     """The plan of a file.
 
     Raises:
-        InputError: what is wrong in the file, with JSON paths.
+        InputError: the form is wrong; has all findings with their JSON paths.
         OSError: the file cannot be read.
     """
     return plan_from_json(path.read_bytes(), file=str(path))
@@ -46,12 +46,12 @@ def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
         file: its name in diagnostics.
 
     Raises:
-        InputError: everything that is wrong in the form, with JSON paths.
+        InputError: the form is wrong; has all findings with their JSON paths.
     """
     return read_checked(content.encode("utf-8", "replace") if isinstance(content, str) else content, file, _plan)
 
 
-def _plan(place: Place) -> Plan:
+def _plan(place: JsonValue) -> Plan:
     fields = place.fields(
         ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps")
     )
@@ -82,27 +82,27 @@ def _gaps(fields) -> tuple[str, ...]:  # type: ignore[no-untyped-def]
     return tuple(entry.text() for entry in fields["certificate_gaps"].items(1))
 
 
-def _id(place: Place) -> str:
+def _id(place: JsonValue) -> str:
     name = place.text()
     if isinstance(place.value, str) and not _ID.fullmatch(name):
         place.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
     return name
 
 
-def _hash(place: Place) -> str:
+def _hash(place: JsonValue) -> str:
     text = place.text()
     if isinstance(place.value, str) and not _HASH.fullmatch(text):
         place.wrong(f'"{text}" is no hash', "sha256: and 64 hexadecimal digits")
     return text
 
 
-def _options(place: Place) -> dict[str, str | float | int | None]:
+def _options(place: JsonValue) -> dict[str, str | float | int | None]:
     header = [name for name, option in OPTIONS.items() if option.in_header != "never"]
     fields = place.fields(_FIRST_OPTIONS, tuple(name for name in header if name not in _FIRST_OPTIONS))
     return {name: _option(OPTIONS[name], value) for name, value in fields.items() if name in OPTIONS}
 
 
-def _option(option: Option, place: Place) -> str | float | int | None:
+def _option(option: Option, place: JsonValue) -> str | float | int | None:
     if option.null_in_header and place.value is None:
         return None
     if option.name == "search":  # by whatever planner
@@ -112,7 +112,7 @@ def _option(option: Option, place: Place) -> str | float | int | None:
     return place.index() if option.kind is int else place.number()
 
 
-def _node(place: Place) -> Node:
+def _node(place: JsonValue) -> Node:
     found = place.mapping()
     if "kind" not in found:
         place.wrong('"kind" is missing')
@@ -138,7 +138,7 @@ def _node(place: Place) -> Node:
 
 
 def _acting(fields) -> dict:  # type: ignore[no-untyped-def, type-arg]
-    """What action and sense nodes share."""
+    """The fields that action and sense nodes have in common."""
     return {
         "action": fields["action"].text(),
         "arguments": {name: _argument(value) for name, value in fields["arguments"].mapping().items()},
@@ -157,20 +157,20 @@ def _overlap(fields) -> float:  # type: ignore[no-untyped-def]
     return value
 
 
-def _branches(place: Place) -> dict[str, str]:
+def _branches(place: JsonValue) -> dict[str, str]:
     branches = place.mapping()
     if not branches and isinstance(place.value, dict):
         place.wrong("a node that branches has at least one branch")
     return {outcome: _id(value) for outcome, value in branches.items()}
 
 
-def _argument(place: Place) -> str | float | ValueOf:
+def _argument(place: JsonValue) -> str | float | ValueOf:
     if isinstance(place.value, dict):
         return ValueOf(place.fields(("value_of",))["value_of"].text())
     return place.value if isinstance(place.value, str) else place.number()
 
 
-def _segment(place: Place) -> Segment:
+def _segment(place: JsonValue) -> Segment:
     fields = place.fields((*_SEGMENT, "constraint"), ("grants",))
     joints = tuple(entry.text() for entry in fields["joints"].items(1))
     rows = fields["waypoints"].items(2)
@@ -196,18 +196,18 @@ def _segment(place: Place) -> Segment:
     )
 
 
-def _grant(place: Place) -> Grant:
+def _grant(place: JsonValue) -> Grant:
     fields = place.fields(("kind", "bodies", "by"))
     kind = fields["kind"].one_of("grasp", "support", "mate")
     return Grant(kind, _pair(fields["bodies"]), fields["by"].text_or_null())  # type: ignore[arg-type]
 
 
-def _pair(place: Place) -> tuple[str, str]:
+def _pair(place: JsonValue) -> tuple[str, str]:
     names = [entry.text() for entry in place.items(exactly=2)]
     return (names[0], names[1]) if len(names) == 2 else ("", "")
 
 
-def _state(place: Place, required: tuple[str, ...]) -> StateChange:
+def _state(place: JsonValue, required: tuple[str, ...]) -> StateChange:
     fields = place.fields(required, ("robots", "objects"))
     if not required and isinstance(place.value, dict) and not place.value:
         place.wrong("nothing changes: leave the key out")
@@ -219,11 +219,11 @@ def _state(place: Place, required: tuple[str, ...]) -> StateChange:
     )
 
 
-def _joints(place: Place) -> dict[str, float]:
+def _joints(place: JsonValue) -> dict[str, float]:
     return {name: value.number() for name, value in place.fields(("joints",))["joints"].mapping().items()}
 
 
-def _pose(place: Place) -> ObjectPose:
+def _pose(place: JsonValue) -> ObjectPose:
     fields = place.fields(("parent", "position", "quaternion"))
     position = [value.number() for value in fields["position"].items(exactly=3)]
     quaternion = [value.number() for value in fields["quaternion"].items(exactly=4)]

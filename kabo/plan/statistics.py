@@ -1,4 +1,4 @@
-"""Figures of a plan that are counted on the DAG, never by unfolding it: 2^n branches may share n nodes."""
+"""Figures of a plan, counted on its graph without unfolding it, since 2^n branches may share n nodes."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from kabo.plan.plan import Plan
 
 @dataclass(frozen=True)
 class PlanStatistics:
-    """`plan_actions`: action and sense nodes of the longest branch; `plan_leaves`: branches from root to goal."""
+    """Counts: action and sense nodes on the longest branch, all nodes, branches from root to goal, way points."""
 
     plan_actions: int
     plan_nodes: int
@@ -18,7 +18,8 @@ class PlanStatistics:
 def topological_order(plan: Plan) -> list[str] | None:
     """The ids of the nodes that the root reaches, each before its successors; None if the plan has a cycle.
 
-    Successors that are no nodes of the plan are left out. Ties in the order of discovery, so it is deterministic.
+    Successors that are no nodes of the plan are left out. Nodes that could come in any order are in that of discovery, so
+    the result is deterministic.
     """
     order: list[str] = []
     open_, done = set[str](), set[str]()

@@ -1,21 +1,21 @@
-"""A plan as a tree: every branch with nodes of its own, for readers that know no sharing."""
+"""A plan as a tree: every branch has nodes of its own, for readers that do not support shared nodes."""
 
 from dataclasses import replace
 
 from kabo.plan.plan import Node, Plan
 from kabo.plan.statistics import plan_statistics
 
-LIMIT = 100_000  # leaves; n binary observations one after the other have 2^n
+MAX_LEAVES = 100_000  # of the tree; n binary observations one after the other have 2^n
 
 
-def unfold(plan: Plan, limit: int = LIMIT) -> Plan:
-    """The same plan with nothing shared: its branches are those of the plan, in the same order.
+def unfold(plan: Plan, limit: int = MAX_LEAVES) -> Plan:
+    """The same plan without shared nodes: its branches are those of the plan, in the same order.
 
-    Nodes are numbered breadth-first, goals among them; the certificate, which speaks of nodes, is left out.
+    Nodes, goals included, are numbered breadth-first; the certificate, which refers to nodes, is left out.
 
     Args:
         plan: a plan without cycles.
-        limit: leaves of the tree at most.
+        limit: the greatest number of leaves of the tree.
 
     Raises:
         ValueError: the plan has a cycle, or more branches than `limit`.
@@ -25,7 +25,7 @@ def unfold(plan: Plan, limit: int = LIMIT) -> Plan:
         raise ValueError(f"the tree would have {leaves} leaves, more than {limit}")
     nodes: dict[str, Node] = {}
     order = [plan.root]
-    for number, name in enumerate(order):  # the list grows while it is walked
+    for number, name in enumerate(order):  # the list grows during the loop
         node = plan.nodes[name]
         after = len(order)
         order += node.successors

@@ -1,7 +1,8 @@
-"""The canonical file of a plan: equal plans have equal bytes, so that a hash says whether two plans are the same.
+"""The canonical file of a plan: equal plans have equal bytes, so that hashes tell whether two plans are the same.
 
-Keys sorted, no blanks, one line feed; numbers as Python's `repr`; joints rounded to 1e-9, times to 1e-6, never
--0.0 or NaN (docs/plans.md). What is written has been rounded before, so verification sees what executors see.
+Keys are sorted, there are no blanks and one line feed; numbers are written as Python's `repr`, joints rounded to 1e-9,
+times to 1e-6, never -0.0 or NaN (docs/plans.md). A plan is rounded before it is verified, so that the verifier sees the
+numbers that executors see.
 """
 
 import hashlib
@@ -36,13 +37,13 @@ def plan_hash(plan: Plan) -> str:
 
 
 def write_plan(plan: Plan, path: Path) -> str:
-    """Writes the plan's file whole or not at all; returns its hash."""
+    """Writes the plan's file, completely or not at all; returns its hash."""
     write_atomically(path, plan_to_json(plan))
     return plan_hash(plan)
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Writes a file under a temporary name beside it and renames it: readers see the old file or the new one.
+    """Writes a temporary file beside the target and renames it, so that readers see the old file or the new one.
 
     Raises:
         OSError: the folder cannot be written; the old file is then as it was.
@@ -59,12 +60,12 @@ def write_atomically(path: Path, content: bytes) -> None:
 
 
 def canonical(value: Any) -> bytes:
-    """A JSON value with sorted keys and without blanks or a line feed; refuses NaN and infinities."""
+    """A JSON value as bytes, with sorted keys and without blanks or a line feed; raises ValueError for NaN or infinity."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
 
 def rounded(node: Node) -> Node:
-    """The node as a file holds it: joints to 1e-9, times to 1e-6, no negative zeros."""
+    """The node with the numbers of a file: joints rounded to 1e-9, times to 1e-6, no negative zeros."""
     after = None if node.after is None else rounded_state(node.after)
     arguments = {name: _argument(value) for name, value in node.arguments.items()}
     motion, overlap = tuple(map(_rounded_segment, node.motion)), _number(node.overlap, TIME_DECIMALS)
@@ -72,7 +73,7 @@ def rounded(node: Node) -> Node:
 
 
 def rounded_state(state: StateChange) -> StateChange:
-    """The state as a file holds it: joints to 1e-9, no negative zeros."""
+    """The state with the numbers of a file: joints rounded to 1e-9, no negative zeros."""
     robots = {
         robot: {joint: _number(value, JOINT_DECIMALS) for joint, value in joints.items()}
         for robot, joints in state.robots.items()
@@ -81,7 +82,7 @@ def rounded_state(state: StateChange) -> StateChange:
 
 
 def node_to_json(node: Node) -> dict[str, Any]:
-    """The node as JSON values; only the keys that its kind has."""
+    """The node as JSON values, with only the keys of its kind."""
     node = rounded(node)
     result: dict[str, Any] = {"kind": node.kind}
     if node.kind in ("action", "sense"):

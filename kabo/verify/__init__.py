@@ -1,7 +1,7 @@
-"""The verifier: leads a plan through all possible worlds, and re-proves every motion and its certificate.
+"""The verifier: follows a plan through all possible worlds, and proves every motion and its certificate anew.
 
-It shares no code with the planner: it knows the problem's language, the plan, the scene, pinocchio and coal, and
-judges with dictionaries and sets, and with the original triangle meshes. What is wrong is a finding with its node.
+It shares no code with the planner: it uses the problem's language, the plan, the scene, pinocchio and coal, and works
+with dictionaries and sets and with the original triangle meshes. Every fault is a finding with its node.
 """
 
 from kabo.lazy import lazy_names

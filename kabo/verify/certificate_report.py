@@ -1,18 +1,18 @@
-"""What the check of a certificate came to: what was proven, and how far each object may be displaced."""
+"""The report on a certificate: what was proven, and how far each object may be displaced."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-SHOWN = 12  # objects that the report for people names
+MAX_SHOWN_OBJECTS = 12  # objects that the report's text names
 
 
 @dataclass(frozen=True)
 class ObjectClearance:
-    """How far one object may be displaced before a proof breaks: by less than `distance` [m] in any direction.
+    """The clearance of one object: it may be displaced by less than `distance` [m] in any direction before a proof fails.
 
-    None where all proofs leave more than they look at. A turn by an angle about the object's origin counts as that
-    angle times `radius` [m].
+    `distance` is None where it exceeds what the proofs look at (`CertificateReport.near`). A rotation about the object's
+    origin counts as its angle times `radius` [m].
     """
 
     name: str
@@ -39,7 +39,7 @@ class ObjectClearance:
 
 @dataclass(frozen=True)
 class BranchClearance:
-    """The same for one way from the root to the goal: its outcomes in order, and the distance of every object [m]."""
+    """The clearances along one way from the root to the goal: its outcomes in order, and each object's distance [m]."""
 
     outcomes: tuple[str, ...]
     distances: Mapping[str, float | None]
@@ -51,10 +51,11 @@ class BranchClearance:
 
 @dataclass(frozen=True)
 class CertificateReport:
-    """What was proven by the certificate alone.
+    """The figures of what the certificate alone proves.
 
-    `stretches` of motion, `pairs` that needed a proof, `axes` that were evaluated, `meshes` whose enclosing parts were
-    proven to cover them, `near` [m]: more than that no clearance says. `branches` is None where there are too many.
+    The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated, and of
+    `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is None where
+    there are too many.
     """
 
     proven: bool
@@ -68,7 +69,7 @@ class CertificateReport:
     branches: tuple[BranchClearance, ...] | None = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """The figures as JSON values; the findings stand among those of the whole report."""
+        """The figures as JSON values; findings are among those of the whole report."""
         return {
             "proven": self.proven,
             "near": self.near,
@@ -82,7 +83,7 @@ class CertificateReport:
         }
 
     def lines(self) -> list[str]:
-        """The lines of the report for people."""
+        """The report as lines of text."""
         if not self.proven:
             return ["certificate: does not hold"]
         how = ", in exact arithmetic" if self.paranoid else ""
@@ -92,8 +93,8 @@ class CertificateReport:
         result = [f"certificate: holds{how}: {figures}; the parts of {self.meshes} meshes enclose them"]
         told = sorted((o for o in self.objects if o.distance is not None), key=lambda o: (o.distance, o.name))
         if told:
-            more = f", {len(told) - SHOWN} more" if len(told) > SHOWN else ""
-            result.append(f"may be displaced by less than: {', '.join(map(str, told[:SHOWN]))}{more}")
+            more = f", {len(told) - MAX_SHOWN_OBJECTS} more" if len(told) > MAX_SHOWN_OBJECTS else ""
+            result.append(f"may be displaced by less than: {', '.join(map(str, told[:MAX_SHOWN_OBJECTS]))}{more}")
         rest = [o.name for o in self.objects if o.distance is None]
         if rest:
             result.append(f"may be displaced by {1000 * self.near:.3g} mm: {', '.join(rest)}")

@@ -1,4 +1,4 @@
-"""Whether the plan was made for these very files: every hash that it records against the file as it is now."""
+"""Whether the plan was made for these very files: compares every hash that it records with the file as it is now."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
@@ -9,13 +9,13 @@ from kabo.verify.report import Finding
 
 
 def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -> Iterator[Finding]:
-    """What differs between the files that the plan was made for and those of the problem.
+    """The findings about files that differ from those for which the plan was made.
 
     Args:
         plan: the plan with its recorded hashes.
         name: the problem's name.
-        folder: the problem's folder; recorded paths are relative to it.
-        files: path relative to `folder` -> hash, for every file that was read now.
+        folder: the problem's folder, to which recorded paths are relative.
+        files: path relative to `folder` -> hash, for every file that has been read now.
     """
     if plan.problem != name:
         yield Finding(None, f'made for another problem: "{plan.problem}", not "{name}"')

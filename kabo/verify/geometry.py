@@ -1,4 +1,4 @@
-"""Every motion of a plan in its scene."""
+"""Checks every motion of a plan in its scene."""
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,15 +15,15 @@ from kabo.verify.motion.components import Components
 from kabo.verify.motion.contacts.granted import unstated
 from kabo.verify.motion.motions import check_motion
 from kabo.verify.motion.overlaps import Motion, all_meetings, check_overlaps, sharing_time
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import check_start
-from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
 
 
 def check_geometry(
     problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
-    """All files that were read with their hashes, what is wrong with the motions, the report's figures, and notes.
+    """The hashes of all files that were read, the findings about motions, the report's figures, and its notes.
 
     With `paranoid` the certificate is checked in exact arithmetic.
 
@@ -36,7 +36,7 @@ def check_geometry(
         return dict(problem.files), [Finding(None, text)], {}, []
     scene = load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
-    world = World(scene, {name: body.model for name, body in problem.scene.bodies.items()})
+    world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
     findings = [*check_start(components), *_check_statements(plan, scene)]
     if findings:
@@ -52,14 +52,14 @@ def check_geometry(
     early = list(check_overlaps(plan, order, walked, world))
     findings += early
     meetings = [] if early else all_meetings(plan, order, walked)
-    wrong, certificate = check_certificate(plan, world, order, tally.courses, meetings, paranoid=paranoid)
+    wrong, certificate = check_certificate(plan, world, order, tally.stretches, meetings, paranoid=paranoid)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
     proven = {"certificate": certificate, "certificate_gaps": plan.certificate_gaps}
     return files, [*findings, *wrong], {**figures, **proven}, [*_epsilon(problem, plan), *calls.notes()]
 
 
 def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
-    """A plan that says nothing of what grants its contacts was made before plans did."""
+    """A finding if the plan states no grants for its contacts, as plans of older versions of kabo."""
     segments = [segment for node in plan.nodes.values() for segment in node.motion]
     if not any(s.grants for s in segments) and any(unstated(s, scene, frozenset()) for s in segments):
         text = "the plan does not say what grants its contacts (`grants`): it is of an older kabo; make it anew"
@@ -67,7 +67,7 @@ def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
 
 
 def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
-    """A note where the plan was made with another epsilon than its files say."""
+    """A note if the plan was made with another epsilon than its files now say."""
     assert problem.scene is not None
     given = problem.options.get("epsilon")
     made, told = plan.options.get("epsilon"), problem.scene.epsilon if given is None else given
@@ -76,6 +76,6 @@ def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
 
 
 def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:
-    """Files by their path relative to a folder, with forward slashes, as plans record them."""
+    """The hashes of files by path relative to a folder, with forward slashes, as plans record them."""
     start = folder.resolve()
     return {Path(os.path.relpath(Path(path).resolve(), start)).as_posix(): digest for path, digest in files}

@@ -1,4 +1,4 @@
-"""What verification answers: whether everything holds, what was checked, and every finding with its place."""
+"""The report of a verification: whether everything holds, what was checked, and every finding with its place."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,8 +10,8 @@ from kabo.verify.certificate_report import CertificateReport
 class Finding:
     """One thing that does not hold.
 
-    `time` counts from the start of the node's motion [s]; `depth` says by how much it fails: metres that bodies
-    overlap (0: they touch, or how deep is not known), or what a limit is exceeded by.
+    `time` counts from the start of the node's motion [s]; `depth` is the amount of the fault: how deep bodies overlap [m]
+    (0: they touch, or the depth is unknown), or how much a limit is exceeded.
     """
 
     node: str | None
@@ -40,7 +40,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Least:
-    """The least distance that was measured between moving bodies and others [m], and where."""
+    """The least distance that was measured between a moving body and another one [m], and where."""
 
     distance: float
     bodies: tuple[str, str]
@@ -54,14 +54,14 @@ class Least:
 
 @dataclass(frozen=True)
 class WorldReport:
-    """The outcome: findings, how many worlds were tried, whether these are all, and the lengths of their runs.
+    """The outcome of following a plan through possible worlds.
 
     Attributes:
-        findings: what went wrong, each with the world that shows it.
+        findings: the faults, each with a world that shows it.
         worlds: how many initial worlds were tried.
-        exhaustive: whether these are all, with every change that the actions leave open.
-        shortest, mean, longest: actions that a world needs to the goal.
-        ruled_out: runs that ended because an action says something of the world that is not so there.
+        exhaustive: whether these are all worlds, with every value that the actions leave open.
+        shortest, mean, longest: the numbers of actions from a world's start to the goal.
+        ruled_out: runs that ended because an action adds an entry that is false in their world.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -87,7 +87,7 @@ class WorldReport:
         return f"{worlds}, {which}: every one reaches the goal in {length}{out}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The figures as JSON values; the findings stand among those of the whole report."""
+        """The figures as JSON values; findings are among those of the whole report."""
         return {
             "worlds": self.worlds,
             "exhaustive": self.exhaustive,
@@ -102,12 +102,12 @@ class WorldReport:
 class Report:
     """The outcome of verification.
 
-    `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
-    states of knowledge looked at; `worlds`: what all possible worlds say of the plan, None if they could not judge it;
-    `why_replay`: why not, so that the replay judged; `motions`: nodes with
-    motion that were proven; `pairs`: pairs of bodies that were proven apart along a motion; `distances`: how many
-    of these needed distances between meshes; `certificate`: what the plan's own certificate proves;
-    `certificate_gaps`: why it has none, though one was to be made. `notes` say what was *not* verified.
+    `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`: examined
+    states of knowledge; `worlds`: the report of all possible worlds, None if they could not judge the plan; `why_replay`:
+    the reason for that, so that the replay judged; `motions`: nodes whose motion was checked; `pairs`: pairs of bodies
+    that were proven apart along a motion; `distances`: how many of these needed distances between meshes; `certificate`:
+    what the plan's own certificate proves; `certificate_gaps`: why it has none, though one was requested. `notes` say
+    what was *not* verified.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -127,12 +127,12 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing was found."""
+        """Whether there are no findings."""
         return not self.findings
 
     @property
     def judge(self) -> str | None:
-        """Who judged what is known: `worlds` or `replay`; None if the plan is not even well formed."""
+        """The judge of knowledge: `worlds` or `replay`; None if the plan is not well formed."""
         if self.worlds is not None:
             return "worlds"
         return None if self.why_replay is None else "replay"
@@ -161,7 +161,7 @@ class Report:
         }
 
     def __str__(self) -> str:
-        """The report for people: the verdict, what was checked, every finding on a line of its own."""
+        """The report as text: the verdict, what was checked, every finding on a line of its own."""
         count = len(self.findings)
         verdict = "verified" if self.ok else f"NOT verified: {count} finding{'s' if count != 1 else ''}"
         lines = [

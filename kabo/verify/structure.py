@@ -1,4 +1,4 @@
-"""The plan as a graph: every successor exists, every node is reached, nothing runs in circles, one goal."""
+"""Checks the plan as a graph: every successor exists, every node is reached, there is no cycle, and one goal."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from kabo.verify.report import Finding
 
 
 def check_structure(plan: Plan) -> tuple[list[str], list[Finding]]:
-    """The reached nodes, each before its successors, and what is wrong; a cycle leaves nothing to replay."""
+    """The reached nodes, each before its successors, and the findings; no nodes if the plan has a cycle."""
     findings = list(_missing(plan))
     if plan.root not in plan.nodes:
         findings.append(Finding(plan.root, "the root is no node of the plan"))
@@ -29,7 +29,7 @@ def _missing(plan: Plan) -> Iterator[Finding]:
 
 
 def _on_cycle(plan: Plan) -> str | None:
-    """A node on a cycle, or before one: one that is left when ends are taken away again and again."""
+    """A node on a cycle or before one, which is left after nodes without successors are removed repeatedly."""
     rest = {name: {s for s in node.successors if s in plan.nodes} for name, node in plan.nodes.items()}
     while True:
         ends = [name for name, successors in rest.items() if not successors & rest.keys()]

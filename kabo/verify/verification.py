@@ -1,4 +1,4 @@
-"""Verifies a plan: the graph, the files, the knowledge of every branch, possible worlds, and every motion."""
+"""Verifies a plan: its graph, its files, the knowledge on every branch, and every motion."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -7,7 +7,7 @@ from kabo.language import Problem
 from kabo.plan import Plan, plan_statistics
 from kabo.verify.files import check_files
 from kabo.verify.knowledge import check_knowledge
-from kabo.verify.knowledge.asking import answering
+from kabo.verify.knowledge.external_procedures import with_functions
 from kabo.verify.report import Finding, Report
 from kabo.verify.structure import check_structure
 
@@ -22,21 +22,21 @@ def verify_plan(
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     paranoid: bool = False,
 ) -> Report:
-    """Whether a plan solves a problem: every branch and world reaches the goal, every motion is its action's and free.
+    """The report whether a plan solves a problem: every branch reaches the goal in every world, every motion is free.
 
     Args:
-        problem: the problem as its files say it now.
+        problem: the problem as its files now are.
         plan: the plan to judge.
-        knowledge_only: leave geometry out; the report says so.
-        procedures: functions by the names of procedures, as for `kabo.solve`.
-        paranoid: check the plan's certificate in exact arithmetic; takes much longer.
+        knowledge_only: whether to leave motions out; the report then says so.
+        procedures: functions by the names of external procedures, as for `kabo.solve`.
+        paranoid: whether to check the plan's certificate in exact arithmetic, which takes much longer.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
     """
     if procedures:
         seed = plan.options.get("seed")
-        problem = answering(problem, procedures, seed if isinstance(seed, int) else 0)
+        problem = with_functions(problem, procedures, seed if isinstance(seed, int) else 0)
     order, findings = check_structure(plan)
     if not order:
         return Report(tuple(findings), knowledge_only=knowledge_only)
@@ -49,7 +49,7 @@ def verify_plan(
     figures: dict[str, Any] = {}
     files = dict(problem.files)
     if geometry:
-        from kabo.verify.geometry import check_geometry
+        from kabo.verify.geometry import check_geometry  # pinocchio, coal and scipy: only for plans with motions
 
         files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid)
         findings, notes = [*findings, *more], [*notes, *told]
@@ -69,7 +69,7 @@ def verify_plan(
     )
 
 
-verify = verify_plan  # as `kabo` calls it
+verify = verify_plan  # the name in `kabo`
 
 
 def _left_out(plan: Plan) -> str:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from kabo.geometry.collision.separation_proofs import Unproven
 from kabo.planner.certify.motion_situation import joint_pose
-from kabo.verify.certificate.walk import Refuted
+from kabo.verify.certificate.pair_proof import Refuted
 from kabo.verify.motion.surfaces import encloses, mesh_distance
 from tests.verify.certified import BUDGET, OUT, Box, Scenery, box, small_robot, sought
 

@@ -23,8 +23,8 @@ from kabo.plan import Node, Plan, PlanBuilder
 from kabo.planner.solve import solve
 from kabo.verify.knowledge.arguments import check_calls
 from kabo.verify.knowledge.replay import replay
-from kabo.verify.knowledge.replay.draft import ContradictionError
 from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError
 from kabo.verify.knowledge.worlds import CannotJudgeError, acts, initial, judge, judge_in_worlds
 from kabo.verify.knowledge.worlds.belief import Belief
 from kabo.verify.knowledge.worlds.needs import Needs

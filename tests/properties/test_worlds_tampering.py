@@ -19,8 +19,8 @@ from kabo.language import load_problem
 from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.verify import verify_plan
-from kabo.verify.knowledge.replay.draft import ContradictionError
 from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError
 from kabo.verify.structure import check_structure
 from tests.support.oracles_worlds import find_plan, ground_actions, has_world
 from tests.support.random_knowledge import random_problem

@@ -11,7 +11,7 @@ from itertools import product
 from kabo.language.problem import Problem
 from kabo.verify.knowledge.facts import truth
 from kabo.verify.knowledge.ground import Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
-from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError, MutableKnowledge
 from kabo.verify.knowledge.replay.states import Knowledge
 from kabo.verify.knowledge.replay.transition import settle
 from kabo.verify.knowledge.replay.update_rules import UpdateRules
@@ -73,7 +73,7 @@ class Linked:
     def _decisions(self, state: Knowledge, symbol: Symbol) -> Iterator[Knowledge]:
         """The state with each value that the symbol can have, and what follows."""
         for value in self.values_of(symbol):
-            draft = Draft(self.problem, state)
+            draft = MutableKnowledge(self.problem, state)
             try:
                 draft.learn((symbol, value, True))
                 settle(draft, self.rules)

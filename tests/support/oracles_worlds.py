@@ -11,9 +11,16 @@ from itertools import product
 
 from kabo.language.problem import Problem
 from kabo.plan import Node, Plan, PlanBuilder, ValueOf
-from kabo.verify.knowledge.ground import NotVerifiableError, Thing, outcome_text, range_of, text_of, thing_text
-from kabo.verify.knowledge.replay.draft import ContradictionError
+from kabo.verify.knowledge.ground import (
+    NotVerifiableError,
+    Observable,
+    observable_text,
+    outcome_text,
+    range_of,
+    text_of,
+)
 from kabo.verify.knowledge.replay.interpreter import GroundAction, Interpreter
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError
 from kabo.verify.knowledge.replay.states import Knowledge
 from kabo.verify.knowledge.terms import symbol_of
 from tests.support.linked_worlds import all_worlds, linked_groups
@@ -36,7 +43,7 @@ def ground_actions(interpreter: Interpreter) -> list[Grounded]:
     return result
 
 
-def branchable(interpreter: Interpreter, state: Knowledge) -> list[Thing]:
+def branchable(interpreter: Interpreter, state: Knowledge) -> list[Observable]:
     """What a plan could branch on here."""
     finite = [symbol for symbol in state.whether if range_of(interpreter.problem, symbol) is not None]
     return [*sorted(finite, key=repr), *sorted(state.conjunctions, key=repr)]
@@ -55,7 +62,7 @@ class Choice:
     action: GroundAction | None
     arguments: dict[str, str | ValueOf]
     delivers: tuple[str, ...]
-    on: Thing | None
+    on: Observable | None
     outcomes: tuple[tuple[str | None, Knowledge], ...]
 
 
@@ -77,7 +84,7 @@ def choices(
                 after, updates = interpreter.act(state, action)
             except ContradictionError:
                 continue
-            delivered = dict.fromkeys(map(thing_text, (*updates.run_time, *updates.whole)))
+            delivered = dict.fromkeys(map(observable_text, (*updates.run_time, *updates.whole)))
             yield Choice(action, arguments, tuple(delivered), None, ((None, after),))
 
 
@@ -146,7 +153,7 @@ class Exploration:
     def _node(self, choice: Choice, add: Callable[[int], str]) -> Node:
         after = {outcome: add(self.number[state.frozen()]) for outcome, state in choice.outcomes}
         if choice.action is None:
-            return Node("branch", on=thing_text(choice.on), branches=after)
+            return Node("branch", on=observable_text(choice.on), branches=after)
         kind = "sense" if choice.delivers else "action"
         return Node(kind, choice.action.action.name, choice.arguments, next=after[None], delivers=choice.delivers)
 

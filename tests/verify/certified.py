@@ -10,7 +10,8 @@ import numpy as np
 
 from kabo.geometry import Budget, Enclosure
 from kabo.geometry.collision.separation_proofs import Course as Sought
-from kabo.geometry.collision.separation_proofs import PlacedBody, Prover, Unproven, Witness, ordered
+from kabo.geometry.collision.separation_proofs import PlacedBody as SoughtBody
+from kabo.geometry.collision.separation_proofs import Prover, Unproven, Witness, ordered
 from kabo.geometry_server import GeometryServer
 from kabo.language.scene_description import PoseDescription, RobotDescription
 from kabo.meshes import Mesh
@@ -20,12 +21,12 @@ from kabo.planner.certify.motion_situation import joint_pose
 from kabo.scene import Robot, load_scene
 from kabo.scene.transforms import flat
 from kabo.scene.urdf import load_robot
+from kabo.verify.certificate.pair_proof import Frames, ProvenPair
 from kabo.verify.certificate.parts import Parts
-from kabo.verify.certificate.walk import Couple, Frames
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import Surface, surface
 from kabo.verify.motion.sweep import Path as Course
-from kabo.verify.motion.sweep import Thing
+from kabo.verify.motion.sweep import PlacedBody
 from tests.support.small_robots import write_arm
 from tests.verify.counter import Counter
 
@@ -100,19 +101,19 @@ class Scenery:
         parts = ordered(which.enclosure).vertices
         return BodyParts(tuple(map(len, parts)), np.concatenate(parts).tobytes())
 
-    def things(self) -> list[Thing]:
+    def things(self) -> list[PlacedBody]:
         robot, arm = small_robot()
         zero = np.zeros(robot.tree.size)
         result = []
         for name, each in (("first", self.first), ("second", self.second)):
             own: Surface = surface(each.mesh)
             if each.joint == 0:
-                result.append(Thing(name, own, world_T=each.joint_T))
+                result.append(PlacedBody(name, own, world_T=each.joint_T))
             else:
                 link = next(link for link in robot.links.values() if link.joint == each.joint)
                 joint_T_joint = np.linalg.inv(link.joint_T_link) @ each.joint_T
                 mount = arm.mounts[link.name]
-                result.append(Thing(name, own, mount=mount.carrying(joint_T_joint)))
+                result.append(PlacedBody(name, own, mount=mount.carrying(joint_T_joint)))
                 here = arm.pose(zero.tolist(), mount.carrying(joint_T_joint))
                 assert np.allclose(here, joint_pose(robot, zero, each.joint) @ each.joint_T, atol=1e-12)
         return result
@@ -120,11 +121,11 @@ class Scenery:
     def path(self) -> Course:
         return Course(small_robot()[1], self.waypoints, np.arange(len(self.waypoints), dtype=float))
 
-    def couple(self, parts: dict[str, BodyParts] | None = None) -> Couple:
+    def couple(self, parts: dict[str, BodyParts] | None = None) -> ProvenPair:
         """The two as the verifier sees them."""
         given = parts or {"first": self.given(self.first), "second": self.given(self.second)}
         made = {name: Parts(each) for name, each in given.items()}
-        return Couple(Frames(self.path()), *self.things(), lambda thing: made[thing.name])
+        return ProvenPair(Frames(self.path()), *self.things(), lambda thing: made[thing.name])
 
 
 def sought(first: Box, second: Box, waypoints: np.ndarray, near: float = 0.01) -> Scenery:
@@ -140,8 +141,8 @@ def sought(first: Box, second: Box, waypoints: np.ndarray, near: float = 0.01) -
         frame = int(tree.parent[frame])
     prover = Prover({"a": ordered(first.enclosure), "b": ordered(second.enclosure)}, near, BUDGET.clearance)
     bodies = [
-        PlacedBody("a", first.joint, flat(first.joint_T)),
-        PlacedBody("b", second.joint, flat(second.joint_T)),
+        SoughtBody("a", first.joint, flat(first.joint_T)),
+        SoughtBody("b", second.joint, flat(second.joint_T)),
     ]
     course = Sought(tree, np.ascontiguousarray(waypoints), bodies, np.array([[0, 1, frame]], np.int64))
     found = prover.prove(course)

@@ -35,11 +35,8 @@ def breadth_first(
     if compiled.plain.at_goal(packed):
         return SearchResult("solved", (), 0, 0, 0, 1, optimal=True)
     if plain_work is None:
-        plain_work = (
-            0
-            if _compiled.cache_info().currsize
-            else compiled.plain_left("breadth-first", tuning.PLAIN_BREADTH_FIRST_STATES)
-        )
+        loaded = _compiled.cache_info().currsize
+        plain_work = 0 if loaded else compiled.plain_left("breadth-first", tuning.PLAIN_BREADTH_FIRST_STATES)
     found = _plain(compiled, packed, never, budget, plain_work) if plain_work else None
     compiled.spend("breadth-first", found.generated if found else plain_work)
     return found or _compiled()(compiled, packed, never, budget)

@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
 from kabo.finite_domain.heuristics.landmarks import landmark_tables
+from kabo.finite_domain.kernels.astar import FULL, SOLVED, UNSOLVABLE
 from kabo.finite_domain.kernels.astar import expand as _expand
-from kabo.finite_domain.kernels.seen import move_table
+from kabo.finite_domain.kernels.landmark_cut import INFINITE_COST
+from kabo.finite_domain.kernels.seen import EMPTY, move_table
 from kabo.finite_domain.mutexes import Mutexes, mutexes
 from kabo.finite_domain.result import SearchResult
 
 expand: Any = _expand
-SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # what the kernel returns when it does not simply go on
 WORK_BETWEEN_LOOKS = 500_000  # (operators + facts) x expansions after which the caller is asked whether to stop
-INFINITE_COST = 1 << 60  # above the cost of any plan
-EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)  # marks a free place of the hash table, as in the kernel
 
 
 def astar_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
@@ -139,7 +138,7 @@ class _AstarArrays:
         return True
 
     def without_plan(self, status: Any) -> SearchResult:
-        """The result of a search that ended so."""
+        """The result of a search that ended with this status, without a plan."""
         count, expanded, generated = self.progress[:3].tolist()
         return SearchResult(status, None, None, expanded, generated, count, initial_estimate=self._start_bound())
 

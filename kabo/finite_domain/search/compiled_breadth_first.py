@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget, as_number
+from kabo.finite_domain.kernels.breadth_first import FULL, SOLVED, UNSOLVABLE
 from kabo.finite_domain.kernels.breadth_first import expand as _expand
-from kabo.finite_domain.kernels.seen import move_table
+from kabo.finite_domain.kernels.seen import EMPTY, move_table
 from kabo.finite_domain.result import SearchResult, Status
 
 expand: Any = _expand
 BETWEEN_LOOKS = 100_000  # expansions after which the caller is asked again whether to stop
 BUFFER = 4096  # states: the least size of a batch of successors
 MAX_ROWS = (1 << 31) - 1  # states, which are numbered in 32 bits
-EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)  # marks a free place of the hash table, as in the kernel
-SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # what the kernel returns when it does not simply go on
 
 
 def breadth_first_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:

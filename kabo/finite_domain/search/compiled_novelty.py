@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
+from kabo.finite_domain.kernels.novelty import FULL, SOLVED, UNSOLVABLE
 from kabo.finite_domain.kernels.novelty import expand as _expand
-from kabo.finite_domain.kernels.seen import move_table
+from kabo.finite_domain.kernels.seen import EMPTY, move_table
 from kabo.finite_domain.result import SearchResult
 from kabo.finite_domain.search.plain_novelty import MOST_PLAN_FACTS, pair_partitions, pair_words
 
 expand: Any = _expand
-SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # what the kernel returns when it does not simply go on
 WORK_BETWEEN_LOOKS = 1_000_000  # (operators + facts) x expansions after which the caller is asked whether to stop
-EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)  # marks a free place of the hash table, as in the kernel
 
 
 def bfws_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
@@ -180,7 +179,7 @@ class _NoveltyArrays:
         return self.known.nbytes + sum(array.nbytes for name, array in self.rooms.items() if name != "pairs_seen")
 
     def without_plan(self, status: Any) -> SearchResult:
-        """The result of a search that ended so."""
+        """The result of a search that ended with this status, without a plan."""
         count, expanded, generated = self.progress[:3].tolist()
         return SearchResult(status, None, None, expanded, generated, count)
 

@@ -48,7 +48,7 @@ def bfws(
 
 
 def _plain_states(compiled: CompiledTask) -> int:
-    """How many states to keep in plain Python first; 0 once the kernel is loaded."""
+    """The number of states to keep in plain Python first; 0 once the kernel is loaded."""
     if _compiled.cache_info().currsize:
         return 0
     each = len(compiled.normal.sizes) ** 2 + len(compiled.normal.operators) + 1

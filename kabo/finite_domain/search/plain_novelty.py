@@ -1,6 +1,6 @@
-"""Novelty-guided best-first search in plain Python: the twin of the kernel, for tasks too small to wait for it.
+"""Novelty-guided best-first search in plain Python, for tasks too small to wait for compiled code.
 
-Both keep the same states in the same order [kabo.finite_domain.kernels.novelty].
+It keeps the same states in the same order as the kernel [kabo.finite_domain.kernels.novelty].
 """
 
 from collections import deque
@@ -74,7 +74,7 @@ class PlainNovelty:
         return self.without_plan("unsolvable", expanded)
 
     def without_plan(self, status: Any, expanded: int) -> SearchResult:
-        """The result of a search that ended so."""
+        """The result of a search that ended with this status, without a plan."""
         return SearchResult(status, None, None, expanded, self.generated, len(self.states))
 
     def with_plan(self, expanded: int) -> SearchResult:

@@ -23,7 +23,7 @@ from kabo.language.formulas import Claim as ClaimFormula
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition: a query on knowledge, and disjunctions about the world, each of which holds if one of its parts does."""
+    """A query on knowledge, and disjunctions about the world, of which each holds if one of its parts does."""
 
     plain: Query
     choices: tuple[Query, ...] = ()

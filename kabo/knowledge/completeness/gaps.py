@@ -43,9 +43,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What an exhausted search means.
+    """The meaning of an exhausted search.
 
-    With `impossible` the goal is out of reach whatever the gaps; else there is no plan for certain if `gaps` is empty.
+    With `impossible` the goal is out of reach whatever the gaps; otherwise it is proven that there is no plan if `gaps` is
+    empty.
     """
 
     impossible: bool

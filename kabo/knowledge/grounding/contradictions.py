@@ -25,9 +25,7 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 
-MAX_WORLDS = (
-    4096  # worlds of atoms and terms tied together; of more only unit propagation looks for contradictions
-)
+MAX_WORLDS = 4096  # worlds of atoms and terms that entries tie together; more are left to unit propagation
 _ONE_TIME = "the initial knowledge holds all at once: remove one of the two, or write del(Kf, …) between them"
 _Key = tuple[str, tuple[Term, ...]]
 

@@ -1,1 +1,1 @@
-"""Checks the certificate of a plan: every claim of its proofs, without searching."""
+"""Checks every claim in the proofs of a plan's certificate, without any search."""

@@ -1,7 +1,8 @@
-"""Checks the certificate of a plan: every stretch of every motion, every pair that could meet, without searching.
+"""Checks the certificate of a plan: every stretch of every motion and every pair of bodies that could meet.
 
-What a certificate says is believed of nothing: parts must cover the meshes, poses and bounds are derived here, boxes
-and axes evaluated again. It is checked beside the measuring of distances between the meshes, not instead of it.
+No claim of a certificate is taken on trust: its parts must cover the meshes, poses and bounds are derived here, boxes
+and axes are evaluated again. Nothing is searched. This check is made beside that of distances between the meshes, not
+instead of it.
 """
 
 from collections.abc import Sequence
@@ -14,40 +15,48 @@ from kabo.arrays import Array
 from kabo.plan import Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Mesh
 from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
-from kabo.verify.certificate.couples import course_of
 from kabo.verify.certificate.exact import ExactFrames, ExactSide
+from kabo.verify.certificate.meeting_stretches import stretch_of
+from kabo.verify.certificate.pair_proof import (
+    POSITIONS_PER_PIECE,
+    Frames,
+    Margin,
+    ProvenPair,
+    Refuted,
+    Side,
+    SideOf,
+)
 from kabo.verify.certificate.parts import Parts
-from kabo.verify.certificate.walk import ONE, Couple, Frames, Margin, Refuted, Side, SideOf
 from kabo.verify.certificate_report import CertificateReport
-from kabo.verify.motion.courses import Course
 from kabo.verify.motion.overlaps import Meeting
+from kabo.verify.motion.scene_model import SceneModel
+from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.surfaces import encloses
-from kabo.verify.motion.sweep import Path, Thing
-from kabo.verify.motion.world import World
+from kabo.verify.motion.sweep import Path, PlacedBody
 from kabo.verify.report import Finding
 
 Name = tuple[str, tuple[int, ...], tuple[int, ...]]  # node, segments, segments of the node before
-SAME = 1e-9  # [m] by which a told clearance may be larger than what is found
+CLEARANCE_TOLERANCE = 1e-9  # [m] slack between claimed and recomputed clearance
 
 
 def check_certificate(
     plan: Plan,
-    world: World,
+    world: SceneModel,
     order: Sequence[str],
-    courses: Sequence[Course],
+    stretches: Sequence[MotionStretch],
     meetings: Sequence[Meeting] = (),
     *,
     paranoid: bool = False,
 ) -> tuple[list[Finding], CertificateReport | None]:
-    """What is wrong with the certificate: at most one finding, the first; and what it proves. None without proofs.
+    """The first thing that is wrong with the certificate, if any, and a report of what it proves; None without proofs.
 
     Args:
         plan: the plan with its certificate.
         world: the scene.
-        order: its nodes.
-        courses: all stretches of its motions.
-        meetings: stretches that may be under way at once, where motions overlap.
-        paranoid: evaluate poses and axes in exact arithmetic.
+        order: the ids of its nodes.
+        stretches: all stretches of its motions.
+        meetings: pairs of sweeps that may be under way at the same time, where motions overlap.
+        paranoid: whether to evaluate poses and axes in exact arithmetic.
     """
     certificate = plan.certificate
     if certificate is None or certificate.near is None:
@@ -56,17 +65,17 @@ def check_certificate(
     failed: list[tuple[str | None, str]] = []
     try:
         checker.check_epsilon()
-        checker.take_parts(courses)
-        courses = [*courses, *checker.take_proofs(courses, meetings)]
+        checker.take_parts(stretches)
+        stretches = [*stretches, *checker.take_proofs(stretches, meetings)]
     except Refuted as error:
         failed.append((None, str(error)))
-    for course in courses if not failed else ():
+    for stretch in stretches if not failed else ():
         try:
-            checker.check(course)
+            checker.check(stretch)
         except Refuted as error:
-            failed.append((course.node, str(error)))
+            failed.append((stretch.node, str(error)))
     if not failed:
-        failed.extend(checker.told_too_much())
+        failed.extend(checker.overstated())
     if failed:
         node, text = failed[0]
         more = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
@@ -76,7 +85,7 @@ def check_certificate(
     return [], CertificateReport(
         True,
         checker.near,
-        len(courses),
+        len(stretches),
         checker.pairs,
         checker.axes,
         len(checker.parts),
@@ -89,7 +98,7 @@ def check_certificate(
 @dataclass
 class _Checker:
     plan: Plan
-    world: World
+    world: SceneModel
     certificate: Certificate
     near: float
     paranoid: bool
@@ -102,12 +111,12 @@ class _Checker:
         self.margins = Margins(self.near)
         self._standing: dict[tuple[str, bytes], tuple[Any, Any, Any]] = {}
 
-    # ---------------------------------------------------------------------------------------------- what it brings
+    # -------------------------------------------------------------------------------------------- what it contains
     def check_epsilon(self) -> None:
-        """It was made with the epsilon that the plan was made with; else with the scene's.
+        """Checks that the certificate has the plan's epsilon, or the scene's if the plan names none.
 
         Raises:
-            Refuted: it tells another one.
+            Refuted: it has another one.
         """
         made = self.plan.options.get("epsilon")
         wanted = self.world.scene.epsilon if made is None else made
@@ -116,8 +125,8 @@ class _Checker:
                 f"it tells an epsilon of {self.certificate.epsilon:g} m, the plan was made with {wanted:g} m"
             )
 
-    def take_parts(self, courses: Sequence[Course]) -> None:
-        """Proves that the parts of every body that takes part enclose it.
+    def take_parts(self, stretches: Sequence[MotionStretch]) -> None:
+        """Proves for every body in the stretches that its convex parts enclose it.
 
         Raises:
             Refuted: a body has no parts, or they do not enclose it.
@@ -130,7 +139,7 @@ class _Checker:
                     meshes.setdefault(link.mesh.digest, (f"{robot.name}.{link.name}", link.mesh))
         for name, body in scene.bodies.items():
             meshes.setdefault(body.mesh.digest, (name, body.mesh))
-        used = {thing.surface.digest for c in courses for thing in (*c.moving, *c.standing)}
+        used = {thing.surface.digest for c in stretches for thing in (*c.moving, *c.standing)}
         for digest in [each for each in meshes if each in used]:
             name, mesh = meshes[digest]
             given = self.certificate.bodies.get(f"sha256:{digest}")
@@ -143,11 +152,11 @@ class _Checker:
             if (missing := self.parts[digest].missing(mesh)) is not None:
                 raise Refuted(f"the parts of {name} do not enclose it: triangle {missing} sticks out")
 
-    def take_proofs(self, courses: Sequence[Course], meetings: Sequence[Meeting]) -> list[Course]:
-        """Finds the proofs of every stretch; the courses of meetings, as their proofs cut them.
+    def take_proofs(self, stretches: Sequence[MotionStretch], meetings: Sequence[Meeting]) -> list[MotionStretch]:
+        """Assigns the proofs to the stretches; returns the stretches of the meetings, cut as their proofs say.
 
         Raises:
-            Refuted: a stretch has none or two, or proofs are about what is not there.
+            Refuted: a stretch has no proof or two, or a proof is about a stretch that does not exist.
         """
         for proof in self.certificate.proofs:
             name = proof.node, proof.segments, proof.before
@@ -155,55 +164,55 @@ class _Checker:
                 raise Refuted(f"it proves {_which(*name)} twice")
             self.proofs[name] = proof
         early = {(m.node, m.second.segments, m.first.segments): m for m in meetings}
-        there = [*(course.name for course in courses), *early]
+        there = [*(stretch.name for stretch in stretches), *early]
         foreign = sorted(self.proofs.keys() - set(there))
         if foreign:
             raise Refuted(f"it speaks of {_which(*foreign[0])}, which is no stretch of the plan")
         for name in there:
             if name not in self.proofs:
                 raise Refuted(f"it says nothing of {_which(*name)}")
-        made = [course_of(meeting, self.proofs[name].cut) for name, meeting in early.items()]
-        for name, course in zip(early, made, strict=True):
-            if course is None:
+        made = [stretch_of(meeting, self.proofs[name].cut) for name, meeting in early.items()]
+        for name, stretch in zip(early, made, strict=True):
+            if stretch is None:
                 raise Refuted(f"it cuts {_which(*name)} into too many parts")
-        return [course for course in made if course is not None]
+        return [stretch for stretch in made if stretch is not None]
 
     # ------------------------------------------------------------------------------------------------- one stretch
-    def check(self, course: Course) -> None:
-        """Checks all pairs of a stretch.
+    def check(self, stretch: MotionStretch) -> None:
+        """Checks all pairs of bodies in a stretch.
 
         Raises:
-            Refuted: a pair is not proven apart.
+            Refuted: a pair is not proven to stay apart.
         """
         proofs: dict[tuple[str, str], list[PairProof]] = {}
-        for proof in self.proofs[course.name].pairs:
+        for proof in self.proofs[stretch.name].pairs:
             proofs.setdefault((proof.first, proof.second), []).append(proof)
-        things, frames = [*course.moving, *course.standing], self._frames(course.path)
+        things, frames = [*stretch.moving, *stretch.standing], self._frames(stretch.path)
         side = self._sides()
-        gaps = self._box_gaps(things, len(course.moving), frames, side)
+        gaps = self._box_gaps(things, len(stretch.moving), frames, side)
         for i, k in np.argwhere(gaps <= self.near).tolist():
             first, second = things[i], things[k]
             names = first.name, second.name
-            if k <= i or not self.world.may_meet(*names) or frozenset(names) in course.permitted:
+            if k <= i or not self.world.may_meet(*names) or frozenset(names) in stretch.permitted:
                 continue
-            if course.before and not i < course.divide <= k:
+            if stretch.before and not i < stretch.divide <= k:
                 continue
-            couple = Couple(frames, first, second, self._parts, side)
-            if couple.moves:
+            pair = ProvenPair(frames, first, second, self._parts, side)
+            if pair.moves:
                 own = proofs.get(names) or proofs.get(names[::-1], [])
-                finest = ONE if course.before else 1
-                margin = self._margin(couple, first, second, own, float(gaps[i, k]), frames, finest)
-                self.margins.add(course.node, course.segments, names, margin)
+                finest = POSITIONS_PER_PIECE if stretch.before else 1
+                margin = self._margin(pair, first, second, own, float(gaps[i, k]), frames, finest)
+                self.margins.add(stretch.node, stretch.segments, names, margin)
 
     def _frames(self, path: Path) -> Frames:
         return ExactFrames(path) if self.paranoid else Frames(path)
 
     def _sides(self) -> SideOf:
-        """Makes each side of a stretch once: many pairs share it."""
+        """A function that makes each side of a stretch once, since many pairs share it."""
         made: dict[tuple[int, str | None, int], Side] = {}
         kind = ExactSide if self.paranoid else Side
 
-        def side(frames: Frames, thing: Thing, parts: Parts, robot: str | None, joint: int) -> Side:
+        def side(frames: Frames, thing: PlacedBody, parts: Parts, robot: str | None, joint: int) -> Side:
             key = id(thing), robot if joint else None, joint
             if key not in made:
                 made[key] = kind(frames, thing, parts, robot, joint)  # type: ignore[arg-type]
@@ -211,11 +220,11 @@ class _Checker:
 
         return side
 
-    def _parts(self, thing: Thing) -> Parts:
+    def _parts(self, thing: PlacedBody) -> Parts:
         return self.parts[thing.surface.digest]
 
-    def _box_gaps(self, things: Sequence[Thing], moving: int, frames: Frames, side: SideOf) -> Array:
-        """How far the boxes of what moving things (M) and all (T) sweep are apart (M, T) [m]."""
+    def _box_gaps(self, things: Sequence[PlacedBody], moving: int, frames: Frames, side: SideOf) -> Array:
+        """The gaps (M, T) between the boxes of what the moving bodies (M) and all bodies (T) sweep [m]."""
         end = (len(frames.path.configurations) - 1) << 20
         boxes = []
         for thing in things:
@@ -234,21 +243,24 @@ class _Checker:
 
     def _margin(
         self,
-        couple: Couple,
-        first: Thing,
-        second: Thing,
+        pair: ProvenPair,
+        first: PlacedBody,
+        second: PlacedBody,
         proofs: Sequence[PairProof],
         gap: float,
         frames: Frames,
         finest: int,
     ) -> float:
-        """What keeps two things apart, at least [m]; one of several proofs may be about another place of the second."""
+        """The least distance that the proofs leave between two bodies [m].
+
+        Several proofs are about several places that the second body may have.
+        """
         told: Refuted | None = None
         held: list[Margin] = []
         for proof in proofs:
             turned = proof.first != first.name
             try:
-                held.append((couple.turned() if turned else couple).check(proof, self.near, finest))
+                held.append((pair.turned() if turned else pair).check(proof, self.near, finest))
             except Refuted as error:
                 told = told or error
                 continue
@@ -259,14 +271,14 @@ class _Checker:
             best = max(held, key=lambda margin: margin.least)
             self.axes += best.axes
             return best.least
-        gap = max(gap, couple.apart())
+        gap = max(gap, pair.apart())
         if gap > 0.0:
             return gap
         names = f"{first.name} and {second.name}"
         raise Refuted(f"{names}: {told}" if told else f"{names}: their boxes meet, but no proof is given")
 
-    def told_too_much(self) -> list[tuple[str | None, str]]:
-        """Where it tells a larger clearance than is proven."""
+    def overstated(self) -> list[tuple[str | None, str]]:
+        """The segments for which the certificate claims a larger clearance than it proves."""
         wrong: list[tuple[str | None, str]] = []
         for entry in self.certificate.segments:
             node = self.plan.nodes.get(entry.node)
@@ -280,7 +292,7 @@ class _Checker:
                 wrong.append((entry.node, text))
             found = self.margins.segments.get((entry.node, entry.segment))
             told = self.near if entry.clearance is None else entry.clearance
-            if told > (self.near if found is None else found[0]) + SAME * (1.0 + self.near):
+            if told > (self.near if found is None else found[0]) + CLEARANCE_TOLERANCE * (1.0 + self.near):
                 least = "nothing" if found is None else f"{1000 * found[0]:.4g} mm"
                 wrong.append((entry.node, f"it tells a clearance of {1000 * told:.4g} mm, but leaves {least}"))
         return wrong
@@ -291,8 +303,8 @@ def _which(node: str, segments: tuple[int, ...], before: tuple[int, ...] = ()) -
     return f"{text}, beside {', '.join(map(str, before))} of the node before" if before else text
 
 
-def _contained(first: Thing, second: Thing, frames: Frames) -> bool:
-    """Whether one body begins inside the other; if not, and if they never touch, it never is."""
+def _contained(first: PlacedBody, second: PlacedBody, frames: Frames) -> bool:
+    """Whether one body begins inside the other; if not, and if they never touch, it never gets inside."""
     start = frames.at(0)
     a, b = first.pose(start), second.pose(start)
     return encloses(first.surface, a, second.surface, b) or encloses(second.surface, b, first.surface, a)

@@ -1,8 +1,9 @@
-"""How far each object may be displaced before the proof breaks: the least margin over its pairs, along every branch.
+"""Clearances: the distance by which each object may be displaced before the proof fails, along every branch.
 
-An axis separates two bodies with a margin; displacing one of them by a vector shorter than that leaves the axis
-separating, wherever on the path the body is. Boxes that are apart are axes, too. So the least margin over all claims
-about an object is safe for any translation of it, held or standing, and for a turn whose angle times radius is less.
+An axis separates two bodies by a margin. If one of them is displaced by a vector shorter than the margin, the axis still
+separates them, wherever on the path they are. Boxes that are apart are separated by an axis, too. So an object may be
+translated, held or standing, by less than the least margin of all claims about it, and rotated by an angle that is less
+when multiplied by its radius.
 """
 
 from collections.abc import Sequence
@@ -14,21 +15,21 @@ from kabo.plan import Plan, plan_statistics
 from kabo.scene import Scene
 from kabo.verify.certificate_report import BranchClearance, ObjectClearance
 
-MOST = 64  # branches that are told one by one
+MAX_BRANCHES = 64  # of a plan whose branches are reported one by one
 
-Least = dict[str, tuple[float, str]]  # object -> its least margin [m], and to what
+LeastMargins = dict[str, tuple[float, str]]  # object -> its least margin [m], and to what
 
 
 @dataclass
 class Margins:
-    """The least margins of objects at every node [m]; only those less than `near`."""
+    """The least margins of objects at every node [m], where they are less than `near`."""
 
     near: float
-    nodes: dict[str, Least] = field(default_factory=dict)
+    nodes: dict[str, LeastMargins] = field(default_factory=dict)
     segments: dict[tuple[str, int], tuple[float, tuple[str, str]]] = field(default_factory=dict)
 
     def add(self, node: str, segments: Sequence[int], names: tuple[str, str], margin: float) -> None:
-        """Takes the margin of a pair."""
+        """Takes the margin of a pair of bodies into account."""
         if margin >= self.near:
             return
         least = self.nodes.setdefault(node, {})
@@ -52,8 +53,8 @@ def of_objects(scene: Scene, margins: Margins, order: Sequence[str]) -> tuple[Ob
 
 
 def of_branches(plan: Plan, scene: Scene, margins: Margins) -> tuple[BranchClearance, ...] | None:
-    """The clearances along every way from the root to the goal; None if these are more than can be told."""
-    if plan_statistics(plan).plan_leaves > MOST:
+    """The clearances along every way from the root to the goal; None if there are more ways than `MAX_BRANCHES`."""
+    if plan_statistics(plan).plan_leaves > MAX_BRANCHES:
         return None
     result = []
     ahead: list[tuple[str, tuple[str, ...], dict[str, float]]] = [(plan.root, (), {})]

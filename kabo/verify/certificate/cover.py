@@ -1,7 +1,7 @@
-"""Whether convex parts cover every triangle of a mesh: what no part holds is cut off piece by piece, until nothing is left.
+"""Whether convex parts cover every triangle of a mesh: each part takes away the pieces inside it until nothing is left.
 
-A triangle with its corners in one part lies in it. From any other, each part in turn takes what is in it: a polygon is
-cut along the planes of the part's faces, and what lies outside any of them goes on to the next part.
+A triangle whose corners are in one part lies in that part. Any other triangle is cut along the planes of the faces of
+each part in turn; the pieces outside of the part go on to the next part.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 
-SHRUNK = 1e-10  # [m] so much inside a part's faces counts as inside: more than planes and cuts are rounded by
+FACE_TOLERANCE = 1e-10  # [m] by which a part's faces are moved inwards: more than planes and cuts are rounded by
 
 
 class Faces(NamedTuple):
@@ -22,7 +22,7 @@ class Faces(NamedTuple):
 
 
 def faces_of(part: Array) -> Faces | None:
-    """The faces of the hull of vertices (V, 3); None if it has no volume, so that nothing is inside."""
+    """The faces of the convex hull of vertices (V, 3); None if it has no volume, so that nothing is inside."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -30,8 +30,8 @@ def faces_of(part: Array) -> Faces | None:
     except (QhullError, ValueError):
         return None
     normals = hull.equations[:, :3]
-    # An offset is where the farthest vertex is, never farther: qhull's own may lie outside of all.
-    offsets = (part @ normals.T).max(axis=0) - SHRUNK
+    # The offset is that of the farthest vertex; qhull's own may lie outside of all vertices.
+    offsets = (part @ normals.T).max(axis=0) - FACE_TOLERANCE
     return Faces(normals, offsets)
 
 
@@ -62,7 +62,7 @@ def covered(polygon: Array, parts: Sequence[Faces]) -> bool:
 
 
 def outside(polygon: Array, part: Faces) -> list[Array]:
-    """Convex polygons that make up what of a polygon a part does not hold."""
+    """The convex polygons that make up the piece of a polygon outside of a part."""
     heights = polygon @ part.normals.T - part.offsets
     if (heights > 0.0).all(axis=0).any():
         return [polygon]
@@ -79,7 +79,7 @@ def outside(polygon: Array, part: Faces) -> list[Array]:
 
 
 def _split(polygon: Array, height: Array) -> tuple[Array, Array]:
-    """The parts of a polygon above and below a plane."""
+    """The pieces of a polygon above and below a plane, given the heights of its corners."""
     above: list[Array] = []
     below: list[Array] = []
     for k, corner in enumerate(polygon):

@@ -1,8 +1,8 @@
 """The claims of a proof in exact arithmetic: poses, boxes and products of axes as integers, 2^160 to the metre.
 
-For the paranoid mode. Sines and cosines are sums of their series, everything else is sums and products; what is cut
-off after 160 bits is far below `SLACK`. Placements of joints and bodies are taken as the floating-point numbers that
-they are, rotations among them off by 1e-16; `SLACK` covers that, too. Bounds of deviations are rounded up.
+For the paranoid mode. Sines and cosines are sums of their series, everything else is sums and products; the error of
+cutting off after 160 bits is far below `SLACK`. Placements of joints and bodies are the given floating-point numbers,
+whose rotations are off by 1e-16; `SLACK` covers that, too. Bounds of deviations are rounded up.
 """
 
 from fractions import Fraction
@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.verify.certificate.pair_proof import POSITIONS_PER_PIECE, Frames, Side
 from kabo.verify.certificate.parts import Parts
-from kabo.verify.certificate.walk import ONE, Frames, Side
-from kabo.verify.motion.sweep import Path, Thing
+from kabo.verify.motion.sweep import Path, PlacedBody
 
-BITS = 160
-SLACK = Fraction(1, 10**12)  # [m] for each metre from the origin, and one more
+BITS = 160  # after the binary point
+SLACK = Fraction(1, 10**12)  # [m] the error allowed for, for each metre from the origin and one metre more
 Integers = Any  # numpy arrays of Python's integers, BITS after the point
 
 
 def integers(values: Any) -> Integers:
-    """Floating-point numbers with BITS after the point; what is below is cut off."""
+    """Floating-point numbers as integers with BITS after the point; further bits are cut off."""
     return _integers(np.asarray(values, dtype=np.float64))
 
 
@@ -35,12 +35,12 @@ _integers = np.vectorize(_integer, otypes=[object])
 
 
 def product(first: Integers, second: Integers) -> Integers:
-    """The matrix product."""
+    """The matrix product of two arrays of integers."""
     return np.dot(first, second) >> BITS
 
 
 def sine_and_cosine(angle: Fraction) -> tuple[int, int]:
-    """Both with BITS after the point."""
+    """Sine and cosine of an angle [rad], with BITS after the point."""
     turn = 2 * _pi()
     x = int(angle * (1 << BITS)) % turn
     x = x - turn if 2 * x > turn else x
@@ -77,14 +77,14 @@ class ExactFrames(Frames):
         self._turns: dict[str, list[Integers]] = {}
 
     def joints(self, robot: str, s: int) -> list[Integers]:
-        """The poses of a robot's joints at a position, in the frames that pinocchio gives them."""
+        """The poses of a robot's joints at a position of the path, in pinocchio's frames."""
         if (robot, s) not in self._exact:
             arm = self.path.arms[robot]
-            piece, share = divmod(s, ONE)
+            piece, share = divmod(s, POSITIONS_PER_PIECE)
             columns = self.path.columns[robot]
             rows = self.path.configurations[piece : piece + 2, columns]
             q = [
-                Fraction(a) + Fraction(share, ONE) * (Fraction(rows[-1][i]) - Fraction(a))
+                Fraction(a) + Fraction(share, POSITIONS_PER_PIECE) * (Fraction(rows[-1][i]) - Fraction(a))
                 for i, a in enumerate(rows[0])
             ]
             self._exact[robot, s] = [
@@ -94,7 +94,7 @@ class ExactFrames(Frames):
         return self._exact[robot, s]
 
     def _turned(self, robot: str) -> list[Integers]:
-        """How pinocchio's frame of each joint is turned against that of the tree, whose axes are all z."""
+        """The rotation of pinocchio's frame of each joint relative to that of the tree, where every axis is z."""
         if robot not in self._turns:
             arm = self.path.arms[robot]
             zero = np.zeros(arm.robot.tree.size)
@@ -108,7 +108,7 @@ class ExactFrames(Frames):
 
 
 def _along(tree: Any, q: list[Fraction]) -> list[Integers]:
-    """The poses of all joints of a tree."""
+    """The poses of all joints of a tree in configuration q."""
     poses = [integers(np.eye(4))]
     for j in range(1, len(tree.parent)):
         placed = integers(np.eye(4))
@@ -130,7 +130,9 @@ def _along(tree: Any, q: list[Fraction]) -> list[Integers]:
 class ExactSide(Side):
     """One body of a pair along a path, in exact arithmetic."""
 
-    def __init__(self, frames: ExactFrames, thing: Thing, parts: Parts, robot: str | None, joint: int) -> None:
+    def __init__(
+        self, frames: ExactFrames, thing: PlacedBody, parts: Parts, robot: str | None, joint: int
+    ) -> None:
         super().__init__(frames, thing, parts, robot, joint)
         self._integers: dict[int, Integers] = {}
         self._vertices: Integers = parts.exact(integers)
@@ -157,11 +159,11 @@ class ExactSide(Side):
     def _stretch(self, s0: int, s1: int) -> list[Integers]:
         if not self.moves:
             return [self._matrix(0)]
-        step = ONE if s1 - s0 >= ONE else s1 - s0
+        step = POSITIONS_PER_PIECE if s1 - s0 >= POSITIONS_PER_PIECE else s1 - s0
         return [self._matrix(s) for s in range(s0, s1 + 1, step)]
 
     def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
-        """As `Side.box`, in fractions."""
+        """As `Side.box`, in exact fractions."""
         number = self.parts.ranges[low, high]
         own_middle, own_half = (integers(each[number]) for each in self.parts.boxes)
         lower, upper = [], []
@@ -181,7 +183,7 @@ class ExactSide(Side):
         )
 
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[Any, Any]:
-        """As `Side.farthest`, in fractions."""
+        """As `Side.farthest`, in exact fractions."""
         own = self._vertices[self.parts.starts[low] : self.parts.starts[high]]
         along = integers(axis)
         best = max(

@@ -1,4 +1,4 @@
-"""The convex parts that a certificate speaks of: that they enclose a mesh is proven here, triangle by triangle."""
+"""The convex parts in a certificate, and the proof, triangle by triangle, that they enclose a mesh."""
 
 import hashlib
 from collections.abc import Callable
@@ -12,25 +12,23 @@ from kabo.plan import BodyParts
 from kabo.scene import Mesh
 from kabo.verify.certificate.cover import uncovered
 
-FAR = 1e6  # [m] a vertex farther away is no part of a scene
+MAX_COORDINATE = 1e6  # [m] a part with a vertex farther away is refused
 
 
-_COVERED: dict[
-    tuple[str, str], int | None
-] = {}  # what was looked at in this process, by digests of mesh and parts
-MOST_COVERED = 4096  # entries, of which each has some 400 bytes
+_COVERED: dict[tuple[str, str], int | None] = {}  # results of this process, by digests of mesh and parts
+MAX_COVERED = 4096  # results kept, of some 400 bytes each
 
 
 class Parts:
     """Convex parts of one body, in its frame."""
 
     def __init__(self, given: BodyParts) -> None:
-        """Raises ValueError: a part is empty, a vertex is no number or far away."""
+        """Raises ValueError for an empty part, or a vertex that is not finite or farther away than `MAX_COORDINATE`."""
         self.vertices = np.frombuffer(given.vertices, "<f8").astype(np.float64).reshape(-1, 3)
         self.starts = np.concatenate([[0], np.cumsum(given.sizes)]).astype(int)
         if min(given.sizes, default=0) < 1 or self.starts[-1] != len(self.vertices):
             raise ValueError("a part without vertices, or of more than there are")
-        if not (np.abs(self.vertices) <= FAR).all():
+        if not (np.abs(self.vertices) <= MAX_COORDINATE).all():
             raise ValueError("a vertex that is no finite number, or far away")
         self._exact: Any = None
         self.lower = np.minimum.reduceat(self.vertices, self.starts[:-1])
@@ -43,7 +41,7 @@ class Parts:
 
     @cached_property
     def radius(self) -> float:
-        """How far a vertex is at most from the origin of the body's frame [m]."""
+        """The greatest distance of a vertex from the origin of the body's frame [m]."""
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
     def range(self, low: int, high: int) -> Array:
@@ -52,7 +50,7 @@ class Parts:
 
     @cached_property
     def ranges(self) -> dict[tuple[int, int], int]:
-        """The ranges of parts that halving all of them leads to, numbered."""
+        """The numbers of the ranges that arise when the range of all parts is halved again and again."""
         found, ahead = [], [self.all]
         while ahead:
             low, high = ahead.pop()
@@ -76,10 +74,10 @@ class Parts:
         return self._exact
 
     def missing(self, mesh: Mesh) -> int | None:
-        """The first triangle of a mesh that the parts do not cover, or None; told again without looking."""
+        """The first triangle of a mesh that the parts do not cover, or None; computed once in a process."""
         key = mesh.digest, hashlib.sha256(self.vertices.tobytes() + self.starts.tobytes()).hexdigest()
         if key not in _COVERED:
-            if len(_COVERED) >= MOST_COVERED:
+            if len(_COVERED) >= MAX_COVERED:
                 _COVERED.clear()
             parts = [self.range(i, i + 1) for i in range(len(self.lower))]
             _COVERED[key] = uncovered(mesh.vertices, mesh.faces, parts)

@@ -1,7 +1,7 @@
-"""The knowledge half of the verifier: possible worlds judge a plan; a replay of kabo's own inference where they cannot.
+"""The knowledge half of the verifier: possible worlds judge a plan, or a replay of kabo's inference where they cannot.
 
-`worlds/` is trusted, with the modules beside this file, which read formulas and effects. `replay/` is used only for plans
-that worlds cannot judge, and the report says so, with the reason.
+`worlds/` must be trusted, together with the files beside this one, which read formulas and effects. `replay/` judges
+only plans that worlds cannot judge; the report then says so, with the reason.
 """
 
 from kabo.verify.knowledge.judging import KnowledgeReport, check_knowledge, validate_worlds

@@ -1,4 +1,4 @@
-"""What is wrong with a node before any knowledge is asked: unknown names, wrong arguments, wrong types."""
+"""Faults of nodes that do not depend on knowledge: unknown names, wrong arguments, wrong types."""
 
 from collections.abc import Iterable, Iterator
 
@@ -12,7 +12,7 @@ from kabo.verify.report import Finding
 
 
 def check_calls(plan: Plan, order: Iterable[str], problem: Problem) -> list[Finding]:
-    """The findings about all nodes; equal calls are looked at once."""
+    """The findings about all nodes; equal calls are checked once."""
     found: dict[object, tuple[str, ...]] = {}
     result: list[Finding] = []
     for name in order:

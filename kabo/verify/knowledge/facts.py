@@ -1,4 +1,4 @@
-"""What queries and effects read: values that are known, values that are excluded, what will be known at run time."""
+"""The state that queries and effects read: known values, excluded values, and what will be known at run time."""
 
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
@@ -10,27 +10,27 @@ Excluded = Mapping[Symbol, frozenset[Value]]
 
 
 class Facts(Protocol):
-    """What queries read: a state, or one that is being changed."""
+    """A state that queries can read, whether finished or while it is changed."""
 
     @property
     def known(self) -> Mapping[Symbol, Value]:
-        """Values of atoms and terms (Kf)."""
+        """The known values of atoms and terms (Kf)."""
 
     @property
     def excluded(self) -> Excluded:
-        """Values that terms do not have."""
+        """The values that each term is known not to have."""
 
     @property
     def whether(self) -> AbstractSet[Symbol]:
-        """Atoms and terms that will be known at run time (Kw, Kv)."""
+        """The atoms and terms that will be known at run time (Kw, Kv)."""
 
     @property
-    def mind(self) -> "Facts":
-        """What conditions on knowledge (`query => …`) are asked of: a world is not what the agent knows of it."""
+    def agent_knowledge(self) -> "Facts":
+        """The knowledge by which conditions (`query => …`) are evaluated; the agent knows less than a world has."""
 
 
 def truth(claim: GroundClaim, state: Facts) -> bool | None:
-    """Whether a claim is known to hold (True), known not to hold (False), or neither (None)."""
+    """True if the claim is known to hold, False if it is known not to hold, None otherwise."""
     symbol, value, positive = claim
     known = state.known.get(symbol)
     if known is not None:
@@ -41,5 +41,5 @@ def truth(claim: GroundClaim, state: Facts) -> bool | None:
 
 
 def will_be_known(symbol: Symbol, state: Facts) -> bool:
-    """Kw of an atom, Kv of a term: known, or known at run time."""
+    """Kw of an atom or Kv of a term, which holds if it is known now or will be known at run time."""
     return symbol in state.known or symbol in state.whether

@@ -1,7 +1,7 @@
-"""Ground atoms, terms and claims: what knowledge and worlds are about, and how plans spell it.
+"""Ground atoms, terms and claims, of which knowledge and worlds consist, and how plans write them.
 
-A predicate is a function with the values true and false, so atoms and function terms are treated alike, and a
-claim is always "this symbol has this value" or "has not".
+A predicate is a function with the values true and false, so atoms and function terms are treated alike, and a claim
+always says that a symbol has, or does not have, a value.
 """
 
 import re
@@ -14,20 +14,20 @@ from kabo.plan import ValueOf
 
 Value = bool | str | float
 Symbol = tuple[str, tuple[Value, ...]]  # a ground atom or function term
-GroundClaim = tuple[Symbol, Value, bool]  # the symbol has the value (True), or has not (False; functions only)
+GroundClaim = tuple[Symbol, Value, bool]  # the symbol has the value (True), or does not (False; functions only)
 Binding = Mapping[str, "Value | ValueOf"]  # parameters and quantified variables
 Entry = frozenset[GroundClaim]  # the members of an entry of Kx or Kor
-Thing = Symbol | tuple[GroundClaim, ...]  # what a plan branches on: an atom, a term, or a conjunction
+Observable = Symbol | tuple[GroundClaim, ...]  # an atom, a term or a conjunction on which a plan branches
 
 _GROUND = re.compile(r"([a-z][a-z0-9_]*)(?:\(([^()]*)\))?")
 
 
 class NotVerifiableError(Exception):
-    """Something that is not judged here: the plan is then not verified, and the report says why."""
+    """The plan uses something that the verifier does not judge; it is then not verified, and the report says why."""
 
 
 def instances(problem: Problem, variables: Iterable[Variable], binding: Binding) -> Iterator[Binding]:
-    """The bindings that add every instance of the variables, in the order of declaration."""
+    """The binding, extended by each combination of objects for the variables, in the order of declaration."""
     variables = tuple(variables)
     for values in product(*(problem.of_type(variable.type) for variable in variables)):
         yield {**binding, **{variable.name: value for variable, value in zip(variables, values, strict=True)}}
@@ -46,7 +46,7 @@ def range_of(problem: Problem, symbol: Symbol) -> tuple[Value, ...] | None:
 
 
 def denied(problem: Problem, claim: GroundClaim) -> GroundClaim:
-    """The complement of a claim."""
+    """The complementary claim."""
     symbol, value, positive = claim
     if is_predicate(problem, symbol):
         return symbol, not value, True
@@ -60,7 +60,7 @@ def text_of(symbol: Symbol) -> str:
 
 
 def value_text(value: Value) -> str:
-    """A value as plans name outcomes."""
+    """A value as plans write it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:g}" if isinstance(value, float) else str(value)
@@ -80,7 +80,7 @@ def conjunction_text(claims: Iterable[GroundClaim]) -> str:
 
 
 def read_symbol(text: str, problem: Problem) -> Symbol | None:
-    """The ground atom or term of a text `f(a, b)`; None if it is none of the domain."""
+    """The ground atom or term of a text `f(a, b)`; None if the domain has no such atom or term."""
     match = _GROUND.fullmatch(text)
     if match is None:
         return None
@@ -96,7 +96,7 @@ def read_symbol(text: str, problem: Problem) -> Symbol | None:
 
 
 def read_conjunction(text: str, problem: Problem) -> tuple[GroundClaim, ...] | None:
-    """The claims of a text `a(x) and not b(y)`; None if it is none, or a single atom or term."""
+    """The claims of a text `a(x) and not b(y)`; None for a single atom or term, or for any other text."""
     claims: list[GroundClaim] = []
     for part in text.split(" and "):
         negative = part.startswith("not ")
@@ -107,28 +107,28 @@ def read_conjunction(text: str, problem: Problem) -> tuple[GroundClaim, ...] | N
     return tuple(claims) if len(claims) > 1 or not claims[0][1] else None
 
 
-def read_thing(text: str, problem: Problem) -> Thing | None:
-    """What `on` or `delivers` names; None if it is nothing of the domain."""
+def read_observable(text: str, problem: Problem) -> Observable | None:
+    """The atom, term or conjunction that `on` or `delivers` names; None if the domain has none such."""
     return read_symbol(text, problem) or read_conjunction(text, problem)
 
 
-def is_symbol(thing: Thing) -> bool:
-    """Whether a thing to branch on is an atom or term, not a conjunction."""
+def is_symbol(thing: Observable) -> bool:
+    """Whether it is an atom or term, not a conjunction."""
     return isinstance(thing[0], str)
 
 
-def thing_text(thing: Thing) -> str:
-    """How plans spell it."""
+def observable_text(thing: Observable) -> str:
+    """An atom, term or conjunction as plans write it."""
     return text_of(thing) if is_symbol(thing) else conjunction_text(thing)  # type: ignore[arg-type]
 
 
 def outcome_text(value: Value) -> str:
-    """How plans name the outcome of a branch."""
+    """The outcome of a branch as plans write it."""
     return value_text(value)
 
 
 def because(formula: Formula) -> str:
-    """Where a formula stands, for the end of a message."""
+    """The place of a formula, for the end of a message."""
     place = getattr(formula, "place", None)
     return "" if place is None else f" ({place.file}:{place.line}:{place.column})"
 

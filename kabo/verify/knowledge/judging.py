@@ -1,4 +1,4 @@
-"""Who judges what a plan knows: all possible worlds; and where these cannot, the replay of kabo's own inference."""
+"""Chooses who judges the knowledge of a plan: all possible worlds, or the replay of kabo's inference where they cannot."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,20 +8,20 @@ from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
 from kabo.verify.knowledge.replay import replay
 from kabo.verify.knowledge.worlds import CannotJudgeError, judge_in_worlds
-from kabo.verify.knowledge.worlds.world import MOST_VALUES
+from kabo.verify.knowledge.worlds.world import MAX_VALUES
 from kabo.verify.report import Finding, WorldReport
 from kabo.verify.structure import check_structure
 
 
 @dataclass(frozen=True)
 class KnowledgeReport:
-    """What is wrong with a plan's knowledge, and who says so.
+    """The faults of a plan's knowledge, and how they were judged.
 
     Attributes:
-        findings: what is wrong.
-        states: how many states of knowledge were looked at.
-        worlds: what the run through all worlds came to; None if worlds could not judge.
-        why_replay: why not; None if they could.
+        findings: the faults.
+        states: how many states of knowledge were examined.
+        worlds: the report of the run through all worlds; None if worlds could not judge the plan.
+        why_replay: why worlds could not judge the plan; None if they could.
     """
 
     findings: tuple[Finding, ...]
@@ -31,9 +31,9 @@ class KnowledgeReport:
 
 
 def check_knowledge(
-    problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MOST_VALUES
+    problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MAX_VALUES
 ) -> KnowledgeReport:
-    """Judges a plan whose reached nodes are given, each before its successors."""
+    """The verdict on a plan's knowledge; `order` are its reached nodes, each before its successors."""
     wrong = tuple(check_calls(plan, order, problem))
     if wrong:
         return KnowledgeReport(wrong)
@@ -45,16 +45,16 @@ def check_knowledge(
         return KnowledgeReport(tuple(played.findings), played.states, None, str(error))
 
 
-def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MOST_VALUES) -> WorldReport:
-    """Leads a plan through all worlds that the initial knowledge allows.
+def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MAX_VALUES) -> WorldReport:
+    """Follows a plan through all worlds that the initial knowledge allows.
 
     Args:
         problem: the problem.
         plan: the plan.
-        limit: how many values of atoms and terms, in all worlds that are made, before it is given up.
+        limit: the number of values of atoms and terms, over all worlds that are made, above which it gives up.
 
     Returns:
-        What was found; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.
+        the report; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.
     """
     order, findings = check_structure(plan)
     findings.extend(check_calls(plan, order, problem))

@@ -1,4 +1,4 @@
-"""Which atoms and terms formulas and effects mention: what they ask for, and what they may change."""
+"""The atoms and terms that formulas and effects mention, read, or may change."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
@@ -25,9 +25,9 @@ from kabo.verify.knowledge.ground import Binding, Symbol, instances, read_symbol
 
 
 def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """Every atom and term that stands anywhere in a formula, effect or term, ground under the binding.
+    """Every atom and term anywhere in a formula, effect or term, ground under the binding.
 
-    One whose arguments depend on knowledge is mentioned by its name, which stands for all of that name.
+    If its arguments depend on knowledge, its symbol's name is given instead, which stands for all its instances.
     """
     if isinstance(tree, Forall | Exists | ForEach | FactForall | ExactlyOne):
         bodies: Iterable[Any] = tree.effects if isinstance(tree, ForEach) else (tree.body,)
@@ -54,7 +54,7 @@ def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol |
 
 
 def reads(effect: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """What an effect asks for: conditions, right sides and arguments, but not the facts of Kf that it writes."""
+    """The atoms and terms that an effect reads: in conditions, right sides and arguments, not the facts that it writes."""
     if isinstance(effect, ForEach):
         for more in instances(problem, effect.variables, binding):
             for inner in effect.effects:

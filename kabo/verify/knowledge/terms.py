@@ -1,4 +1,4 @@
-"""What terms and claims are in a state: each becomes a function of the state, its arguments read once."""
+"""Terms and claims as functions of a state, whose constant arguments are evaluated once."""
 
 import operator
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 from kabo.plan import ValueOf
-from kabo.verify.knowledge.asking import asker
+from kabo.verify.knowledge.external_procedures import asking_function
 from kabo.verify.knowledge.facts import Facts
 from kabo.verify.knowledge.ground import Binding, Symbol, Value, read_symbol
 
@@ -31,15 +31,15 @@ Namer = Callable[[Facts], "Symbol | None"]
 
 @dataclass(frozen=True)
 class _Nothing:
-    """A state in which nothing is known: constants are read in it."""
+    """A state in which nothing is known, for evaluating constants."""
 
     known: Mapping[Symbol, Value] = field(default_factory=dict)
     excluded: Mapping[Symbol, frozenset[Value]] = field(default_factory=dict)
     whether: frozenset[Symbol] = frozenset()
 
     @property
-    def mind(self) -> "Facts":
-        """Itself."""
+    def agent_knowledge(self) -> "Facts":
+        """This state, by which conditions on knowledge are evaluated."""
         return self
 
 
@@ -50,7 +50,7 @@ _COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operat
 
 # --------------------------------------------------------------------------------------------------------- terms
 def value_of(term: Term, problem: Problem, binding: Binding) -> Reader:
-    """The known value of a term; None where it is not known."""
+    """The function that reads the value of a term from a state; it returns None if the value is unknown."""
     if isinstance(term, Arithmetic):
         return _computed(term, problem, binding)
     if isinstance(term, External):
@@ -70,7 +70,7 @@ def value_of(term: Term, problem: Problem, binding: Binding) -> Reader:
 
 
 def _fixed(term: Term, binding: Binding) -> Value | None:
-    """The value of a constant, number or bound variable."""
+    """The value of a constant, number or bound variable; None for other terms."""
     if isinstance(term, Constant):
         return term.name
     if isinstance(term, Number):
@@ -94,8 +94,11 @@ def _computed(term: Arithmetic, problem: Problem, binding: Binding) -> Reader:
 
 
 def answered(term: External, problem: Problem, binding: Binding) -> Reader:
-    """What an external procedure answers; None where an argument is not known."""
-    ask, readers = asker(term, problem), [value_of(argument, problem, binding) for argument in term.arguments]
+    """The function that reads the answer of an external procedure; it returns None if an argument is unknown."""
+    ask, readers = (
+        asking_function(term, problem),
+        [value_of(argument, problem, binding) for argument in term.arguments],
+    )
 
     def answer(state: Facts) -> Value | None:
         values = tuple(read(state) for read in readers)
@@ -105,9 +108,9 @@ def answered(term: External, problem: Problem, binding: Binding) -> Reader:
 
 
 def symbol_of(term: Term | Atom, problem: Problem, binding: Binding) -> Symbol | Namer | None:
-    """What an atom or term names: fixed, depending on knowledge (inner terms), or None for constants and numbers.
+    """The symbol of an atom or term, or a function that finds it if inner terms depend on knowledge.
 
-    A run-time variable names the term whose value it is.
+    It is None for constants and numbers; for a run-time variable it is the term whose value the variable has.
     """
     if isinstance(term, Variable):
         value = binding.get(term.name)
@@ -133,13 +136,13 @@ def _is_fixed(term: Term, binding: Binding) -> bool:
 
 
 def named(namer: Symbol | Namer | None, state: Facts) -> Symbol | None:
-    """What `symbol_of` names in a state; None if the value of an argument is not known."""
+    """The symbol that `symbol_of` gives in a state; None if the value of an argument is unknown."""
     return namer(state) if callable(namer) else namer
 
 
 # -------------------------------------------------------------------------------------------------------- claims
 def knows(claim: Claim, problem: Problem, binding: Binding) -> Question:
-    """K(claim): the claim is known to hold."""
+    """K(claim), the function that says whether the claim is known to hold."""
     if isinstance(claim, Literal):
         return _knows_literal(symbol_of(claim.atom, problem, binding), claim.positive)
     left, right = value_of(claim.left, problem, binding), value_of(claim.right, problem, binding)

@@ -1,7 +1,7 @@
-"""What effects say: the updates that fire in a knowledge state, ground [docs/knowledge.md].
+"""From effects to ground updates: those that fire in a state of knowledge [docs/knowledge.md].
 
-All conditions, values and arguments are read in the state before. What the updates then do to knowledge is said in
-`replay/transition.py`, what they do to the world in `worlds/acts.py`.
+All conditions, values and arguments are evaluated in the state before. `replay/transition.py` applies the updates to
+knowledge, `worlds/acts.py` applies them to the world.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -42,11 +42,11 @@ from kabo.verify.knowledge.terms import Namer, Reader, named, symbol_of, value_o
 
 @dataclass(frozen=True)
 class Assignment:
-    """`symbol = value`, or `symbol != value`; without a value: one that is not known now.
+    """`symbol = value`, or `symbol != value`; `value` is None if it is unknown now.
 
     Attributes:
-        sensed: the value will be known at run time.
-        source: the term whose value it is.
+        sensed: whether the value will be known at run time.
+        source: the term whose value it is, if it is that of a term.
     """
 
     symbol: Symbol
@@ -57,19 +57,19 @@ class Assignment:
 
 
 @dataclass(frozen=True)
-class Pair:
-    """A condition of `when` that compares two terms whose values are both not known; `None`: nobody can say."""
+class UnknownComparison:
+    """A condition of `when` that compares two terms of unknown value; None stands for a term that is itself unknown."""
 
     left: Symbol | None
     right: Symbol | None
 
 
-Condition = GroundClaim | Pair | bool
+Condition = GroundClaim | UnknownComparison | bool
 
 
 @dataclass(frozen=True)
 class When:
-    """`when C then E` with values read in the state before."""
+    """`when C then E` with its values evaluated in the state before."""
 
     conditions: tuple[Condition, ...]
     outcomes: tuple[Assignment, ...]
@@ -92,8 +92,8 @@ class Updates:
     worlds: list[When] = field(default_factory=list)
 
 
-Rule = Callable[[Facts, Updates], None]  # adds what fires in a state
-Asker = Callable[[Formula, Problem, Binding], Callable[[Facts], bool]]  # what a condition asks of what is known
+Rule = Callable[[Facts, Updates], None]  # adds its updates that fire in a state
+Asker = Callable[[Formula, Problem, Binding], Callable[[Facts], bool]]  # compiles a condition on knowledge
 
 
 def fired(rules: Iterable[Rule], state: Facts) -> Updates:
@@ -105,12 +105,12 @@ def fired(rules: Iterable[Rule], state: Facts) -> Updates:
 
 
 def rules_of(effects: Iterable[Effect], problem: Problem, binding: Binding, ask: Asker) -> list[Rule]:
-    """Every effect as a function of the state, quantifiers unrolled; `ask` reads conditions on knowledge."""
+    """Every effect as a function of the state, quantifiers unrolled; `ask` compiles conditions on knowledge."""
     return [rule for effect in effects for rule in _rules(effect, problem, binding, ask)]
 
 
 def sensing(things: Iterable[Atom | Application], problem: Problem, binding: Binding) -> list[Rule]:
-    """The entries of `sense`: the same as unconditional `add(Kw, …)` and `add(Kv, …)`."""
+    """The entries of `sense` as unconditional `add(Kw, …)` and `add(Kv, …)`."""
     return [_on_symbol(symbol_of(thing, problem, binding), "run_time") for thing in things]
 
 
@@ -122,7 +122,7 @@ def _rules(effect: Effect, problem: Problem, binding: Binding, ask: Asker) -> It
             holds, inner = ask(condition, problem, binding), rules_of(updates, problem, binding, ask)
 
             def conditional(state: Facts, out: Updates) -> None:
-                if holds(state.mind):
+                if holds(state.agent_knowledge):
                     for rule in inner:
                         rule(state, out)
 
@@ -156,7 +156,7 @@ def _change(change: Change, problem: Problem, binding: Binding) -> Iterator[Rule
 
 
 def unrolled(fact: Fact, problem: Problem, binding: Binding) -> Iterator[tuple[tuple[Fact, ...], Binding]]:
-    """The simple facts of each instance of a fact, with the binding that makes it ground."""
+    """The simple facts of each instance of a fact, with the instance's binding."""
     if isinstance(fact, FactForall | ExactlyOne):
         for more in instances(problem, fact.variables, binding):
             yield from unrolled(fact.body, problem, more)
@@ -231,14 +231,14 @@ def _deletion(fact: Fact, problem: Problem, binding: Binding) -> Rule:
 
     def update(state: Facts, out: Updates) -> None:
         claim = read(state)
-        if claim.value is not None:  # a value that is not known now: nothing is known that could be deleted
+        if claim.value is not None:  # of an unknown value nothing is known that could be deleted
             out.deletions.append((claim.symbol, claim.value, claim.positive))
 
     return update
 
 
 def _claim_reader(fact: Fact | Claim, problem: Problem, binding: Binding) -> Callable[[Facts], Assignment]:
-    """A literal, `f = v` or `f != v` as an assignment, its value read in the state."""
+    """The function that makes a literal, `f = v` or `f != v`, an assignment with its value in a state."""
     if isinstance(fact, Literal):
         namer, positive = symbol_of(fact.atom, problem, binding), fact.positive
         if isinstance(namer, tuple):
@@ -297,13 +297,13 @@ def _condition(claim: Claim, problem: Problem, binding: Binding) -> Callable[[Fa
             return second, left, True
         if left is not None and right is not None:
             return left == right
-        return Pair(first, second)
+        return UnknownComparison(first, second)
 
     return read
 
 
 def denies_each(problem: Problem, claims: Iterable[GroundClaim]) -> Entry:
-    """Says "not all of these": the entry of Kor with every complement."""
+    """The entry of Kor with the complement of each claim, which says that not all of them hold."""
     return frozenset(
         (symbol, not value, True) if is_predicate(problem, symbol) else (symbol, value, not positive)
         for symbol, value, positive in claims

@@ -1,7 +1,7 @@
-"""A robot for the verifier: poses by pinocchio, and bounds of how far its parts move, derived here on their own.
+"""A robot as the verifier sees it: poses by pinocchio, and bounds of how far its parts move, derived here independently.
 
-A point that hangs on joint k moves, while coordinates change by dq, at most by the sum over the joints j from the
-base to k of |dq_j| times the distance that it can have from joint j (1 for a prismatic joint).
+When coordinates change by dq, a point attached to joint k moves at most by the sum over the joints j from the base to k
+of |dq_j| times the greatest distance of the point from joint j (1 for a prismatic joint).
 """
 
 from collections.abc import Sequence
@@ -15,14 +15,14 @@ from kabo.scene import Robot
 
 @dataclass(frozen=True)
 class Mount:
-    """Where something hangs on a robot: pinocchio's joint (0: the base) and its pose in the joint's frame."""
+    """The attachment of a body to a robot: pinocchio's joint (0: the base) and the body's pose in the joint's frame."""
 
     joint: int
     joint_T_body: Array  # (4, 4)
     robot: str = ""
 
     def carrying(self, body_T_other: Array) -> "Mount":
-        """Where something hangs that has this pose (4, 4) in the frame of the body."""
+        """The mount of another body that has this pose (4, 4) in the frame of the mounted body."""
         return Mount(self.joint, self.joint_T_body @ body_T_other, self.robot)
 
 
@@ -46,7 +46,7 @@ class Arm:
         self.chains = [self._chain(j) for j in range(count)]
         self._offsets = [self._offset(j) for j in range(count)]
         self._reaches: dict[tuple[int, float, frozenset[int]], Array] = {}
-        # Where pinocchio's configuration takes its values; endless joints stand in it as cosine and sine.
+        # The indices of coordinates in pinocchio's configuration, which has cosine and sine of continuous joints.
         joints = [self._model.joints[j] for j in range(1, count)]
         self._endless = [(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 2]
         self._simple = np.array([(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 1], dtype=int).reshape(
@@ -54,7 +54,7 @@ class Arm:
         )
 
     def _chain(self, joint: int) -> frozenset[int]:
-        """The joints that move what hangs on this one."""
+        """The joints from the base to this one, which all move a body attached to it."""
         result = set()
         while joint > 0:
             if self.robot.actuation.ratio[joint] != 0.0:
@@ -63,7 +63,7 @@ class Arm:
         return frozenset(result)
 
     def _offset(self, joint: int) -> float:
-        """How far the origin of a joint can be from that of its parent [m]."""
+        """The greatest distance of a joint's origin from that of its parent [m]."""
         if joint == 0:
             return 0.0
         offset = float(np.linalg.norm(self._model.jointPlacements[joint].translation))
@@ -76,7 +76,7 @@ class Arm:
 
     @property
     def extent(self) -> float:
-        """How far any joint can be from the world's origin [m]."""
+        """The greatest distance of any joint from the world's origin [m]."""
         return sum(self._offsets)
 
     def joint_poses(self, q: Sequence[float]) -> Array:
@@ -85,7 +85,7 @@ class Arm:
         return np.array([placement.homogeneous for placement in self._data.oMi])
 
     def _expanded(self, q: Array) -> Array:
-        """Pinocchio's configuration."""
+        """Pinocchio's configuration for the coordinates q."""
         actuation = self.robot.actuation
         values = np.asarray(actuation.ratio)[1:] * q[list(actuation.source[1:])] + np.asarray(actuation.shift)[1:]
         result = np.zeros(self._model.nq)
@@ -95,17 +95,17 @@ class Arm:
         return result
 
     def pose(self, q: Sequence[float], mount: Mount) -> Array:
-        """The pose (4, 4) in the world of what hangs there."""
+        """The pose (4, 4) of a mounted body in the world."""
         result: Array = self.joint_poses(q)[mount.joint] @ mount.joint_T_body
         return result
 
     def reach(self, joint: int, radius: float, joints: frozenset[int]) -> Array:
-        """How far a point moves at most, by each coordinate of a configuration [m/rad or m/m], shape (n,).
+        """The most that a point moves for each coordinate of a configuration (n,) [m/rad or m/m].
 
         Args:
-            joint: what the point hangs on.
-            radius: its distance from that joint's origin [m].
-            joints: the joints that count; others are taken to stand.
+            joint: the joint to which the point is attached.
+            radius: the point's distance from that joint's origin [m].
+            joints: the joints that count; the others are assumed to stand still.
         """
         key = joint, radius, joints
         if key not in self._reaches:
@@ -124,7 +124,7 @@ class Arm:
         return result
 
     def turning(self, joint: int) -> Array:
-        """By how much what hangs on a joint turns at most, by each coordinate [rad/rad or rad/m], shape (n,)."""
+        """The most that a body attached to a joint rotates for each coordinate (n,) [rad/rad or rad/m]."""
         result = np.zeros(len(self.robot.joint_names))
         for j in self.chains[joint]:
             if self.revolute[j]:

@@ -1,8 +1,8 @@
-"""What the geometric call of a node names: robots, bodies, a region, families; and what its procedure is to do.
+"""The geometric call of a node: the robots, bodies, region and families that it names, and what its procedure must do.
 
-Arguments fill the properties that the procedure's task file declares, and play their roles in the order of their
-kinds: the first robot, the first body. What the procedures of the library are to do is told by their names; of a
-task of the domain's own with another name, only what it names is known.
+Arguments fill the properties that the procedure's task file declares, and take their roles in the order of their
+kinds: the first robot, the first body. The purpose of the library's procedures is known by their names; of a domain's own
+procedure with another name, only the things that the call names are known.
 """
 
 from collections.abc import Mapping
@@ -19,8 +19,8 @@ KINDS = ("robot", "body", "region")
 
 
 @dataclass(frozen=True)
-class Law:
-    """What a procedure is to do: the roles of its robots and bodies, in order, the first `needed` of each given."""
+class ProcedureSpec:
+    """The purpose of a procedure: its result, and the roles of its robots and bodies, of which `needed` must be given."""
 
     robots: tuple[str, ...] = ("robot",)
     bodies: tuple[str, ...] = ()
@@ -31,37 +31,39 @@ class Law:
     mates: bool = False  # two bodies are mated
 
 
-LAWS = {
-    "move": Law(),
-    "sense": Law(bodies=("object",), needed=(1, 1)),
-    "sense_weight": Law(bodies=("object",), needed=(1, 1)),
-    "pick": Law(bodies=("object",), needed=(1, 1), takes="robot"),
-    "place": Law(bodies=("object", "support"), needed=(1, 1), lets_go="robot", places=True),
-    "release": Law(bodies=("object", "support"), needed=(1, 1), lets_go="robot", places=True),
-    "transfer": Law(bodies=("object", "support"), needed=(1, 1), places=True),
-    "restack": Law(bodies=("object", "support"), needed=(1, 2), takes="robot", lets_go="robot", places=True),
-    "hand_over": Law(("robot", "receiver"), ("object",), (2, 1), takes="receiver", lets_go="robot"),
-    "insert": Law(bodies=("object", "other"), needed=(1, 2), mates=True),
-    "insert_bimanual": Law(("robot", "other_robot"), ("object", "other"), (2, 2), mates=True),
+PROCEDURE_SPECS = {
+    "move": ProcedureSpec(),
+    "sense": ProcedureSpec(bodies=("object",), needed=(1, 1)),
+    "sense_weight": ProcedureSpec(bodies=("object",), needed=(1, 1)),
+    "pick": ProcedureSpec(bodies=("object",), needed=(1, 1), takes="robot"),
+    "place": ProcedureSpec(bodies=("object", "support"), needed=(1, 1), lets_go="robot", places=True),
+    "release": ProcedureSpec(bodies=("object", "support"), needed=(1, 1), lets_go="robot", places=True),
+    "transfer": ProcedureSpec(bodies=("object", "support"), needed=(1, 1), places=True),
+    "restack": ProcedureSpec(
+        bodies=("object", "support"), needed=(1, 2), takes="robot", lets_go="robot", places=True
+    ),
+    "hand_over": ProcedureSpec(("robot", "receiver"), ("object",), (2, 1), takes="receiver", lets_go="robot"),
+    "insert": ProcedureSpec(bodies=("object", "other"), needed=(1, 2), mates=True),
+    "insert_bimanual": ProcedureSpec(("robot", "other_robot"), ("object", "other"), (2, 2), mates=True),
 }
 WHERE_SENSED = {"sense": "sense", "sense_weight": "weigh"}  # the configuration to sense in, if the robot has it
 
 
 @dataclass(frozen=True)
 class Call:
-    """A ground call: who plays which role; `law` is None for a task whose purpose is not known here.
+    """A ground call with the roles of its arguments; `spec` is None if the procedure's purpose is unknown here.
 
     Attributes:
-        procedure: its name.
-        things: all robots, bodies and regions that it names, by kind and in order.
-        roles: role -> name, as the law calls them; and `region`.
-        keep, grasp, placement, mate, at: names, or None for any.
+        procedure: the procedure's name.
+        things: all robots, bodies and regions that the call names, by kind and in order.
+        roles: the name in each role of the spec, and in `region`.
+        keep, grasp, placement, mate, at: names of the constraint, the families, the mate and the configuration; None: any.
     """
 
     procedure: str
     things: Mapping[str, tuple[str, ...]]
     roles: Mapping[str, str] = field(default_factory=dict)
-    law: Law | None = None
+    spec: ProcedureSpec | None = None
     keep: str | None = None
     grasp: str | None = None
     placement: str | None = None
@@ -74,16 +76,16 @@ class Call:
 
     @property
     def robots(self) -> tuple[str, ...]:
-        """The robots that it may move."""
+        """The robots that the call may move."""
         return self.things["robot"]
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """The bodies that it names."""
+        """The bodies that the call names."""
         return self.things["body"]
 
     def role(self, role: str | None) -> str | None:
-        """Who plays a role."""
+        """The name in a role; None if nothing is."""
         return None if role is None else self.roles.get(role)
 
 
@@ -94,21 +96,21 @@ class Calls:
         assert problem.scene is not None
         self.problem, self.scene = problem, problem.scene
         path = problem.domain.path
-        self.unjudged: dict[str, None] = {}  # procedures whose purpose is not known here
+        self.unjudged: dict[str, None] = {}  # procedures whose purpose is unknown here
         self._procedures = ProcedureSignatures(None if path is None else str(Path(path).parent))
 
     def of(self, node: Node) -> Call | None:
         """The geometric call of a node; None if its action has none.
 
         Raises:
-            ValueError: a procedure that does not exist, or arguments that do not fit it.
+            ValueError: the procedure does not exist, or the arguments do not fit it.
         """
         action = self.problem.domain.actions.get(str(node.action))
         if action is None or action.geometry is None:
             return None
         call = action.geometry
         if call.procedure in self.problem.domain.procedures:
-            return None  # somebody else answers for it: it says whether, not how
+            return None  # an external procedure, which has no motion
         signature = self._procedures.get(call.procedure)
         if signature is None:
             raise ValueError(
@@ -122,19 +124,19 @@ class Calls:
             if name in arguments and kind is not None:
                 things[kind].append(arguments[name])
         found = _call(call.procedure, {kind: tuple(names) for kind, names in things.items()}, arguments)
-        if found.law is None:
+        if found.spec is None:
             self.unjudged[call.procedure] = None
         return found
 
     def notes(self) -> list[str]:
-        """What was not judged, for people."""
+        """The procedures whose purpose was not judged, as notes of the report."""
         text = (
             "a task of the domain's own: its motion was verified, and what it takes and records, not its purpose"
         )
         return [f'"{name}" is {text}' for name in self.unjudged]
 
     def _arguments(self, call: ProcedureCall, node: Node, names: list[str]) -> dict[str, str]:
-        """Property -> value, in the order in which the properties are declared."""
+        """The value of each property, in the order in which the properties are declared."""
         positional, named = [], {}
         for argument in call.arguments:
             value = argument.value
@@ -153,7 +155,7 @@ class Calls:
 
 
 def _kind(declared: str, value: str | None, scene: SceneDescription) -> str | None:
-    """The kind of thing that an argument is, or None; where the file does not say, the scene does."""
+    """The kind of an argument (see `KINDS`) or None; the scene decides where the task file does not."""
     if declared in KINDS:
         return declared
     if declared != "any":
@@ -165,16 +167,16 @@ def _kind(declared: str, value: str | None, scene: SceneDescription) -> str | No
 
 
 def _call(procedure: str, things: Mapping[str, tuple[str, ...]], arguments: Mapping[str, str]) -> Call:
-    law = LAWS.get(procedure)
+    spec = PROCEDURE_SPECS.get(procedure)
     robots, bodies = things["robot"], things["body"]
-    if law is not None and (len(robots) < law.needed[0] or len(bodies) < law.needed[1]):
-        law = None  # a task of the domain's own that only has the same name
+    if spec is not None and (len(robots) < spec.needed[0] or len(bodies) < spec.needed[1]):
+        spec = None  # a domain's own task that only has the same name
     roles = {"region": things["region"][0]} if things["region"] else {}
-    if law is not None:
-        roles |= dict(zip(law.robots, robots, strict=False)) | dict(zip(law.bodies, bodies, strict=False))
+    if spec is not None:
+        roles |= dict(zip(spec.robots, robots, strict=False)) | dict(zip(spec.bodies, bodies, strict=False))
     given = {name: arguments.get(name) for name in ("keep", "grasp", "placement", "mate", "at")}
     chosen = {name: None if value in (None, "", "any") else value for name, value in given.items()}
     chosen["at"] = chosen["at"] or WHERE_SENSED.get(procedure)
     named = {name for names in things.values() for name in names}
     text = f"{procedure}({', '.join(value for value in arguments.values() if value in named)})"
-    return Call(procedure, things, roles, law, text=text, **chosen)
+    return Call(procedure, things, roles, spec, text=text, **chosen)

@@ -1,4 +1,4 @@
-"""How far the points of a body leave the chord between two way points, derived from the robot's joints alone.
+"""Bounds of how far the points of a body leave the chord between two way points, from the robot's joints alone.
 
 Between two way points, straight in joint space, |x - chord| <= max |x''| / 8, and for joints i before j
 |d2x / dq_i dq_j| <= distance to axis j if both turn, 1 if only i turns, 0 if i slides [K Eq. 4.19-4.22, with the
@@ -9,13 +9,13 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.verify.motion.arms import Mount
-from kabo.verify.motion.sweep import Path, Thing
+from kabo.verify.motion.sweep import Path, PlacedBody
 
-UP = 1.0 + 1e-12  # for the rounding of the sums
+ROUNDING_FACTOR = 1.0 + 1e-12  # covers the rounding errors of the sums
 
 
-def frame_of(path: Path, first: Thing, second: Thing) -> tuple[str | None, int]:
-    """The last joint that carries both things, with its robot: what moves it moves both alike; 0 is the world."""
+def frame_of(path: Path, first: PlacedBody, second: PlacedBody) -> tuple[str | None, int]:
+    """The last joint that carries both bodies, with its robot, so that it moves both alike; joint 0 is the world."""
     a, b = first.mount, second.mount
     if a is None or b is None or a.robot != b.robot:
         return None, 0
@@ -31,19 +31,19 @@ def frame_of(path: Path, first: Thing, second: Thing) -> tuple[str | None, int]:
 
 
 def reach(mount: Mount, vertices: Array) -> float:
-    """How far vertices (V, 3) of a body are at most from the joint that carries it [m]."""
+    """The greatest distance of a body's vertices (V, 3) from the joint that carries it [m]."""
     placed = vertices @ mount.joint_T_body[:3, :3].T + mount.joint_T_body[:3, 3]
-    return float(np.linalg.norm(placed, axis=1).max()) * UP
+    return float(np.linalg.norm(placed, axis=1).max()) * ROUNDING_FACTOR
 
 
 def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tuple[Array, bool]:
-    """For every piece of a path (K,) how far points leave their chords [m], seen from a joint; whether they move at all.
+    """For every piece of a path (K,) how far points leave their chords [m] as seen from a joint; whether they move at all.
 
     Args:
         path: the path.
-        mount: what the points hang on; None if they stand.
-        frame: a joint of the same robot that carries the mount, or 0.
-        radius: how far they are at most from their joint [m].
+        mount: the attachment of the points to a robot; None if they stand still.
+        frame: the joint from which they are seen, which carries the mount; 0 for the world.
+        radius: their greatest distance from their joint [m].
     """
     pieces = len(path.configurations) - 1
     if mount is None:
@@ -55,7 +55,7 @@ def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tu
         joint = arm.parents[joint]
     values = [actuation.ratio[j] * q[:, actuation.source[j]] + actuation.shift[j] for j in joints]
     steps = [np.abs(np.diff(value)) for value in values]
-    before = np.zeros((len(joints) + 1, pieces))  # how far what carries each joint turns
+    before = np.zeros((len(joints) + 1, pieces))  # the rotation of the body that carries each joint
     for k in range(len(joints) - 1, -1, -1):
         before[k] = before[k + 1] + (steps[k] if arm.revolute[joints[k]] else 0.0)
     bend, distance = np.zeros(pieces), np.full(pieces, radius)
@@ -66,4 +66,4 @@ def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tu
             bend += 2.0 * steps[k] * before[k + 1]
             distance = distance + np.maximum(np.abs(values[k][:-1]), np.abs(values[k][1:]))
         distance = distance + float(np.linalg.norm(arm.robot.model.jointPlacements[j].translation))
-    return 0.125 * bend * UP, any(step.any() for step in steps)
+    return 0.125 * bend * ROUNDING_FACTOR, any(step.any() for step in steps)

@@ -1,4 +1,4 @@
-"""One stretch of motion against everything else: which pairs can meet, and the proof that they do not."""
+"""One stretch of motion against all bodies: which pairs could collide, and the proof that they do not."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -7,55 +7,55 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kabo.verify.motion.contacts.granted import Permits
-from kabo.verify.motion.courses import Course
 from kabo.verify.motion.motion_bounds import closer
+from kabo.verify.motion.scene_model import SceneModel
+from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.surfaces import hull_depth
-from kabo.verify.motion.sweep import Contact, Pair, Path, Proof, Stretches, Thing, open_stretches
-from kabo.verify.motion.world import World
+from kabo.verify.motion.sweep import Contact, Intervals, Pair, Path, PlacedBody, Proof, open_intervals
 from kabo.verify.report import Finding, Least
 
 
 @dataclass
 class Tally:
-    """What has been looked at so far."""
+    """The figures of the check so far, and the proofs that were found."""
 
     pairs: int = 0
     distances: int = 0
     least: Least | None = None
     known: dict[bytes, Proof] = field(default_factory=dict)
-    courses: list[Course] = field(default_factory=list)  # what was walked, for certificates
+    stretches: list[MotionStretch] = field(default_factory=list)  # all stretches checked, for the certificate
 
 
 def check_collision(
     node: str,
     path: Path,
-    moving: Sequence[Thing],
-    standing: Sequence[Thing],
+    moving: Sequence[PlacedBody],
+    standing: Sequence[PlacedBody],
     permits: Permits,
-    world: World,
+    world: SceneModel,
     tally: Tally,
 ) -> Iterator[Finding]:
-    """Proves that what moves along a path touches nothing but what it may.
+    """Proves that bodies that move along a path touch only what they may; yields the contacts that are not permitted.
 
     Args:
         node: the id of the node.
         path: the path of the robots that move.
         moving: their links and all that they carry.
-        standing: everything else; one name may stand at several places.
+        standing: all other bodies; one name may occur in several poses.
         permits: the contacts that the segment permits.
         world: the scene.
-        tally: what was proven before, and the figures; both grow.
+        tally: the figures and earlier proofs, to which this check adds.
     """
-    count, open_ = open_stretches(path, list(_couples(moving, standing, permits, world)))
+    count, open_ = open_intervals(path, list(_pairs(moving, standing, permits, world)))
     tally.pairs += count
-    for pair, stretches in open_:
+    for pair, intervals in open_:
         names = pair.first.name, pair.second.name
         shift = permits.shift(*names)
-        if shift is not None:  # bodies that nearly touch all along
-            pair, stretches = closer(pair, stretches)
+        if shift is not None:  # bodies that nearly touch along the whole path
+            pair, intervals = closer(pair, intervals)
         key = _key(pair, shift)
         if key not in tally.known:
-            tally.known[key] = _prove(pair, stretches, shift)
+            tally.known[key] = _prove(pair, intervals, shift)
         proof = tally.known[key]
         tally.distances += proof.distances
         if (
@@ -68,9 +68,9 @@ def check_collision(
             yield _finding(node, names, proof)
 
 
-def _couples(
-    moving: Sequence[Thing], standing: Sequence[Thing], permits: Permits, world: World
-) -> Iterator[tuple[Thing, Thing]]:
+def _pairs(
+    moving: Sequence[PlacedBody], standing: Sequence[PlacedBody], permits: Permits, world: SceneModel
+) -> Iterator[tuple[PlacedBody, PlacedBody]]:
     for i, first in enumerate(moving):
         for second in (*moving[i + 1 :], *standing):
             names = first.name, second.name
@@ -78,12 +78,12 @@ def _couples(
                 yield first, second
 
 
-def _prove(pair: Pair, stretches: Stretches, shift: np.ndarray | None) -> Proof:
-    if stretches[0][0] == 0.0 and pair.contained(shift):
+def _prove(pair: Pair, intervals: Intervals, shift: np.ndarray | None) -> Proof:
+    if intervals[0][0] == 0.0 and pair.contained(shift):
         a, b = pair.poses(0.0)
         depth = hull_depth(pair.first.surface, a, pair.second.surface, b)
         return Proof(Contact(float(pair.path.times[0]), None, depth, True), 0.0, float(pair.path.times[0]))
-    return pair.advance(stretches, shift)
+    return pair.advance(intervals, shift)
 
 
 def _key(pair: Pair, shift: np.ndarray | None) -> bytes:

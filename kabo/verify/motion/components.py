@@ -1,8 +1,8 @@
 """The values that the components of the geometric state can have at every node, by following `after` from `start`.
 
-A component is one robot's configuration, or one object's parent and pose. Where branches have met, a component may
-have several values; values of several components at once are followed together, so that what occurs together is
-exact [docs/plans.md#sharing]. Work grows with the possibilities of the components that are asked for, not with all.
+A component is one robot's configuration, or one object's parent and pose. Where branches have joined, a component may
+have several values. Values of several components are followed together, so that exactly the combinations that occur are
+found [docs/plans.md#sharing]. The work grows with the values of the requested components only.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,20 +16,20 @@ ComponentValue = Configuration | ObjectPose
 
 
 class Components:
-    """Possible values of components at the nodes of a plan."""
+    """The possible values of components at the nodes of a plan."""
 
     def __init__(self, plan: Plan, scene: Scene, order: Sequence[str]) -> None:
         self.plan, self.scene, self.order = plan, scene, order
         self._followed: dict[tuple[str, ...], dict[str, frozenset[tuple[ComponentValue, ...]]]] = {}
 
     def values(self, node: str, names: tuple[str, ...]) -> frozenset[tuple[ComponentValue, ...]]:
-        """The values that these components can have together at the start of a node."""
+        """The combinations of values that these components can have at the start of a node."""
         if names not in self._followed:
             self._followed[names] = self._follow(names)
         return self._followed[names].get(node, frozenset())
 
     def supports(self, name: str) -> tuple[str, ...]:
-        """The components that decide where an object is: itself and all that it may hang on, directly or not."""
+        """The components that decide the pose of an object: itself and all that it may be attached to, directly or not."""
         result, open_ = [name], [name]
         while open_:
             for parent in self._parents.get(open_.pop(), ()):
@@ -41,7 +41,7 @@ class Components:
 
     @cached_property
     def _parents(self) -> Mapping[str, list[str]]:
-        """Object -> every parent that it has anywhere in the plan."""
+        """For each object every parent that it has anywhere in the plan."""
         result: dict[str, list[str]] = {name: [] for name in self.scene.movable}
         changes = [node.after for node in self.plan.nodes.values()]
         for change in (self.plan.start, *changes):

@@ -1,7 +1,7 @@
-"""What the constraints of a scene measure, in plain numpy: lengths and angles between features, and their bounds.
+"""The measures of a scene's constraints, in plain numpy: lengths and angles between features, with their bounds.
 
-Every constraint becomes measures, each a length or an angle with bounds. Lines and planes coincide and are
-parallel in either sense; `aligned` and `opposed` fix the sense [docs/sampling.md#which-constraints; K Table 5.1].
+Every constraint becomes measures, each a length or an angle with bounds. Lines and planes may coincide or be parallel in
+either sense; `aligned` and `opposed` fix the sense [docs/sampling.md#which-constraints; K Table 5.1].
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,12 +13,12 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.language.scene_description import Constraint, Feature, FeatureName
 
-LENGTH, ANGLE = 1e-3, 1e-3  # what a constraint may be missed by [m], [rad]
+LENGTH_TOLERANCE, ANGLE_TOLERANCE = 1e-3, 1e-3  # [m], [rad] by which a constraint may be violated
 
 
 @dataclass(frozen=True)
 class Role:
-    """Who plays a role in constraints: its features, its pose world_T (4, 4)."""
+    """The body in a role of constraints: its features, and its pose world_T (4, 4)."""
 
     features: Mapping[str, Feature]
     world_T: Array
@@ -26,7 +26,7 @@ class Role:
 
 @dataclass(frozen=True)
 class Measure:
-    """A length [m] or angle [rad] and what it must lie between."""
+    """A length [m] or angle [rad] with its bounds."""
 
     kind: Literal["length", "angle"]
     value: float
@@ -35,13 +35,13 @@ class Measure:
 
     @property
     def excess(self) -> float:
-        """By how much the bounds are missed; negative inside."""
+        """The amount by which the value is outside of its bounds; negative inside."""
         return max(self.lower - self.value, self.value - self.upper)
 
     @property
     def tolerance(self) -> float:
-        """What it may be missed by."""
-        return LENGTH if self.kind == "length" else ANGLE
+        """The amount by which the bounds may be violated."""
+        return LENGTH_TOLERANCE if self.kind == "length" else ANGLE_TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -62,15 +62,15 @@ WORLD = Role(
 
 
 class UnknownFeatureError(Exception):
-    """A constraint names a role or feature that nobody has."""
+    """A constraint names a role or feature that does not exist."""
 
 
 def missed(
-    constraints: Sequence[Constraint], roles: Mapping[str, Role], length: float = LENGTH
+    constraints: Sequence[Constraint], roles: Mapping[str, Role], length: float = LENGTH_TOLERANCE
 ) -> tuple[Constraint, Measure] | None:
-    """The constraint that is missed by more than its tolerance (lengths: `length` [m]), the worst; None if all hold.
+    """The constraint that is violated most beyond its tolerance, with the measure; None if all hold.
 
-    `inside` is not among them: it is a predicate on whole bodies.
+    Lengths have the tolerance `length` [m]. `inside` is not checked here: it is a predicate on whole bodies.
     """
     worst: tuple[Constraint, Measure] | None = None
     most = 1.0
@@ -141,10 +141,10 @@ def _coincident(a: _Placed, b: _Placed) -> Iterator[Measure]:
 
 
 def _directed(kind: str, a: _Placed, b: _Placed) -> Measure:
-    """Parallel, aligned, opposed, perpendicular.
+    """The measure of `parallel`, `aligned`, `opposed` or `perpendicular`.
 
-    Between a line and a plane the line itself is meant for `parallel`, which then lies at right angles to the
-    normal; `aligned`, `opposed` and `perpendicular` put the line along the normal.
+    A line parallel to a plane is at right angles to its normal; `aligned`, `opposed` and `perpendicular` put the line
+    along the normal.
     """
     mixed = {a.kind, b.kind} == {"line", "plane"}
     if kind == "aligned":

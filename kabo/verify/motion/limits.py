@@ -1,4 +1,4 @@
-"""What the numbers of a segment must keep: its joints, where it begins, limits, velocities, time."""
+"""Checks the numbers of a segment: its joints, its first configuration, limits, velocities, times."""
 
 from collections.abc import Iterator
 
@@ -9,12 +9,12 @@ from kabo.plan import Segment
 from kabo.scene import Robot
 from kabo.verify.report import Finding
 
-JOINED = 1e-6  # [rad, m, s] how well one piece of motion must begin where the last one ended
-ROUNDED = 1e-8  # what the rounding of way points may break limits by [rad, m]
+CONTINUITY_TOLERANCE = 1e-6  # [rad, m, s] between the end of one motion and the beginning of the next
+LIMIT_TOLERANCE = 1e-8  # [rad, m] by which rounded way points may exceed limits
 
 
 def check_joints(node: str, segment: Segment, robot: Robot) -> Iterator[Finding]:
-    """Every segment names all planned joints, or all of the gripper's, in their order."""
+    """A finding unless the segment names all planned joints, or all gripper joints, in their order."""
     if segment.joints not in (robot.planned_joints, robot.gripper_joints) or not segment.joints:
         moved = ", ".join(segment.joints)
         text = f"a segment of {robot.name} moves {moved}: neither its planned joints nor its gripper's"
@@ -22,9 +22,9 @@ def check_joints(node: str, segment: Segment, robot: Robot) -> Iterator[Finding]
 
 
 def check_times(node: str, segment: Segment, earliest: float) -> Iterator[Finding]:
-    """Times increase, from when the robot's segment before has ended [s]."""
+    """A finding unless the times increase, and begin no earlier than `earliest` [s], when the robot is free."""
     times = np.asarray(segment.times)
-    if times[0] < earliest - JOINED:
+    if times[0] < earliest - CONTINUITY_TOLERANCE:
         text = f"a segment of {segment.robot} begins before the one before it has ended"
         yield Finding(node, text, float(times[0]))
     steps = np.diff(times)
@@ -33,7 +33,7 @@ def check_times(node: str, segment: Segment, earliest: float) -> Iterator[Findin
 
 
 def check_numbers(node: str, segment: Segment, robot: Robot, start: Array) -> Iterator[Finding]:
-    """Continuity, limits and velocities of a segment.
+    """The findings about continuity, limits and velocities of a segment.
 
     Args:
         node: the id of its node.
@@ -44,7 +44,7 @@ def check_numbers(node: str, segment: Segment, robot: Robot, start: Array) -> It
     waypoints, times = np.asarray(segment.waypoints), np.asarray(segment.times)
     index = [robot.joint_names.index(joint) for joint in segment.joints]
     jump = np.abs(waypoints[0] - start[index])
-    if jump.max() > JOINED:
+    if jump.max() > CONTINUITY_TOLERANCE:
         joint = segment.joints[int(jump.argmax())]
         text = f"the motion jumps: {joint} of {robot.name} is {jump.max():.6g} away from where it was"
         yield Finding(node, text, float(times[0]), depth=float(jump.max()))
@@ -54,7 +54,7 @@ def check_numbers(node: str, segment: Segment, robot: Robot, start: Array) -> It
 
 def _check_velocities(node, segment, robot, waypoints, times, index) -> Iterator[Finding]:  # type: ignore[no-untyped-def]
     steps = np.diff(times)[:, None]
-    over = np.abs(np.diff(waypoints, axis=0)) - robot.tree.velocity[index] * steps - ROUNDED
+    over = np.abs(np.diff(waypoints, axis=0)) - robot.tree.velocity[index] * steps - LIMIT_TOLERANCE
     k, j = np.unravel_index(int(over.argmax()), over.shape)
     if over[k, j] > 0:
         speed = abs(waypoints[k + 1, j] - waypoints[k, j]) / steps[k, 0]
@@ -64,7 +64,7 @@ def _check_velocities(node, segment, robot, waypoints, times, index) -> Iterator
 
 
 def _check_limits(node, segment, robot, waypoints, times, index) -> Iterator[Finding]:  # type: ignore[no-untyped-def]
-    over = np.maximum(robot.tree.lower[index] - waypoints, waypoints - robot.tree.upper[index]) - ROUNDED
+    over = np.maximum(robot.tree.lower[index] - waypoints, waypoints - robot.tree.upper[index]) - LIMIT_TOLERANCE
     k, j = np.unravel_index(int(over.argmax()), over.shape)
     if over[k, j] > 0:
         where = f"at {waypoints[k, j]:.6g}, beyond its limit by {over[k, j]:.3g}"

@@ -1,7 +1,7 @@
-"""How far two bodies move against each other, bounded more closely than joint by joint: for pairs that nearly touch.
+"""Closer bounds of the relative motion of two bodies than the sum over joints, for pairs that nearly touch.
 
-Between two way points the velocity of a point differs from that of its chord by no more than four times what the point
-may leave its chord by [K Eq. 4.19]; the points of a body move no farther than the corners of the box around it.
+Between two way points the velocity of a point differs from that of its chord by no more than four times the bound of its
+deviation from the chord [K Eq. 4.19]; the points of a body move no farther than the corners of the box around it.
 """
 
 import numpy as np
@@ -9,16 +9,16 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.contacts.strokes import box_corners
-from kabo.verify.motion.sweep import Pair, Path, Stretches, Thing
+from kabo.verify.motion.sweep import Intervals, Pair, Path, PlacedBody
 
 
-def closer(pair: Pair, stretches: Stretches) -> tuple[Pair, Stretches]:
-    """The pair with closer bounds of its motion, and the same stretches in these terms."""
+def closer(pair: Pair, intervals: Intervals) -> tuple[Pair, Intervals]:
+    """The pair with closer bounds of its motion, and the same intervals measured by them."""
     lengths = np.diff(pair.ends)
     bounds = np.minimum(lengths, _lengths(pair.path, pair.first) + _lengths(pair.path, pair.second))
     made = Pair(pair.path, pair.first, pair.second, np.zeros(pair.path.steps.shape[1]))
     made.ends = np.concatenate([[0.0], np.cumsum(bounds)])
-    return made, [(_place(pair, made, start), _place(pair, made, end)) for start, end in stretches]
+    return made, [(_place(pair, made, start), _place(pair, made, end)) for start, end in intervals]
 
 
 def _place(pair: Pair, made: Pair, s: float) -> float:
@@ -26,8 +26,8 @@ def _place(pair: Pair, made: Pair, s: float) -> float:
     return float(made.ends[piece] + share * (made.ends[piece + 1] - made.ends[piece]))
 
 
-def _lengths(path: Path, thing: Thing) -> Array:
-    """How far any point of a thing moves at most on each piece of a path (K,) [m]."""
+def _lengths(path: Path, thing: PlacedBody) -> Array:
+    """The most that any point of a body moves on each piece of a path (K,) [m]."""
     mount = thing.mount
     if mount is None:
         return np.zeros(len(path.steps))

@@ -1,4 +1,4 @@
-"""Whether the motion of a node is its action's: it moves what the call names, and ends as recorded."""
+"""Whether the motion of a node fits its action: it moves what the call names, and ends as the node records."""
 
 from collections.abc import Iterator
 
@@ -7,9 +7,9 @@ from kabo.verify.motion.calls import Call, Calls
 from kabo.verify.motion.collision import Tally
 from kabo.verify.motion.components import Components
 from kabo.verify.motion.overlaps import Motion
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Ambiguous, Situation, situation
 from kabo.verify.motion.walk import Walk, is_at
-from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
 
 
@@ -17,12 +17,12 @@ def check_motion(
     node: str,
     content: Node,
     calls: Calls,
-    world: World,
+    world: SceneModel,
     components: Components,
     tally: Tally,
     walked: dict[str, Motion] | None = None,
 ) -> Iterator[Finding]:
-    """Everything that is wrong with the motion of a node, in the order of time; `walked` takes what it swept."""
+    """The findings about the motion of a node, in the order of time; the motion is added to `walked`."""
     try:
         call = calls.of(content)
     except ValueError as error:
@@ -56,8 +56,8 @@ def check_motion(
         yield from _check_still(node, content, call, world, start)
 
 
-def _unknown(call: Call, world: World) -> list[str]:
-    """What the call names and the scene does not have, or has not as something that can be moved."""
+def _unknown(call: Call, world: SceneModel) -> list[str]:
+    """The names in the call that the scene does not have, or that it has as bodies that cannot be moved."""
     scene = world.scene
     has = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
     missing = [name for kind, names in call.things.items() for name in names if name not in has[kind]]
@@ -65,10 +65,10 @@ def _unknown(call: Call, world: World) -> list[str]:
     return [*missing, *(str(name) for name in still)]
 
 
-def _check_still(node: str, content: Node, call: Call, world: World, start: Situation) -> Iterator[Finding]:
-    """Nothing moves: right only for sensing where the robot is already, or has no place to go to."""
+def _check_still(node: str, content: Node, call: Call, world: SceneModel, start: Situation) -> Iterator[Finding]:
+    """The findings about a node without motion: that is right only for sensing in the present configuration."""
     robot = next(iter(call.robots), None)
-    if robot is None and call.law is None:
+    if robot is None and call.spec is None:
         return
     wanted = world.scene.robots[str(robot)].configurations.get(call.at or "")
     if call.at is None or (

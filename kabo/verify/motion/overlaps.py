@@ -1,7 +1,7 @@
-"""Motions that begin before the one before has ended: who may, and that nothing can meet however late either runs.
+"""Motions that begin before the preceding one has ended: whether they may, and the proof that their bodies never meet.
 
-The last `overlap` seconds of the motion before, and all of the motion that begins early, are proven apart for every
-pair of their moments: an arm that is late, or early, does no harm.
+The last `overlap` seconds of the preceding motion and all of the motion that begins early are proven apart for every
+pair of their moments, so that it does not matter if one of them runs early or late.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,24 +11,33 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.plan import Node, Plan
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.surfaces import hull_depth, hull_gap, mesh_distance
-from kabo.verify.motion.sweep import LEAST, VANISHING, Contact, Pair, Path, Thing, stations, weights
-from kabo.verify.motion.world import World
+from kabo.verify.motion.sweep import (
+    CONTACT_DISTANCE,
+    MIN_STEP_SHARE,
+    Contact,
+    Pair,
+    Path,
+    PlacedBody,
+    stations,
+    weights,
+)
 from kabo.verify.report import Finding
 
-ROUNDED = 2e-6  # [s] what the rounding of times may break a bound by
+OVERLAP_TOLERANCE = 2e-6  # [s] by which rounded times may exceed a bound
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """What moves along a path, while segments with these numbers are under way."""
+    """The bodies that move along a path while the segments with these numbers are under way."""
 
     path: Path
-    things: Sequence[Thing]
+    things: Sequence[PlacedBody]
     segments: tuple[int, ...] = ()
 
     def since(self, time: float) -> "Sweep | None":
-        """The part from a time on [s]; None if it has ended by then."""
+        """The part of the sweep from a time on [s]; None if it has ended by then."""
         path = self.path
         if path.times[-1] <= time:
             return None
@@ -42,7 +51,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two sweeps that may be under way at any two moments of theirs, as the second motion, of `node`, begins early."""
+    """Two sweeps that may be under way at any two of their moments; the second is that of `node`, which begins early."""
 
     node: str
     first: Sweep
@@ -51,7 +60,7 @@ class Meeting:
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion that was walked: its sweeps, and the objects that it moves or speaks of."""
+    """A checked motion: its sweeps, and the objects that it moves or that its call names."""
 
     sweeps: Sequence[Sweep]
     moved: frozenset[str]
@@ -59,18 +68,18 @@ class Motion:
 
 
 def duration(node: Node) -> float:
-    """How long a node's motion lasts [s]."""
+    """The duration of a node's motion [s]."""
     return max((segment.times[-1] for segment in node.motion), default=0.0)
 
 
 def sharing_time(plan: Plan) -> set[str]:
-    """The nodes whose motions overlap with another's."""
+    """The nodes whose motions overlap in time with another's."""
     early = {name for name, node in plan.nodes.items() if node.overlap > 0.0}
     return early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
 
 
 def all_meetings(plan: Plan, order: Sequence[str], motions: Mapping[str, Motion]) -> list[Meeting]:
-    """The meetings of all nodes that begin early, as far as they were walked."""
+    """The meetings of all nodes that begin early, as far as their motions were checked."""
     found = []
     for name in order:
         before = [other for other in order if name in plan.nodes[other].successors]
@@ -80,14 +89,14 @@ def all_meetings(plan: Plan, order: Sequence[str], motions: Mapping[str, Motion]
 
 
 def check_overlaps(
-    plan: Plan, order: Sequence[str], motions: Mapping[str, Motion], world: World
+    plan: Plan, order: Sequence[str], motions: Mapping[str, Motion], world: SceneModel
 ) -> Iterator[Finding]:
-    """What is wrong with motions that begin early.
+    """The findings about motions that begin early.
 
     Args:
         plan: the plan.
-        order: its nodes.
-        motions: those that were walked, of all nodes of `sharing_time`.
+        order: the ids of its nodes.
+        motions: the checked motions of all nodes of `sharing_time`.
         world: the scene.
     """
     for name in order:
@@ -109,15 +118,15 @@ def _check_times(plan: Plan, name: str, before: Sequence[str]) -> Iterator[Findi
         yield Finding(name, f"begins before {before[0]} has ended, but one of the two does not move")
         return
     for other, lasts in ((before[0], duration(first)), (name, duration(node))):
-        if node.overlap > lasts + ROUNDED:
+        if node.overlap > lasts + OVERLAP_TOLERANCE:
             text = f"begins {node.overlap:g} s before {before[0]} ends, but {other} lasts {lasts:g} s only"
             yield Finding(name, text)
-    if first.overlap > 0.0 and first.overlap + node.overlap > duration(first) + ROUNDED:
+    if first.overlap > 0.0 and first.overlap + node.overlap > duration(first) + OVERLAP_TOLERANCE:
         yield Finding(name, f"begins before what comes before {before[0]} has ended")
 
 
 def _check_apart(
-    name: str, plan: Plan, before: str, motions: Mapping[str, Motion], world: World
+    name: str, plan: Plan, before: str, motions: Mapping[str, Motion], world: SceneModel
 ) -> Iterator[Finding]:
     first, second = motions[before], motions[name]
     robots = {r for s in first.sweeps for r in s.path.arms} & {r for s in second.sweeps for r in s.path.arms}
@@ -136,14 +145,14 @@ def _check_apart(
 
 
 def meetings(plan: Plan, name: str, before: str, motions: Mapping[str, Motion]) -> list[Meeting]:
-    """What of the motion before a node may be under way beside what of its own."""
+    """The pairs of sweeps, of the motion before a node and of its own, that may be under way at the same time."""
     begin = duration(plan.nodes[before]) - plan.nodes[name].overlap
     tails = [tail for tail in (sweep.since(begin) for sweep in motions[before].sweeps) if tail is not None]
     return [Meeting(name, tail, sweep) for tail in tails for sweep in motions[name].sweeps]
 
 
-def _contacts(first: Sweep, second: Sweep, world: World) -> Iterator[tuple[tuple[str, str], Contact]]:
-    """The pairs, one thing of each sweep, that are not proven apart, and when of the second sweep."""
+def _contacts(first: Sweep, second: Sweep, world: SceneModel) -> Iterator[tuple[tuple[str, str], Contact]]:
+    """The pairs of bodies, one of each sweep, that are not proven apart, and the time in the second sweep."""
     balls = [[_balls(sweep.path, thing) for thing in sweep.things] for sweep in (first, second)]
     for i, a in enumerate(first.things):
         for j, b in enumerate(second.things):
@@ -151,19 +160,21 @@ def _contacts(first: Sweep, second: Sweep, world: World) -> Iterator[tuple[tuple
                 continue
             (centres, radius), (others, other_radius) = balls[0][i], balls[1][j]
             gaps = np.linalg.norm(centres[:, None] - others[None], axis=2) - radius - other_radius
-            contact = None if gaps.min() > LEAST else _meeting(_alone(first.path, a), _alone(second.path, b))
+            contact = (
+                None if gaps.min() > CONTACT_DISTANCE else _meeting(_alone(first.path, a), _alone(second.path, b))
+            )
             if contact is not None:
                 yield (a.name, b.name), contact
 
 
-def _alone(path: Path, thing: Thing) -> Pair:
-    """A thing along its path, against whatever stands: how far it moves by itself."""
-    still = Thing("", thing.surface, np.eye(4))
+def _alone(path: Path, thing: PlacedBody) -> Pair:
+    """A body along its path, with bounds of its own motion, whatever the other body."""
+    still = PlacedBody("", thing.surface, np.eye(4))
     return Pair(path, thing, still, weights(path, thing, still))
 
 
-def _balls(path: Path, thing: Thing) -> tuple[Array, float]:
-    """Centres (k, 3) and one radius of balls that cover a thing all along a path."""
+def _balls(path: Path, thing: PlacedBody) -> tuple[Array, float]:
+    """The centres (k, 3) and common radius of balls that cover a body along the whole path."""
     alone = _alone(path, thing)
     steps = stations(path, np.diff(alone.ends))
     s = np.array([alone.ends[k] + share * (alone.ends[k + 1] - alone.ends[k]) for k, share in steps])
@@ -173,7 +184,7 @@ def _balls(path: Path, thing: Thing) -> tuple[Array, float]:
 
 
 def _meeting(first: Pair, second: Pair) -> Contact | None:
-    """Where two things may meet, each anywhere on its own way; None: they are proven apart."""
+    """The contact that two bodies may have, each anywhere on its path; None if they are proven apart."""
     known: list[dict[float, Array]] = [{}, {}]
 
     def pose(which: int, s: float) -> Array:
@@ -181,7 +192,7 @@ def _meeting(first: Pair, second: Pair) -> Contact | None:
             known[which][s] = (first, second)[which].poses(s)[0]
         return known[which][s]
 
-    shortest = VANISHING * (first.length + second.length)
+    shortest = MIN_STEP_SHARE * (first.length + second.length)
     stack = [(0.0, first.length, 0.0, second.length)]
     while stack:
         s0, s1, t0, t1 = stack.pop()
@@ -192,9 +203,9 @@ def _meeting(first: Pair, second: Pair) -> Contact | None:
             distance = max(distance, mesh_distance(*a, *b))
         if distance > half:
             continue
-        if distance <= LEAST or half < shortest:
+        if distance <= CONTACT_DISTANCE or half < shortest:
             time = second.path.time(*second.place(t))
-            return Contact(time, None if distance <= LEAST else distance, hull_depth(*a, *b))
+            return Contact(time, None if distance <= CONTACT_DISTANCE else distance, hull_depth(*a, *b))
         if s1 - s0 > t1 - t0:
             stack += [(s, s1, t0, t1), (s0, s, t0, t1)]
         else:

@@ -1,7 +1,7 @@
-"""The geometric situation at the start of a node: what must be one there, and all that the rest may be.
+"""The geometric situation at the start of a node: the components that must have one value, and all values of the others.
 
-Followed one by one are the robots that move, what they carry, the bodies that the call names, and all that hangs
-together with these: each has exactly one place there. Everything else stands, at every place that it may have.
+Followed are the robots that move, the objects that they carry, the bodies that the call names, and all that is attached
+to these: each must have exactly one pose there. Every other body stands still, in every pose that it may have.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -13,9 +13,9 @@ import numpy as np
 from kabo.plan import ObjectPose
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.components import Components, ComponentValue
-from kabo.verify.motion.contacts.holding import Holding
-from kabo.verify.motion.sweep import Thing
-from kabo.verify.motion.world import World, matrix
+from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
+from kabo.verify.motion.scene_model import SceneModel, matrix
+from kabo.verify.motion.sweep import PlacedBody
 from kabo.verify.report import Finding
 
 _Value = TypeVar("_Value")
@@ -23,10 +23,10 @@ _Value = TypeVar("_Value")
 
 @dataclass
 class Situation:
-    """What a motion begins with: what is followed, with the configurations of the robots, and what stands."""
+    """The start of a motion: the followed objects with the robots' configurations, and the standing bodies."""
 
-    holding: Holding
-    standing: list[Thing] = field(default_factory=list)
+    holding: AttachmentTree
+    standing: list[PlacedBody] = field(default_factory=list)
 
 
 class Ambiguous(Exception):
@@ -34,23 +34,23 @@ class Ambiguous(Exception):
 
 
 def situation(
-    node: str, call: Call, moved: Sequence[str], world: World, components: Components
+    node: str, call: Call, moved: Sequence[str], world: SceneModel, components: Components
 ) -> Situation | None:
-    """The situation in which a node's motion begins; None if no way leads there.
+    """The situation in which a node's motion begins; None if no way leads to the node.
 
     Args:
         node: the node's id.
         call: its call.
         moved: the robots that its motion moves.
         world: the scene.
-        components: what the plan's states may be.
+        components: the possible values of components at the plan's nodes.
 
     Raises:
-        Ambiguous: says which component.
+        Ambiguous: a followed component has several values; the text says which.
     """
     scene = world.scene
     states = {name: _holdings(node, name, world, components) for name in scene.movable}
-    holding = Holding(world.arms, scene.fixed_poses)
+    holding = AttachmentTree(world.arms, scene.fixed_poses)
     for robot in moved:
         configurations = components.values(node, (robot,))
         if not configurations:
@@ -64,7 +64,7 @@ def situation(
         else:
             own = world.surface_of(scene.bodies[name].mesh)
             places = {where.tobytes(): where for where in (state.pose(name) for state in states[name])}
-            result.standing.extend(Thing(name, own, where) for where in places.values())
+            result.standing.extend(PlacedBody(name, own, where) for where in places.values())
     for robot in scene.robots:
         if robot not in moved:
             for (value,) in sorted(components.values(node, (robot,))):
@@ -73,8 +73,10 @@ def situation(
     return result
 
 
-def _followed(call: Call, moved: Sequence[str], world: World, states: dict[str, list[Holding]]) -> set[str]:
-    """The objects that are followed: named or carried ones, and all that may hang together with them."""
+def _followed(
+    call: Call, moved: Sequence[str], world: SceneModel, states: dict[str, list[AttachmentTree]]
+) -> set[str]:
+    """The objects that are followed: those named or carried, and all that may be attached to them."""
     region = world.scene.regions.get(call.roles.get("region", ""))
     result = {name for name in (*call.bodies, region.support if region else None) if name in states}
     result |= {name for name, all_ in states.items() for state in all_ if state.holder(name) in moved}
@@ -87,11 +89,11 @@ def _followed(call: Call, moved: Sequence[str], world: World, states: dict[str, 
         result |= more
 
 
-def _follow(name: str, states: Sequence[Holding], holding: Holding) -> None:
-    """Takes over where one object is.
+def _follow(name: str, states: Sequence[AttachmentTree], holding: AttachmentTree) -> None:
+    """Copies the parent of one object from the states into `holding`.
 
     Raises:
-        Ambiguous: it may be in several places.
+        Ambiguous: it may have several parents or poses.
     """
     values = {
         (state.hung[name][0], state.hung[name][1].tobytes(), state.pose(name).tobytes()): state for state in states
@@ -109,8 +111,8 @@ def _only(name: str, values: Collection[_Value]) -> _Value:
     return next(iter(values))
 
 
-def _holdings(node: str, name: str, world: World, components: Components) -> list[Holding]:
-    """All that an object may hang on, with what that hangs on, and the robots' configurations."""
+def _holdings(node: str, name: str, world: SceneModel, components: Components) -> list[AttachmentTree]:
+    """All attachment trees that an object may be part of, with the robots' configurations."""
     supports = components.supports(name)
     result = []
     for values in sorted(components.values(node, supports), key=repr):
@@ -125,8 +127,8 @@ def _holdings(node: str, name: str, world: World, components: Components) -> lis
     return result
 
 
-def _holding(state: dict[str, ComponentValue], world: World) -> Holding:
-    holding = Holding(world.arms, world.scene.fixed_poses)
+def _holding(state: dict[str, ComponentValue], world: SceneModel) -> AttachmentTree:
+    holding = AttachmentTree(world.arms, world.scene.fixed_poses)
     for name, value in state.items():
         if isinstance(value, ObjectPose):
             holding.hung[name] = value.parent, matrix(value)
@@ -136,7 +138,7 @@ def _holding(state: dict[str, ComponentValue], world: World) -> Holding:
 
 
 def check_start(components: Components) -> Iterator[Finding]:
-    """The plan's `start` is the scene's first state."""
+    """The findings unless the plan's `start` is the scene's first state."""
     plan, scene = components.plan, components.scene
     if plan.start is None:
         return

@@ -1,4 +1,4 @@
-"""What coal needs of a body: its triangles, its convex hull, a ball around it; made once for each mesh."""
+"""The data of a mesh for coal: its triangles, its convex hull, a ball around it; made once for each mesh."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +8,9 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.scene import Mesh
 
-ROUNDING = 1e-7  # [m] what a distance measured by coal may be too large by (measured: 4e-8 on healthy meshes)
+DISTANCE_ERROR = (
+    1e-7  # [m] by which a distance that coal measures may be too large (4e-8 measured on healthy meshes)
+)
 
 
 @dataclass(frozen=True)
@@ -22,7 +24,7 @@ class Surface:
     radius: float  # [m]
     lower: Array  # (3,) of its box
     upper: Array
-    witnesses: Array  # (C, 3) one vertex of every connected piece
+    witnesses: Array  # (C, 3) one vertex of every connected component
     corners: Array  # (F, 3, 3) the triangles
     digest: str
 
@@ -84,7 +86,7 @@ def _witnesses(vertices: Array, faces: Integers) -> Array:
 
 
 def encloses(outer: Surface, world_T_outer: Array, inner: Surface, world_T_inner: Array) -> bool:
-    """Whether a piece of `inner` lies inside the closed surface `outer`, given that the surfaces do not cross."""
+    """Whether a connected component of `inner` lies inside the closed surface `outer`; the surfaces must not cross."""
     outer_T_inner = inverse(world_T_outer) @ world_T_inner
     points = inner.witnesses @ outer_T_inner[:3, :3].T + outer_T_inner[:3, 3]
     boxed = ((points >= outer.lower) & (points <= outer.upper)).all(axis=1)
@@ -92,7 +94,7 @@ def encloses(outer: Surface, world_T_outer: Array, inner: Surface, world_T_inner
 
 
 def _winding_number(corners: Array, point: Array) -> float:
-    """How often the surface goes around a point: 0 outside, ±1 inside [van Oosterom and Strackee 1983]."""
+    """The winding number of a surface around a point: 0 outside, ±1 inside [van Oosterom and Strackee 1983]."""
     a, b, c = (corners[:, k] - point for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     determinant = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -105,7 +107,7 @@ def _winding_number(corners: Array, point: Array) -> float:
 def hull_gap(first: Surface, world_T_first: Array, second: Surface, world_T_second: Array) -> float:
     """A proven lower bound of the distance of two surfaces, from their hulls [m]; 0 if none was found.
 
-    coal proposes an axis; the gap along it is computed here from all hull vertices, so nothing has to be trusted.
+    coal proposes an axis; the gap along it is computed here from all hull vertices, so coal need not be trusted.
     """
     import coal
 
@@ -124,7 +126,7 @@ def hull_gap(first: Surface, world_T_first: Array, second: Surface, world_T_seco
 
 
 def hull_depth(first: Surface, world_T_first: Array, second: Surface, world_T_second: Array) -> float:
-    """About how deep two hulls overlap [m], 0 if they do not; only to tell people how wrong a pose is."""
+    """An estimate of how deep two hulls overlap [m], 0 if they do not; for messages only."""
     import coal
 
     if first.hull is None or second.hull is None:
@@ -135,12 +137,12 @@ def hull_depth(first: Surface, world_T_first: Array, second: Surface, world_T_se
 
 
 def mesh_distance(first: Surface, world_T_first: Array, second: Surface, world_T_second: Array) -> float:
-    """The distance of two surfaces [m], less what coal may err by; 0 or less: they touch or cross."""
+    """The distance of two surfaces [m] less coal's possible error; 0 or less if they touch or cross."""
     import coal
 
     result = coal.DistanceResult()
     coal.distance(first.triangles, _pose(world_T_first), second.triangles, _pose(world_T_second), _REQUEST, result)
-    return float(result.min_distance) - ROUNDING
+    return float(result.min_distance) - DISTANCE_ERROR
 
 
 def _request() -> Any:

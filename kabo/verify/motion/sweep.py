@@ -1,8 +1,8 @@
 """Whether two bodies stay apart along a whole path: conservative advancement, each pair at its own pace.
 
-A path is straight between way points. Along it a pair approaches by no more than its bounded relative motion, in
-metres; a distance d measured at one place therefore proves the path for d metres to both sides. Balls settle most
-pairs at once, hulls most of the rest, meshes what is left. A pair is free only if every stretch is proven.
+A path is straight between way points. Along it the distance of a pair shrinks by no more than the bound of its relative
+motion, in metres; a distance d measured at one place therefore proves the path for d metres to both sides. Balls decide
+most pairs, hulls most of the rest, meshes the others. A pair is free only if the whole path is proven.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,17 +15,17 @@ from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.surfaces import Surface, encloses, hull_depth, hull_gap, mesh_distance
 
 Poses = Mapping[str, Array]  # robot that moves -> the poses of its joints (J, 4, 4)
-Stretches = list[tuple[float, float]]  # from, to: metres of a pair's own motion
+Intervals = list[tuple[float, float]]  # from, to, in metres of a pair's relative motion
 
-LEAST = 1e-7  # [m] bodies nearer than this count as touching
-VANISHING = 1e-6  # a step smaller than this share of a pair's whole motion decides nothing
-SPACING = 0.04  # [m] about how far bodies move between the places where balls are compared
-STATIONS = 400  # of these places, at most
+CONTACT_DISTANCE = 1e-7  # [m] bodies nearer than this count as touching
+MIN_STEP_SHARE = 1e-6  # of a pair's whole motion: a smaller step is given up as undecided
+STATION_SPACING = 0.04  # [m] of motion, about, between the places where balls are compared
+MAX_STATIONS = 400  # such places, at most
 
 
 @dataclass(frozen=True)
-class Thing:
-    """A body at its place: in the world, or on a robot that moves."""
+class PlacedBody:
+    """A body with its pose in the world, or its mount on a robot that moves."""
 
     name: str
     surface: Surface
@@ -34,13 +34,13 @@ class Thing:
 
     @property
     def lever(self) -> float:
-        """How far its points are at most from the joint that carries it [m]."""
+        """The greatest distance of its points from the joint that carries it [m]."""
         assert self.mount is not None
         placed = self.mount.joint_T_body
         return float(np.linalg.norm(placed[:3, :3] @ self.surface.centre + placed[:3, 3])) + self.surface.radius
 
     def pose(self, joint_poses: Poses) -> Array:
-        """Its pose in the world, given those of the robots' joints."""
+        """Its pose in the world, given the poses of the robots' joints."""
         if self.mount is None:
             assert self.world_T is not None
             return self.world_T
@@ -63,23 +63,23 @@ class Path:
         self.steps = np.abs(np.diff(configurations, axis=0))  # (m - 1, n)
 
     def at(self, piece: int, share: float) -> Array:
-        """The configuration in a piece, `share` between 0 and 1 of the way."""
+        """The configuration at a place in a piece; `share` goes from 0 to 1."""
         first, last = self.configurations[piece], self.configurations[piece + 1]
         return np.asarray((1.0 - share) * first + share * last)
 
     def time(self, piece: int, share: float) -> float:
-        """When the robots are there [s]."""
+        """The time when the robots are at a place in a piece [s]."""
         return float((1.0 - share) * self.times[piece] + share * self.times[piece + 1])
 
     def poses(self, piece: int, share: float) -> Poses:
-        """The poses of the robots' joints there."""
+        """The poses of the robots' joints at a place in a piece."""
         q = self.at(piece, share)
         return {name: arm.joint_poses(q[self.columns[name]].tolist()) for name, arm in self.arms.items()}
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Where a pair is not proven apart: `distance` is None where it touches, else too little to decide."""
+    """A place where a pair is not proven apart: `distance` is None if it touches, else too small to decide."""
 
     time: float
     distance: float | None
@@ -89,7 +89,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Proof:
-    """What became of one pair: a contact or None, the least distance that was measured and when."""
+    """The result for one pair: a contact or None, the least distance that was measured, and when."""
 
     contact: Contact | None = None
     least: float = np.inf
@@ -98,31 +98,31 @@ class Proof:
 
 
 class Pair:
-    """Two bodies along a path; `bound` (n,) says how far they move against each other by each coordinate."""
+    """Two bodies along a path; `bound` (n,) is the most that they move relative to each other for each coordinate."""
 
-    def __init__(self, path: Path, first: Thing, second: Thing, bound: Array) -> None:
+    def __init__(self, path: Path, first: PlacedBody, second: PlacedBody, bound: Array) -> None:
         self.path, self.first, self.second = path, first, second
         self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ bound)])  # metres at every way point
 
     @property
     def length(self) -> float:
-        """How far the two move relative to each other, at most [m]."""
+        """The most that the two move relative to each other along the path [m]."""
         return float(self.ends[-1])
 
     def place(self, s: float) -> tuple[int, float]:
-        """The piece and the share in it where the pair has moved `s` metres."""
+        """The piece of the path, and the share of it, at which the pair has moved `s` metres."""
         piece = min(int(np.searchsorted(self.ends, s, side="right")) - 1, len(self.ends) - 2)
         piece = max(piece, 0)
         width = self.ends[piece + 1] - self.ends[piece]
         return piece, float(min(1.0, max(0.0, (s - self.ends[piece]) / width))) if width > 0 else 0.0
 
     def poses(self, s: float) -> tuple[Array, Array]:
-        """The poses of both bodies where the pair has moved `s` metres."""
+        """The poses of both bodies when the pair has moved `s` metres."""
         joints = self.path.poses(*self.place(s))
         return self.first.pose(joints), self.second.pose(joints)
 
     def contained(self, shift: Array | None = None) -> bool:
-        """Whether one body begins inside the other, the first moved by `shift` (3,) in the world."""
+        """Whether one body begins inside the other when the first is shifted by `shift` (3,) in the world."""
         a, b = self.poses(0.0)
         if shift is not None:
             a = a.copy()
@@ -131,16 +131,16 @@ class Pair:
             self.second.surface, b, self.first.surface, a
         )
 
-    def advance(self, stretches: Stretches, shift: Array | None = None) -> Proof:
-        """Proves stretches [from, to] in metres of the pair's own motion.
+    def advance(self, intervals: Intervals, shift: Array | None = None) -> Proof:
+        """Proves that the pair stays apart on these intervals of the path.
 
         Args:
-            stretches: what is left to prove.
-            shift: moves the first body by this vector in the world before distances are taken.
+            intervals: from and to, in metres of the pair's relative motion.
+            shift: a vector (3,) in the world by which the first body is shifted before distances are measured.
         """
         least, when, count = np.inf, 0.0, 0
-        stack = list(reversed(stretches))
-        shortest = VANISHING * self.length
+        stack = list(reversed(intervals))
+        shortest = MIN_STEP_SHARE * self.length
         while stack:
             start, end = stack.pop()
             middle, half = (start + end) / 2, (end - start) / 2
@@ -149,26 +149,26 @@ class Pair:
                 a = a.copy()
                 a[:3, 3] += shift
             distance = hull_gap(self.first.surface, a, self.second.surface, b)
-            if distance <= half and distance < 0.5 * half + LEAST or distance <= LEAST:
+            if distance <= half and distance < 0.5 * half + CONTACT_DISTANCE or distance <= CONTACT_DISTANCE:
                 distance = max(distance, mesh_distance(self.first.surface, a, self.second.surface, b))
             count += 1
             if distance < least:
                 least, when = distance, self.path.time(*self.place(middle))
-            if distance <= LEAST:
+            if distance <= CONTACT_DISTANCE:
                 depth = hull_depth(self.first.surface, a, self.second.surface, b)
                 return Proof(Contact(when, None, depth), least, when, count)
             if distance > half:
                 continue
             if distance < shortest:
                 return Proof(Contact(when, distance, 0.0), least, when, count)
-            # The later half first onto the stack: contacts are then found in the order of time.
+            # The later half goes onto the stack first, so that contacts are found in the order of time.
             stack.append((middle + distance, end))
             stack.append((start, middle - distance))
         return Proof(None, least, when, count)
 
 
-def weights(path: Path, first: Thing, second: Thing) -> Array:
-    """Bounds (n,) of the relative motion by each coordinate: only joints that move one of the two count."""
+def weights(path: Path, first: PlacedBody, second: PlacedBody) -> Array:
+    """The most that two bodies move relative to each other for each coordinate (n,); joints that move both do not count."""
     total = np.zeros(path.configurations.shape[1])
     for thing, other in ((first, second), (second, first)):
         if thing.mount is None:
@@ -182,34 +182,36 @@ def weights(path: Path, first: Thing, second: Thing) -> Array:
     return total
 
 
-def open_stretches(path: Path, couples: Sequence[tuple[Thing, Thing]]) -> tuple[int, list[tuple[Pair, Stretches]]]:
-    """How many couples move against each other at all, and the stretches of these that balls do not prove apart.
+def open_intervals(
+    path: Path, pairs: Sequence[tuple[PlacedBody, PlacedBody]]
+) -> tuple[int, list[tuple[Pair, Intervals]]]:
+    """The number of pairs that move relative to each other, and for each the intervals that balls do not prove apart.
 
-    The balls are compared at places about `SPACING` of motion apart; what they prove to both sides is taken away.
+    Balls are compared at places about `STATION_SPACING` apart; the intervals that they prove to both sides are removed.
     """
-    bounds = np.array([weights(path, *couple) for couple in couples]).reshape(len(couples), -1)
+    bounds = np.array([weights(path, *pair) for pair in pairs]).reshape(len(pairs), -1)
     moving = [int(i) for i in np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)]
     if not moving:
         return 0, []
     places = stations(path, path.steps @ bounds.max(axis=0))
-    apart = _apart(path, [couples[i] for i in moving], places)  # (P, stations)
+    apart = _apart(path, [pairs[i] for i in moving], places)  # (P, stations)
     travelled = np.concatenate([np.zeros((1, path.steps.shape[1])), np.cumsum(path.steps, axis=0)])
     passed = np.array([travelled[k] + share * path.steps[k] for k, share in places])
-    s = bounds[moving] @ passed.T  # (P, stations) metres of the couple's own motion
+    s = bounds[moving] @ passed.T
     joined = (s[:, 1:] - s[:, :-1] <= apart[:, 1:] + apart[:, :-1]).all(axis=1)
     settled = joined & (apart > 0.0).all(axis=1)
     result = []
     for row in np.flatnonzero(~settled):
-        pair = Pair(path, *couples[moving[row]], bounds[moving[row]])
-        stretches = _uncovered(s[row], apart[row], pair.length)
-        if stretches:
-            result.append((pair, stretches))
+        pair = Pair(path, *pairs[moving[row]], bounds[moving[row]])
+        intervals = _uncovered(s[row], apart[row], pair.length)
+        if intervals:
+            result.append((pair, intervals))
     return len(moving), result
 
 
 def stations(path: Path, lengths: Array) -> list[tuple[int, float]]:
-    """Places along a path, every way point among them, about `SPACING` apart by the lengths (m - 1,) of its pieces."""
-    spacing = max(SPACING, float(lengths.sum()) / STATIONS)
+    """Places along a path about `STATION_SPACING` apart by the lengths (m - 1,) of its pieces, with every way point."""
+    spacing = max(STATION_SPACING, float(lengths.sum()) / MAX_STATIONS)
     result: list[tuple[int, float]] = []
     for piece, length in enumerate(lengths):
         count = max(1, int(np.ceil(length / spacing)))
@@ -217,22 +219,24 @@ def stations(path: Path, lengths: Array) -> list[tuple[int, float]]:
     return [*result, (len(lengths) - 1, 1.0)]
 
 
-def _apart(path: Path, couples: Sequence[tuple[Thing, Thing]], places: Sequence[tuple[int, float]]) -> Array:
-    """The distances (P, stations) of the balls around the two of each couple."""
+def _apart(
+    path: Path, pairs: Sequence[tuple[PlacedBody, PlacedBody]], places: Sequence[tuple[int, float]]
+) -> Array:
+    """The distances (P, stations) of the balls around the two bodies of each pair."""
     at = [path.poses(*place) for place in places]
     joints = {name: np.array([poses[name] for poses in at]) for name in path.arms}  # (stations, J, 4, 4) each
-    things = {id(thing): thing for couple in couples for thing in couple}
+    things = {id(thing): thing for pair in pairs for thing in pair}
     row = {key: i for i, key in enumerate(things)}
     centres = np.array([_centres(thing, joints, len(at)) for thing in things.values()])
     radii = np.array([thing.surface.radius for thing in things.values()])
-    first, second = (np.array([row[id(couple[k])] for couple in couples]) for k in (0, 1))
+    first, second = (np.array([row[id(pair[k])] for pair in pairs]) for k in (0, 1))
     distances = np.linalg.norm(centres[first] - centres[second], axis=2)
     apart: Array = distances - (radii[first] + radii[second] + 1e-9)[:, None]
     return apart
 
 
-def _centres(thing: Thing, joints: Poses, stations: int) -> Array:
-    """Where the middle of a body is at every station (stations, 3)."""
+def _centres(thing: PlacedBody, joints: Poses, stations: int) -> Array:
+    """The centre of a body's ball at every station (stations, 3)."""
     if thing.mount is None:
         poses = thing.pose({})[None]
     else:
@@ -241,10 +245,10 @@ def _centres(thing: Thing, joints: Poses, stations: int) -> Array:
     return np.asarray(np.broadcast_to(centres, (stations, 3)))
 
 
-def _uncovered(s: Array, apart: Array, length: float) -> Stretches:
-    """What of [0, length] no ball (s - apart, s + apart) covers."""
-    result: Stretches = []
-    reached = 0.0  # everything before is covered
+def _uncovered(s: Array, apart: Array, length: float) -> Intervals:
+    """The intervals of [0, length] that no interval (s - apart, s + apart) covers."""
+    result: Intervals = []
+    reached = 0.0  # all before this is covered
     for centre, radius in zip(s, apart, strict=True):
         if radius <= 0.0:
             continue

@@ -1,6 +1,6 @@
-"""One motion from its start to its end: numbers, collisions, motion constraints, what is taken and let go.
+"""One motion from its start to its end: numbers, collisions, motion constraints, objects taken and let go.
 
-The motion is walked window by window: robots whose segments overlap in time move together along one path.
+The motion is checked window by window: robots whose segments overlap in time move together along one path.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,51 +13,51 @@ from kabo.plan import Node, Segment
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.collision import Tally, check_collision
 from kabo.verify.motion.constraints import UnknownFeatureError
+from kabo.verify.motion.contacts.approaches import ApproachesAndRetreats
+from kabo.verify.motion.contacts.attachment_changes import AttachmentChanges, first_joint_not_open
 from kabo.verify.motion.contacts.families import check_placement
 from kabo.verify.motion.contacts.granted import Permits
 from kabo.verify.motion.contacts.grants import Grants
-from kabo.verify.motion.contacts.reaching import Reaching
-from kabo.verify.motion.contacts.taking import Taking, not_open
-from kabo.verify.motion.courses import Course
-from kabo.verify.motion.keeping import Lapse, Owners, check_kept
-from kabo.verify.motion.limits import JOINED, check_joints, check_numbers, check_times
+from kabo.verify.motion.limits import CONTINUITY_TOLERANCE, check_joints, check_numbers, check_times
 from kabo.verify.motion.overlaps import Motion, Sweep
+from kabo.verify.motion.path_constraints import ConstraintViolation, Owners, check_path_constraints
 from kabo.verify.motion.recorded import Recorded
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Situation
-from kabo.verify.motion.sweep import Path, Thing
+from kabo.verify.motion.stretches import MotionStretch
+from kabo.verify.motion.sweep import Path, PlacedBody
 from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
-from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
 
 
 @dataclass
 class Walk:
-    """The state of the robots that move, and of what is followed, while a motion is walked."""
+    """The check of one motion, with the state of its robots and objects as time goes on."""
 
     node: str
     call: Call
-    world: World
+    world: SceneModel
     start: Situation
     segments: Sequence[Segment]
     tally: Tally
     permitted: dict[int, Permits] = field(default_factory=dict)  # of the segments that have begun
-    sweeps: list[Sweep] = field(default_factory=list)  # what moved, window by window
+    sweeps: list[Sweep] = field(default_factory=list)  # the bodies that moved, window by window
     now: float = 0.0  # [s]
 
     def __post_init__(self) -> None:
         self.before = self.start.holding
         self.holding = self.before.copy()
-        self.taking = Taking(self.node, self.call, self.world, self.holding)
+        self.changes = AttachmentChanges(self.node, self.call, self.world, self.holding)
         self.moved = tuple(dict.fromkeys(segment.robot for segment in self.segments))
-        self.reaching = Reaching(self.node, self.call, self.world, self.holding)
+        self.approaches = ApproachesAndRetreats(self.node, self.call, self.world, self.holding)
 
     @property
     def q(self) -> dict[str, Array]:
-        """The configurations now."""
+        """The present configurations."""
         return self.holding.q
 
     def check(self, content: Node) -> Iterator[Finding]:
-        """Everything that is wrong, in the order of time; numbers first."""
+        """The findings in the order of time, those about numbers first."""
         yield from self._check_timeline()
         if self._timeless():
             return
@@ -74,38 +74,38 @@ class Walk:
             for i in window.ending:
                 yield from self._end(i)
         ended = max(segment.times[-1] for segment in self.segments)
-        yield from self.reaching.ended(ended)
-        yield from check_end(self.node, self.call, self.world, self.taking, ended)
-        yield from Recorded(self.node, self.world, self.moved, self.before, self.taking, ended).check(content)
+        yield from self.approaches.ended(ended)
+        yield from check_end(self.node, self.call, self.world, self.changes, ended)
+        yield from Recorded(self.node, self.world, self.moved, self.before, self.changes, ended).check(content)
 
     def _begin(self, i: int) -> Iterator[Finding]:
-        """A segment begins: the hand, the strokes, the constraint, and which contacts are granted."""
+        """Checks the hand, the strokes and the constraint of a segment that begins, and decides its permitted contacts."""
         segment, time = self.segments[i], self.segments[i].times[0]
         path = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
         self.permitted[i] = self.grants.permits(i, path)
         for text, pair in self.permitted[i].refused:
             yield Finding(self.node, text, time, pair)
         if self._moves_arm(segment) and path.steps.any():
-            yield from self.reaching.arm(segment.robot, path)
-        yield from self.taking.begin(segment)
+            yield from self.approaches.arm(segment.robot, path)
+        yield from self.changes.begin(segment)
         yield from self._check_kept(segment, path)
 
     def _end(self, i: int) -> Iterator[Finding]:
-        """A segment has ended: what it lets go, takes and puts together."""
+        """Updates the attachments at the end of a segment, and checks what it lets go, takes and joins."""
         segment, time = self.segments[i], self.segments[i].times[-1]
         for name in segment.detach:
             if name in self.holding.hung and self.holding.holder(name) == segment.robot:
-                self.reaching.letting_go(segment.robot, name)
-        before = dict(self.taking.taken)
-        yield from self.taking.end(segment)
-        for name, robot in self.taking.taken.items():
+                self.approaches.letting_go(segment.robot, name)
+        before = dict(self.changes.taken)
+        yield from self.changes.end(segment)
+        for name, robot in self.changes.taken.items():
             if name not in before:
-                yield from self.reaching.taken(robot, name, time)
+                yield from self.approaches.taken(robot, name, time)
         for text, pair in self.grants.ended(i):
             yield Finding(self.node, text, time, pair)
 
     def motion(self) -> Motion:
-        """What was walked."""
+        """The motion as it was checked."""
         objects = {thing.name for sweep in self.sweeps for thing in sweep.things} & self.holding.hung.keys()
         changed = {name for name, hung in self.holding.hung.items() if hung is not self.before.hung[name]}
         return Motion(tuple(self.sweeps), frozenset(objects | changed), frozenset(self.call.bodies))
@@ -115,7 +115,7 @@ class Walk:
         return sorted(self.segments, key=lambda segment: segment.times[0])
 
     def _timeless(self) -> bool:
-        """Whether there is nothing to walk: joints that do not fit, times that do not increase."""
+        """Whether no path can be made of the segments: joints do not fit, or times do not increase."""
         robots = self.world.scene.robots
         return any(
             list(check_joints(self.node, s, robots[s.robot])) or list(check_times(self.node, s, 0.0))
@@ -144,18 +144,20 @@ class Walk:
         granted = Permits()
         for i in window.running:
             granted = granted.joined(self._granted(i, window))
-        self.tally.courses.append(Course(self.node, window.running, path, moving, standing, granted.pairs))
+        self.tally.stretches.append(
+            MotionStretch(self.node, window.running, path, moving, standing, granted.pairs)
+        )
         yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
 
     def _granted(self, i: int, window: Window) -> Permits:
-        """What a segment permits in a window: fingers touch nothing that an arm carries along meanwhile."""
+        """The contacts that a segment permits in a window; fingers must not touch an object that an arm then carries."""
         found = self.permitted[i]
         arms = {s.robot for s in map(self.segments.__getitem__, window.running) if self._moves_arm(s)}
         carried = {name for robot in arms for name in self.holding.carried(robot)}
         return Permits(frozenset(pair for pair in found.loose if not pair & carried), found.shifted)
 
-    def _things(self, path: Path) -> tuple[list[Thing], list[Thing]]:
-        """What moves along a path, and everything else."""
+    def _things(self, path: Path) -> tuple[list[PlacedBody], list[PlacedBody]]:
+        """The bodies that move along a path, and all other bodies."""
         moving, standing = [], list(self.start.standing)
         for robot in self.moved:
             if robot in path.arms:
@@ -165,9 +167,9 @@ class Walk:
         for name in self.holding.hung:
             own = self.world.surface_of(self.world.scene.bodies[name].mesh)
             if self.holding.holder(name) in path.arms:
-                moving.append(Thing(name, own, mount=self.holding.mount(name)))
+                moving.append(PlacedBody(name, own, mount=self.holding.mount(name)))
             else:
-                standing.append(Thing(name, own, self.holding.pose(name)))
+                standing.append(PlacedBody(name, own, self.holding.pose(name)))
         return moving, standing
 
     def _moves_arm(self, segment: Segment) -> bool:
@@ -186,11 +188,11 @@ class Walk:
             yield Finding(self.node, f"the scene has no motion constraint {segment.constraint}", segment.times[0])
             return
         try:
-            check_kept(path, constraints, self._owners(segment.robot, carried))
+            check_path_constraints(path, constraints, self._owners(segment.robot, carried))
         except UnknownFeatureError as error:
             text = f"{segment.constraint} speaks of {error}, which nobody has here"
             yield Finding(self.node, text, segment.times[0])
-        except Lapse as lapse:
+        except ConstraintViolation as lapse:
             by = lapse.measure.excess
             how = "cannot be decided" if lapse.undecided else f"is missed by {by:.3g}"
             missed = lapse.constraint
@@ -211,24 +213,26 @@ class Walk:
         return result
 
 
-def check_end(node: str, call: Call, world: World, taking: Taking, time: float) -> Iterator[Finding]:
-    """At its end a motion has done what its procedure is to do."""
-    law, holding = call.law, taking.holding
-    if law is None:
+def check_end(
+    node: str, call: Call, world: SceneModel, changes: AttachmentChanges, time: float
+) -> Iterator[Finding]:
+    """The findings unless a motion has done what its procedure must do."""
+    spec, holding = call.spec, changes.holding
+    if spec is None:
         return
     robot, name = str(call.role("robot")), call.role("object")
-    if law.takes is not None and name not in taking.taken:
+    if spec.takes is not None and name not in changes.taken:
         yield Finding(node, f"{call} never takes {name}", time, (str(name),))
-    elif law.takes == "receiver" and holding.holder(str(name)) != call.role(law.takes):
-        yield Finding(node, f"{call} ends without {call.role(law.takes)} holding {name}", time, (str(name),))
-    if law.lets_go is not None and law.takes != "receiver" and name not in taking.let_go:
+    elif spec.takes == "receiver" and holding.holder(str(name)) != call.role(spec.takes):
+        yield Finding(node, f"{call} ends without {call.role(spec.takes)} holding {name}", time, (str(name),))
+    if spec.lets_go is not None and spec.takes != "receiver" and name not in changes.let_go:
         yield Finding(node, f"{call} never lets go of {name}", time, (str(name),))
-    if law.takes == "receiver" or law.mates:
-        yield from _check_gave_away(node, world, taking, time)
-    if law.mates and frozenset((str(name), str(call.role("other")))) not in taking.mated:
+    if spec.takes == "receiver" or spec.mates:
+        yield from _check_gave_away(node, world, changes, time)
+    if spec.mates and frozenset((str(name), str(call.role("other")))) not in changes.mated:
         text = f"{call} never puts {name} and {call.role('other')} together"
         yield Finding(node, text, time, (str(name), str(call.role("other"))))
-    if law.places and law.lets_go is None and name is not None:
+    if spec.places and spec.lets_go is None and name is not None:
         if holding.holder(name) != robot:
             yield Finding(node, f"{call} moves without holding {name}", time, (name,))
         yield from check_placement(node, time, call, world, holding.pose)
@@ -237,18 +241,18 @@ def check_end(node: str, call: Call, world: World, taking: Taking, time: float) 
         yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
 
 
-def _check_gave_away(node: str, world: World, taking: Taking, time: float) -> Iterator[Finding]:
-    """A hand that holds no longer what it held is open."""
-    for robot, names in taking.had.items():
+def _check_gave_away(node: str, world: SceneModel, changes: AttachmentChanges, time: float) -> Iterator[Finding]:
+    """A finding unless a hand that has let go what it held is open."""
+    for robot, names in changes.had.items():
         for name in sorted(names):
-            if taking.holding.holder(name) != robot:
-                joint = not_open(world, robot, taking.holding.q[robot])
+            if changes.holding.holder(name) != robot:
+                joint = first_joint_not_open(world, robot, changes.holding.q[robot])
                 if joint is not None:
                     text = f"{robot} gave {name} away, but its {joint} is not open at the end"
                     yield Finding(node, text, time, (robot, name))
 
 
-def is_at(world: World, robot: str, q: Array | None, wanted: Sequence[float]) -> bool:
-    """Whether a robot is in a configuration of its planned joints."""
+def is_at(world: SceneModel, robot: str, q: Array | None, wanted: Sequence[float]) -> bool:
+    """Whether a robot's planned joints are in the wanted configuration."""
     planned = world.scene.robots[robot].planned
-    return q is not None and bool(np.abs(q[:planned] - np.asarray(wanted)).max() <= JOINED)
+    return q is not None and bool(np.abs(q[:planned] - np.asarray(wanted)).max() <= CONTINUITY_TOLERANCE)

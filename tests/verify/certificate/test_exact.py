@@ -9,7 +9,7 @@ import pytest
 from kabo.geometry.collision.separation_proofs import Unproven
 from kabo.verify import verify_plan
 from kabo.verify.certificate.exact import BITS, ExactFrames, ExactSide, integers, product, sine_and_cosine
-from kabo.verify.certificate.walk import Couple
+from kabo.verify.certificate.pair_proof import ProvenPair
 from tests.properties.test_certificates import scenery
 from tests.verify.certified import Parts, with_certificate
 
@@ -36,7 +36,7 @@ def test_poses_boxes_and_axes_are_those_of_floating_point(seed):
         return
     parts = {"first": Parts(scene.given(scene.first)), "second": Parts(scene.given(scene.second))}
     things = scene.things()
-    exact = Couple(ExactFrames(scene.path()), *things, lambda thing: parts[thing.name], ExactSide)
+    exact = ProvenPair(ExactFrames(scene.path()), *things, lambda thing: parts[thing.name], ExactSide)
     assert exact.check(scene.proof, 0.01).least == pytest.approx(
         scene.couple().check(scene.proof, 0.01).least, abs=1e-11
     )

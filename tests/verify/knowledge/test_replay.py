@@ -219,7 +219,7 @@ def test_a_geometric_test_is_not_judged_where_there_is_geometry_and_succeeds_whe
 
 
 def test_too_many_different_states_are_not_judged_and_that_is_said(post, monkeypatch):
-    monkeypatch.setattr(run, "MOST_STATES", 1)
+    monkeypatch.setattr(run, "MAX_STATES", 1)
     rules = "update_rules:\n  - forall(thing t) (K(held(t)) => add(Kf, damp(t)))\n"  # worlds do not judge these
     text = said(post("K(held(box))", rules), ("take", BOX, ("take", CARD, ("read", BOX, None))))
     assert "the rest was not judged" in text and "NOT verified" in text

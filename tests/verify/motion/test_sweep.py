@@ -9,7 +9,7 @@ from kabo.scene import Mesh
 from kabo.scene.urdf import load_robot
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import surface
-from kabo.verify.motion.sweep import Path, Thing, open_stretches
+from kabo.verify.motion.sweep import Path, PlacedBody, open_intervals
 
 SLIDER = """<robot name="slider"><link name="rail"/>
   <link name="block"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
@@ -26,14 +26,14 @@ def prove(tmp_path):
 
     def run(size, place, xs=(-1.0, 1.0)):
         """The proof for a box of this size at this place, and how many pairs moved at all."""
-        block = Thing("s.block", surface(robot.links["block"].mesh), mount=arm.mounts["block"])
+        block = PlacedBody("s.block", surface(robot.links["block"].mesh), mount=arm.mounts["block"])
         made = box(size)
-        other = Thing(
+        other = PlacedBody(
             "box", surface(Mesh(np.ascontiguousarray(made.vertices), np.asarray(made.faces, np.int64))), np.eye(4)
         )
         other.world_T[:3, 3] = place
         path = Path(arm, np.array(xs)[:, None], np.arange(len(xs), dtype=float))
-        moving, left = open_stretches(path, [(block, other)])
+        moving, left = open_intervals(path, [(block, other)])
         return (left[0][0].advance(left[0][1]) if left else None), moving
 
     return run

@@ -1,6 +1,6 @@
-"""The second judge of knowledge: replays what kabo's own inference knows at every node of a plan (docs/knowledge.md).
+"""The second judge of knowledge: computes anew what kabo's inference knows at every node of a plan (docs/knowledge.md).
 
-It judges only the plans that possible worlds cannot judge; `worlds/judge.py` says which.
+It judges only plans that possible worlds cannot judge; `worlds/judge.py` says which.
 """
 
 from kabo.verify.knowledge.replay.run import Replay, replay

@@ -1,11 +1,11 @@
-"""What one node of a plan reads of the knowledge, what it may change, and what it overwrites whatever was known."""
+"""The atoms and terms that one node of a plan reads, may change, and overwrites whatever was known."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kabo.language.formulas import Change, Comparison, Literal
 from kabo.plan import Node, ValueOf
-from kabo.verify.knowledge.ground import Symbol, Thing, is_symbol, read_symbol
+from kabo.verify.knowledge.ground import Observable, Symbol, is_symbol, read_symbol
 from kabo.verify.knowledge.mentions import mentions, reads
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.update_rules import ground
@@ -14,43 +14,46 @@ from kabo.verify.knowledge.updates import unrolled
 
 
 @dataclass(frozen=True)
-class Traffic:
-    """Atoms and terms, or names that stand for all of theirs, each once, in order of mention."""
+class NodeDependencies:
+    """The atoms and terms that a node reads, touches and overwrites, each once, in the order in which it mentions them.
+
+    The name of a symbol stands for all its instances.
+    """
 
     read: tuple[Symbol | str, ...] = ()
     touched: tuple[Symbol | str, ...] = ()
     overwritten: tuple[Symbol | str, ...] = ()
 
 
-def traffic_of(node: Node, interpreter: Interpreter) -> Traffic:
-    """The traffic of a node; equal nodes share it."""
+def dependencies_of(node: Node, interpreter: Interpreter) -> NodeDependencies:
+    """The dependencies of a node; equal nodes share them."""
     key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0])), node.on, node.delivers
-    if key not in interpreter.traffic:
+    if key not in interpreter.dependencies:
         things = [interpreter.read(text) for text in (*([] if node.on is None else [node.on]), *node.delivers)]
         sensed = [symbol for thing in things for symbol in _symbols(thing)]
         if node.action is None:
-            interpreter.traffic[key] = Traffic(tuple(sensed), tuple(sensed))
+            interpreter.dependencies[key] = NodeDependencies(tuple(sensed), tuple(sensed))
         else:
-            interpreter.traffic[key] = _of_action(node, interpreter, sensed)
-    return interpreter.traffic[key]  # type: ignore[return-value]
+            interpreter.dependencies[key] = _of_action(node, interpreter, sensed)
+    return interpreter.dependencies[key]  # type: ignore[return-value]
 
 
-def _of_action(node: Node, interpreter: Interpreter, sensed: list[Symbol]) -> Traffic:
+def _of_action(node: Node, interpreter: Interpreter, sensed: list[Symbol]) -> NodeDependencies:
     problem = interpreter.problem
     action, binding = problem.domain.actions[str(node.action)], dict(node.arguments)
     terms = [value.term for value in node.arguments.values() if isinstance(value, ValueOf)]
     run_time = [symbol for symbol in (read_symbol(term, problem) for term in terms) if symbol is not None]
     read = [*sensed, *mentions((action.preconditions, action.sense), problem, binding), *run_time]
     touched = [*sensed, *mentions((action.sense, action.effects), problem, binding)]
-    if interpreter.rules.rules:  # rules may find a contradiction in what is written: it is asked for, too
-        return Traffic(_once([*read, *touched]), _once(touched))
+    if interpreter.rules.rules:  # rules may find a contradiction in what is written, so they read it
+        return NodeDependencies(_once([*read, *touched]), _once(touched))
     for effect in action.effects:
         read.extend(reads(effect, problem, binding))
-    return Traffic(_once(read), _once(touched), _once(_overwritten(node, interpreter)))
+    return NodeDependencies(_once(read), _once(touched), _once(_overwritten(node, interpreter)))
 
 
 def _overwritten(node: Node, interpreter: Interpreter) -> Iterator[Symbol]:
-    """What `add(Kf, …)` without conditions sets."""
+    """The atoms and terms that an unconditional `add(Kf, …)` sets."""
     problem, binding = interpreter.problem, dict(node.arguments)
     for effect, more in ground(problem.domain.actions[str(node.action)].effects, problem, binding):
         if not isinstance(effect, Change) or effect.operation != "add" or effect.database != "Kf":
@@ -72,7 +75,7 @@ def _once(things: list[Symbol | str] | Iterator[Symbol]) -> tuple[Symbol | str, 
     return tuple(dict.fromkeys(things))
 
 
-def _symbols(thing: Thing | None) -> tuple[Symbol, ...]:
+def _symbols(thing: Observable | None) -> tuple[Symbol, ...]:
     if thing is None:
         return ()
     return (thing,) if is_symbol(thing) else tuple(claim[0] for claim in thing)  # type: ignore

@@ -1,6 +1,6 @@
 """The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal [docs/knowledge.md].
 
-What is ground once is kept: actions by name and arguments, update rules, goals.
+Everything is grounded once and kept: actions by name and arguments, update rules, goals.
 """
 
 from collections.abc import Iterator
@@ -11,23 +11,23 @@ from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Action, Problem
 from kabo.plan import ValueOf
 from kabo.plan.plan import Arguments
-from kabo.verify.knowledge.asking import external_of, succeeds
+from kabo.verify.knowledge.external_procedures import external_of, succeeds
 from kabo.verify.knowledge.facts import Facts, truth, will_be_known
 from kabo.verify.knowledge.ground import (
     Binding,
     Entry,
     GroundClaim,
+    Observable,
     Symbol,
-    Thing,
     Value,
     instances,
     is_symbol,
     range_of,
+    read_observable,
     read_symbol,
-    read_thing,
 )
 from kabo.verify.knowledge.mentions import mentions
-from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError, MutableKnowledge
 from kabo.verify.knowledge.replay.questions import question
 from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
 from kabo.verify.knowledge.replay.transition import change_world, look_back, note, settle
@@ -44,12 +44,12 @@ class GroundAction:
     values: tuple[tuple[str, Symbol | None], ...]  # run-time variables: the text and symbol of their terms
     preconditions: tuple[Question, ...]
     effects: tuple[Rule, ...]
-    refused: bool  # whether the function that answers for its procedure says no
+    refused: bool  # whether the function of its external procedure says that it fails
 
 
 @dataclass(frozen=True)
 class GoalPart:
-    """A conjunct of the goal; `temporal`: it speaks of other states than the last."""
+    """A conjunct of the goal; `temporal` says whether it is about other states than the last one."""
 
     formula: Formula
     holds: Question
@@ -58,7 +58,7 @@ class GoalPart:
 
 
 class Interpreter:
-    """What a problem's formulas and effects mean for knowledge."""
+    """Evaluates a problem's formulas and effects on states of knowledge."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -68,7 +68,7 @@ class Interpreter:
         self._remember: frozenset[Symbol | str] = frozenset()
         self._looks_back = 0
         self.goals = tuple(self._goal_part(formula, binding) for formula, binding in self._conjuncts())
-        self.traffic: dict[object, object] = {}  # of nodes, kept for `traffic_of`
+        self.dependencies: dict[object, object] = {}  # a cache of `dependencies_of`
 
     def _conjuncts(self) -> Iterator[tuple[Formula, Binding]]:
         """The goal without its outer conjunctions and universal quantifiers."""
@@ -105,13 +105,13 @@ class Interpreter:
 
     # --------------------------------------------------------------------------------------------------- states
     def initial(self) -> Knowledge:
-        """What the problem file says is known at the start: facts in their order, then entries, LCW and rules.
+        """The initial state of the problem file: facts in their order, then entries, LCW and rules.
 
         Raises:
-            ContradictionError: it contradicts itself.
-            NotVerifiableError: a part of it is not judged.
+            ContradictionError: the initial knowledge contradicts itself.
+            NotVerifiableError: the verifier does not judge a part of it.
         """
-        draft = Draft(self.problem, Knowledge({}))
+        draft = MutableKnowledge(self.problem, Knowledge({}))
         rest = Updates()
         for rule in rules_of(self.problem.initial, self.problem, {}, question):
             updates = fired([rule], draft)
@@ -124,7 +124,7 @@ class Interpreter:
         for symbol in self._single_valued():
             draft.changed.add(symbol)
         note(draft, replace(rest, complete=[]))
-        if rest.complete:  # a local closed world asks what is known, inferences included
+        if rest.complete:  # a local closed world depends on what is known, inferences included
             settle(draft, self.rules, everything=True)
         note(draft, Updates(complete=rest.complete))
         settle(draft, self.rules, everything=True)
@@ -132,7 +132,7 @@ class Interpreter:
         return self._watched(replace(state, past=self._past(state)) if self._looks_back else state)
 
     def _past(self, state: Knowledge) -> Knowledge:
-        """What is known of the initial state that bears on what `initially` asks for."""
+        """The knowledge of the initial state that concerns what `initially` mentions."""
         entries = [*state.exclusive, *state.some]
         while True:
             tied = {
@@ -156,7 +156,7 @@ class Interpreter:
         )
 
     def _single_valued(self) -> Iterator[Symbol]:
-        """Terms that can have one value only: they have it."""
+        """The terms that can have one value only, which is therefore known."""
         for name, function in self.problem.domain.functions.items():
             values = self.problem.values_of(name)
             if values is not None and len(values) == 1:
@@ -164,7 +164,7 @@ class Interpreter:
                     yield name, arguments
 
     def _watched(self, state: Knowledge) -> Knowledge:
-        """The state, with the `always` goals noted that do not hold in it."""
+        """The state, with a record of the `always` goals that do not hold in it."""
         now = {number for number, holds in enumerate(self._always) if not holds(state)}
         return replace(state, broken=state.broken | now) if now - state.broken else state
 
@@ -173,7 +173,7 @@ class Interpreter:
         """The action with these arguments, which must fit its parameters.
 
         Raises:
-            NotVerifiableError: a part of it is not judged.
+            NotVerifiableError: the verifier does not judge a part of it.
         """
         key = name, tuple(sorted(arguments.items(), key=lambda pair: pair[0]))
         if key not in self._actions:
@@ -197,25 +197,25 @@ class Interpreter:
         return self._actions[key]
 
     def act(self, state: Knowledge, action: GroundAction) -> tuple[Knowledge, Updates]:
-        """The knowledge after an action, what it senses still open, and the updates that fired.
+        """The knowledge after an action, before what it senses is known, and the updates that fired.
 
         Raises:
-            ContradictionError: the action would contradict what is known: it is not applicable.
-            NotVerifiableError: an effect is not judged here.
+            ContradictionError: the action would contradict what is known, so it is not applicable.
+            NotVerifiableError: the verifier does not judge an effect.
         """
         updates = fired(action.effects, state)
-        draft = Draft(self.problem, state)
+        draft = MutableKnowledge(self.problem, state)
         change_world(draft, state, updates, self._remember)
         settle(draft, self.rules)
         look_back(draft, self.rules, self._remember)
         return self._watched(draft.finished()), updates
 
     # ----------------------------------------------------------------------------------------------- branching
-    def read(self, text: str) -> Thing | None:
-        """What `on` or `delivers` names; None if it is nothing of the domain."""
-        return read_thing(text, self.problem)
+    def read(self, text: str) -> Observable | None:
+        """The atom, term or conjunction that `on` or `delivers` names; None if the domain has none such."""
+        return read_observable(text, self.problem)
 
-    def can_branch(self, state: Facts, thing: Thing) -> bool:
+    def can_branch(self, state: Facts, thing: Observable) -> bool:
         """Whether the truth or value will be known at run time."""
         if is_symbol(thing):
             return will_be_known(thing, state)  # type: ignore[arg-type]
@@ -227,8 +227,8 @@ class Interpreter:
         truths = [truth(claim, state) for claim in claims]
         return False in truths or None not in truths or all(will_be_known(claim[0], state) for claim in claims)
 
-    def outcomes_of(self, thing: Thing, state: Knowledge) -> tuple[Value, ...] | None:
-        """Everything that the truth or value could be if nothing were known; None if it cannot be listed."""
+    def outcomes_of(self, thing: Observable, state: Knowledge) -> tuple[Value, ...] | None:
+        """All values that it could have if nothing were known of it; None if they cannot be listed."""
         if not is_symbol(thing):
             return (False, True)
         symbol: Symbol = thing  # type: ignore[assignment]
@@ -237,9 +237,9 @@ class Interpreter:
             return (state.known[symbol],)
         return values
 
-    def learned(self, state: Knowledge, thing: Thing, value: Value) -> Knowledge | None:
-        """The knowledge inside a branch; None if the outcome is impossible, for it contradicts what is known."""
-        draft = Draft(self.problem, state)
+    def learned(self, state: Knowledge, thing: Observable, value: Value) -> Knowledge | None:
+        """The knowledge in the branch of an outcome; None if the outcome contradicts what is known."""
+        draft = MutableKnowledge(self.problem, state)
         try:
             if is_symbol(thing):
                 draft.learn((thing, value, True))  # type: ignore[arg-type]

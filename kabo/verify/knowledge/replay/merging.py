@@ -1,8 +1,9 @@
-"""Several states of knowledge as one that knows only what all of them know.
+"""Merges several states of knowledge into one that knows only what all of them know.
 
-Plans of thousands of nodes are met at each of them in dozens of states. Where more knowledge never hurts, what goes
-well for the state that knows least goes well for all that know more: every condition still holds, no outcome becomes
-possible, the goal is reached. If it goes wrong, that says nothing: then the states must be looked at one by one.
+A plan of thousands of nodes reaches each of them in dozens of states. Where more knowledge never hurts, a plan that works
+for the merged state works for all of them, since they know more: every condition still holds, no further outcome becomes
+possible, and the goal is reached. If the plan fails for the merged state, nothing follows: then the states must be
+examined one by one.
 """
 
 from collections.abc import Iterable, Iterator
@@ -39,10 +40,10 @@ from kabo.verify.knowledge.replay.states import Knowledge, mentioning
 
 # -------------------------------------------------------------------------------------------- more never hurts
 def more_never_hurts(problem: Problem) -> bool:
-    """Whether a plan that works with some knowledge works with more.
+    """Whether a plan that works with some knowledge also works with more.
 
-    True if conditions ask only for what is known, never for what is not, and what actions do is the same whatever is
-    known. Effects that could contradict what is known are not judged: then the answer is False.
+    True if conditions only require that something is known, never that it is unknown, and the effects of actions do not
+    depend on what is known. False if some effect could contradict what is known.
     """
     domain = problem.domain
     if domain.update_rules or not all(map(_is_positive, problem.goal)):
@@ -56,7 +57,7 @@ def more_never_hurts(problem: Problem) -> bool:
 
 
 def _is_positive(formula: Formula) -> bool:
-    """Whether more knowledge never makes it fail."""
+    """Whether more knowledge never makes the formula false."""
     match formula:
         case And(parts=parts) | Or(parts=parts):
             return all(map(_is_positive, parts))
@@ -66,7 +67,7 @@ def _is_positive(formula: Formula) -> bool:
 
 
 def _is_certain(effect: Effect) -> bool:
-    """Whether it adds and deletes the same literals, or the same run-time knowledge, in every state."""
+    """Whether the effect adds and deletes the same literals, or the same run-time knowledge, in every state."""
     if isinstance(effect, ForEach):
         return all(map(_is_certain, effect.effects))
     return (
@@ -95,12 +96,12 @@ def _are_names(terms: Iterable[Term]) -> bool:
 
 # ---------------------------------------------------------------------------------------------------- one state
 def meet(one: Knowledge, other: Knowledge, start: Knowledge, problem: Problem) -> Knowledge:
-    """A state that knows what both know, and little less than that.
+    """A state that knows no more than what both know, and little less.
 
     Args:
-        one, other: what is known, closed.
-        start: what is known initially: its entries are looked for in both, even where neither has them any more
-            because each knows a different member to hold.
+        one, other: the states, closed.
+        start: the initial state; its entries are looked for in both states, even where neither has them any more because
+            each knows another member to hold.
         problem: the problem.
     """
     known = {symbol: value for symbol, value in one.known.items() if other.known.get(symbol) == value}
@@ -124,7 +125,7 @@ def meet(one: Knowledge, other: Knowledge, start: Knowledge, problem: Problem) -
 def _excluded(
     one: Knowledge, other: Knowledge, lost: AbstractSet[Symbol], problem: Problem
 ) -> Iterator[tuple[Symbol, frozenset[Value]]]:
-    """The values that terms have in neither state."""
+    """The values that terms are known in both states not to have."""
     symbols = dict.fromkeys((*one.excluded, *other.excluded))
     symbols |= dict.fromkeys(symbol for symbol in one.known if symbol in lost and symbol in other.known)
     for symbol in symbols:
@@ -147,7 +148,7 @@ def _entries(
     lost: AbstractSet[Symbol],
     exactly: bool,
 ) -> frozenset[Entry]:
-    """The entries of Kx (`exactly`) or Kor that both states imply, as what is known in the `weak` one leaves them."""
+    """The entries of Kx (`exactly`) or Kor that both states imply, without members whose truth `weak` knows."""
     (one, first), (other, second) = states
     found = set(first & second)
     for entry in dict.fromkeys((*(first ^ second), *mentioning(initial, lost))):

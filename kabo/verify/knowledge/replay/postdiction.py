@@ -1,7 +1,7 @@
-"""What `when C then E` does to knowledge, and what it lets one conclude later [P, postdiction].
+"""The effect of `when C then E` on knowledge, and the conclusions that it allows later [P, postdiction].
 
-All of C known: E is known afterwards. Some of C known false: nothing. Otherwise E may have come true: its
-complement is forgotten, and entries remember what finding E true, or false, will then say about C.
+If all of C is known to hold, E is known afterwards. If a part of C is known to be false, nothing happens. Otherwise E
+may have come true: its complement is forgotten, and entries are added from which C follows once E is found true or false.
 """
 
 from collections.abc import Iterable
@@ -9,28 +9,28 @@ from dataclasses import dataclass, field
 
 from kabo.verify.knowledge.facts import truth
 from kabo.verify.knowledge.ground import GroundClaim, Symbol, denied
-from kabo.verify.knowledge.replay.draft import Draft
+from kabo.verify.knowledge.replay.mutable_knowledge import MutableKnowledge
 from kabo.verify.knowledge.replay.states import Knowledge
-from kabo.verify.knowledge.updates import Assignment, Condition, Pair, When
+from kabo.verify.knowledge.updates import Assignment, Condition, UnknownComparison, When
 
-Open = tuple[GroundClaim, ...]  # the conditions that are not known; empty: not even a claim can be made of them
+Open = tuple[GroundClaim, ...]  # the unknown conditions; empty if they cannot be written as claims
 
 
 @dataclass
 class WorldEffects:
-    """What the `when` effects of an action do: outcomes that are certain, and those that may happen."""
+    """The outcomes of an action's `when` effects: certain ones, and possible ones with their unknown conditions."""
 
     sure: dict[Assignment, None] = field(default_factory=dict)
     possible: dict[tuple[Assignment, Open], None] = field(default_factory=dict)
 
     @property
     def symbols(self) -> set[Symbol]:
-        """What may change."""
+        """The atoms and terms that may change."""
         return {outcome.symbol for outcome in self.sure} | {outcome.symbol for outcome, _ in self.possible}
 
 
 def world_effects(effects: Iterable[When], state: Knowledge) -> WorldEffects:
-    """Sorts the outcomes of `when` effects by what is known of their conditions in the state before."""
+    """The outcomes of `when` effects, certain or possible by what the state before knows of their conditions."""
     result = WorldEffects()
     for effect in effects:
         truths = [(condition, _truth(condition, state)) for condition in effect.conditions]
@@ -49,7 +49,7 @@ def world_effects(effects: Iterable[When], state: Knowledge) -> WorldEffects:
 def _truth(condition: Condition, state: Knowledge) -> bool | None:
     if isinstance(condition, bool):
         return condition
-    return None if isinstance(condition, Pair) else truth(condition, state)
+    return None if isinstance(condition, UnknownComparison) else truth(condition, state)
 
 
 def _claim(outcome: Assignment) -> GroundClaim:
@@ -57,8 +57,8 @@ def _claim(outcome: Assignment) -> GroundClaim:
     return outcome.symbol, outcome.value, True
 
 
-def forget_what_may_change(draft: Draft, effects: WorldEffects) -> None:
-    """The complement of what may have come true is not known any more."""
+def forget_what_may_change(draft: MutableKnowledge, effects: WorldEffects) -> None:
+    """Forgets the complement of every outcome that may have come true."""
     for outcome, _ in effects.possible:
         if outcome.value is None:
             draft.forget(outcome.symbol)
@@ -67,16 +67,16 @@ def forget_what_may_change(draft: Draft, effects: WorldEffects) -> None:
 
 
 def postdict(
-    draft: Draft, effects: WorldEffects, before: Knowledge, updated: set[Symbol], changing: set[Symbol]
+    draft: MutableKnowledge, effects: WorldEffects, before: Knowledge, updated: set[Symbol], changing: set[Symbol]
 ) -> None:
     """Adds the entries that relate outcomes to the conditions that were not known.
 
     Args:
         draft: the state after the action's updates.
-        effects: what its `when` effects may do.
-        before: the state before.
-        updated: what the action's updates of Kf change.
-        changing: all that the action changes or may change.
+        effects: the outcomes of its `when` effects.
+        before: the state before the action.
+        updated: the atoms and terms that the action's updates of Kf change.
+        changing: the atoms and terms that the action changes or may change.
     """
     for outcome, claims in effects.possible:
         if outcome.value is None or not claims or outcome.symbol in updated:
@@ -85,10 +85,10 @@ def postdict(
             continue
         others = [each for each in _all(effects) if each[0].symbol == outcome.symbol]
         if any(each[0] != outcome for each in others):
-            continue  # pulled in several directions
+            continue  # several effects set different values
         found, complements = _claim(outcome), [denied(draft.problem, claim) for claim in claims]
         if truth(found, before):
-            continue  # it held already
+            continue  # the outcome held before
         if len(others) > 1 or truth(found, before) is None:
             draft.add_entry("Kor", frozenset([found, *complements]))
         elif len(claims) == 1:

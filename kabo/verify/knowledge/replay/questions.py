@@ -1,6 +1,6 @@
-"""What formulas ask of knowledge: each becomes a function of a state, its quantifiers unrolled once [K 3.3.1].
+"""Queries on knowledge: each formula becomes a function of a state, its quantifiers unrolled once [K 3.3.1].
 
-Conjunctions and disjunctions short-circuit in their order.
+Conjunctions and disjunctions are evaluated in order, and only until their answer is clear.
 """
 
 from collections.abc import Callable, Iterable
@@ -30,16 +30,16 @@ from kabo.verify.knowledge.terms import Namer, Question, answered, knows, named,
 def question(
     formula: Formula, problem: Problem, binding: Binding, temporal: Callable[..., Question] | None = None
 ) -> Question:
-    """Whether a query holds, as a function of the knowledge.
+    """A function of a state that says whether the query holds in it.
 
     Args:
         formula: the query.
         problem: its problem.
-        binding: what parameters and variables stand for.
-        temporal: answers `initially(…)` and `always(…)` under a binding; they stand in goals only.
+        binding: the values of parameters and variables.
+        temporal: makes the function of `initially(…)` or `always(…)` under a binding; None where they are not allowed.
 
     Raises:
-        NotVerifiableError: the formula calls a geometric test, or speaks of other states where it may not.
+        NotVerifiableError: the formula calls a geometric test, or is temporal outside of a goal.
     """
 
     def inside(part: Formula, more: Binding = binding) -> Question:

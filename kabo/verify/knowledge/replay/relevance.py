@@ -1,9 +1,9 @@
-"""Which facts the rest of a plan can ask for: all else may be forgotten, so that 2^n branches stay a few states.
+"""The facts that the rest of a plan can read; all others may be forgotten, so that 2^n branches need only a few states.
 
-A node's continuation never sees more of the knowledge than the atoms and terms that it reads before it overwrites
-them, what update rules relate them to, and entries of the state that a chain of shared members ties to them. A part
-of the goal that holds, and that nothing in the continuation can touch, is settled: it is not asked again, so what it
-speaks of may be forgotten, too. States that agree on the rest behave alike from there on, and are replayed once.
+The continuation of a node depends only on the atoms and terms that it reads before it overwrites them, on those that
+update rules relate to these, and on entries that a chain of shared members ties to these. A part of the goal that holds
+and that nothing in the continuation can touch is settled: it is not evaluated again, so its facts may be forgotten, too.
+States that agree on all that is left behave alike from there on, and are replayed once.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,32 +12,34 @@ from itertools import compress
 
 from kabo.plan import Plan
 from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value
-from kabo.verify.knowledge.replay.dependencies import Traffic, traffic_of
+from kabo.verify.knowledge.replay.dependencies import NodeDependencies, dependencies_of
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
 
 
 class Relevance:
-    """For every node, what it and its continuation read and touch: a bit for each atom or term, and each whole name.
+    """For every node the atoms and terms that it and its continuation read and touch, as bits.
 
-    Bits, since a set for each of 25,000 nodes would not fit into memory.
+    There is a bit for each atom, each term, and each symbol as a whole; sets for 25,000 nodes would not fit into memory.
     """
 
     def __init__(self, plan: Plan, order: Sequence[str], interpreter: Interpreter) -> None:
-        """Collects what matters at each of the reached nodes, given each before its successors."""
+        """Collects the relevant atoms and terms of the reached nodes; `order` has each before its successors."""
         self._goals = interpreter.goals
         self._bits: dict[Symbol | str, int] = {}
         self._read: dict[str, int] = {}
         self._touched: dict[str, int] = {}
         asked = [self._mask(goal.mentioned) for goal in self._goals]
         self._throughout = self._union(m for m, goal in zip(asked, self._goals, strict=True) if goal.temporal)
-        known: dict[Traffic, tuple[int, int, int]] = {}
+        known: dict[NodeDependencies, tuple[int, int, int]] = {}
         for name in reversed(order):
             node = plan.nodes[name]
-            traffic = traffic_of(node, interpreter)
-            if traffic not in known:
-                known[traffic] = tuple(map(self._mask, (traffic.read, traffic.touched, traffic.overwritten)))  # type: ignore[assignment]
-            read, touched, overwritten = known[traffic]
+            dependencies = dependencies_of(node, interpreter)
+            if dependencies not in known:
+                known[dependencies] = tuple(
+                    map(self._mask, (dependencies.read, dependencies.touched, dependencies.overwritten))
+                )  # type: ignore[assignment]
+            read, touched, overwritten = known[dependencies]
             following = [successor for successor in node.successors if successor in self._read]
             later = self._union(self._read[successor] for successor in following)
             self._read[name] = read | self._throughout | (later & ~overwritten)
@@ -45,7 +47,7 @@ class Relevance:
         self._close(asked, [self._mask(group) for group in interpreter.rules.mentioned])
 
     def _close(self, asked: list[int], rules: list[int]) -> None:
-        """Adds what whole names and update rules stand for, and finds which goals nothing can touch any more."""
+        """Adds the instances of whole symbols and the effects of update rules; finds the goals that nothing can touch."""
         self._names = [(thing, bit) for thing, bit in self._bits.items() if isinstance(thing, str)]
         self._of_name = {
             name: self._mask([t for t in self._bits if not isinstance(t, str) and t[0] == name])
@@ -81,7 +83,7 @@ class Relevance:
         return result
 
     def _widened(self, mask: int) -> int:
-        """With all atoms and terms of the names in it, so that groups that share one meet."""
+        """The mask with all instances of the whole symbols in it, so that groups that share one are merged."""
         for name, bit in self._names:
             if bit & mask:
                 mask |= self._of_name[name]
@@ -89,11 +91,11 @@ class Relevance:
 
     @property
     def has_rules(self) -> bool:
-        """Whether update rules relate anything."""
+        """Whether update rules relate any atoms and terms."""
         return bool(self._groups)
 
     def tied(self, mask: int) -> int:
-        """With everything that update rules relate to what is in it."""
+        """The mask with all atoms and terms that update rules relate to those in it."""
         for group in self._groups:
             if group & mask:
                 mask |= group
@@ -101,12 +103,12 @@ class Relevance:
 
     # ----------------------------------------------------------------------------------------------- what is kept
     def mattering(self, name: str) -> list[Symbol]:
-        """The atoms and terms that matter at a node and behind it, in a fixed order."""
+        """The atoms and terms that matter at a node or after it, in a fixed order."""
         kept = self._at(name, 0)
         return [thing for thing in self._bits if not isinstance(thing, str) and kept(thing)]
 
     def reduced(self, name: str, state: Knowledge) -> Knowledge:
-        """A state that arrives at a node: without what nobody asks for any more."""
+        """A state that arrives at a node, without the facts that no later node reads."""
         open_ = self._untouched[name] & ~state.settled
         settled = state.settled
         if open_:
@@ -128,7 +130,7 @@ class Relevance:
         return self._kept[name, settled]
 
     def leave(self, name: str) -> None:
-        """A node will not be asked about again."""
+        """Frees what is kept for a node that will not be asked about again."""
         for key in [key for key in self._kept if key[0] == name]:
             del self._kept[key]
 
@@ -138,7 +140,7 @@ class Relevance:
         return Kept(self, mask, frozenset(compress(self._bits, map(int, f"{mask:b}"[::-1]))), names)
 
     def bits_of(self, symbols: Iterable[Symbol]) -> int:
-        """The mask of atoms and terms; those that nobody mentions have no bit."""
+        """The mask of these atoms and terms; those that no node mentions have no bit."""
         mask = 0
         for symbol in symbols:
             mask |= self._bits.get(symbol, 0)
@@ -147,7 +149,7 @@ class Relevance:
 
 @dataclass(frozen=True)
 class Kept:
-    """Whether an atom or term matters at a place in the plan; can be called as a function."""
+    """The atoms and terms that matter at a node; called as a function it says whether one does."""
 
     relevance: Relevance
     mask: int
@@ -158,12 +160,12 @@ class Kept:
         return symbol in self.symbols or symbol[0] in self.names
 
     def tied_to(self, symbols: Iterable[Symbol]) -> "Kept":
-        """With what update rules relate these to."""
+        """The same with the atoms and terms that update rules relate to these symbols."""
         wide = self.relevance.tied(self.mask | self.relevance.bits_of(symbols))
         return self if wide == self.mask else self.relevance.kept_by(wide)
 
     def only(self, known: Mapping[Symbol, Value]) -> dict[Symbol, Value]:
-        """What matters of the known values."""
+        """Those known values that matter."""
         if self.names:
             return {symbol: value for symbol, value in known.items() if self(symbol)}
         symbols = self.symbols
@@ -171,7 +173,7 @@ class Kept:
 
 
 def _merged(groups: Iterable[int]) -> list[int]:
-    """Groups that share something become one."""
+    """The groups, with those that share a bit merged into one."""
     merged: list[int] = []
     for group in groups:
         apart = [other for other in merged if not other & group]
@@ -183,7 +185,7 @@ def _merged(groups: Iterable[int]) -> list[int]:
 
 
 def forget(state: Knowledge, kept: Kept) -> Knowledge:
-    """The state without what nobody asks for any more."""
+    """The state without the facts and entries that no later node reads."""
     entries = _entries(state)
     tied, keeps = _tied(entries, kept) if entries else (frozenset[Symbol](), kept)
     state = replace(
@@ -196,7 +198,7 @@ def forget(state: Knowledge, kept: Kept) -> Knowledge:
 
 
 def _without(state: Knowledge, kept: Kept) -> Knowledge:
-    """The state without facts that nobody asks for, and that none of its entries speaks of."""
+    """The state without the facts that no later node reads and that none of its entries is about."""
     entries = _entries(state) if state.excluded or state.whether else ()
     tied = frozenset[Symbol]().union(*map(symbols_of, entries))
     return replace(
@@ -212,7 +214,7 @@ def _entries(state: Knowledge) -> list[Entry | tuple[GroundClaim, ...]]:
 
 
 def _tied(entries: Sequence[Entry | tuple[GroundClaim, ...]], kept: Kept) -> tuple[frozenset[Symbol], Kept]:
-    """The atoms and terms of all entries that a chain of shared members ties to one that matters; and all that does."""
+    """The atoms and terms of all entries that a chain of shared members ties to a relevant one; and all relevant ones."""
     rest = [symbols_of(entry) for entry in entries]
     tied: frozenset[Symbol] = frozenset()
     while True:

@@ -1,11 +1,11 @@
 """Replays the plan on the knowledge level: preconditions, sensing, complete branches, and the goal at every leaf.
 
 Nodes are taken in topological order with the *set* of knowledge states that can arrive there; states that agree on
-all that the continuation asks for are one. So a plan for 2^n outcomes costs about its nodes, not its branches.
+all that the continuation reads are one. So the work for 2^n outcomes grows with the plan's nodes, not its branches.
 
-Where more knowledge never hurts, all states that arrive at a node are one, which knows what they all know. Where that
-goes wrong, this is undone for the last steps before the node, for more and more of them; if that does not help, all
-states are looked at one by one.
+Where more knowledge never hurts, all states that arrive at a node are merged into one, which knows what they all know.
+If a condition fails for a merged state, states are kept separate for the last steps before the node, for more and more
+of them; if that does not help, all states are examined one by one.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,30 +16,35 @@ from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
 from kabo.verify.knowledge.ground import NotVerifiableError
-from kabo.verify.knowledge.replay.draft import ContradictionError
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.merging import meet, more_never_hurts
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError
 from kabo.verify.knowledge.replay.relevance import Relevance
 from kabo.verify.knowledge.replay.states import Frozen, Knowledge
 from kabo.verify.knowledge.replay.steps import Way, step, unmet_early
 from kabo.verify.report import Finding
 
-MOST_STATES = 200_000  # different ones; a plan of 25,000 nodes has about as many
-KEPT = 2000  # nodes whose states are remembered for that
-UNDONE = (4, 8, 16, 32)  # for so many steps before a node states are looked at one by one, before they all are
-TOO_MANY = f"more than {MOST_STATES} different states of knowledge arise up to here: the rest was not judged"
+MAX_STATES = 200_000  # different states of knowledge; a plan of 25,000 nodes has about as many
+MAX_REMEMBERED_NODES = 2000  # nodes whose separate states are kept
+SEPARATED_STEPS = (
+    4,
+    8,
+    16,
+    32,
+)  # for so many steps before a node states are looked at one by one, before they all are
+TOO_MANY = f"more than {MAX_STATES} different states of knowledge arise up to here: the rest was not judged"
 
 
 @dataclass
 class Replay:
-    """The outcome: findings, and how many knowledge states were looked at."""
+    """The outcome: findings, and how many knowledge states were examined."""
 
     findings: list[Finding] = field(default_factory=list)
     states: int = 0
 
 
 def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
-    """Replays all branches of a plan whose nodes are given, each before its successors."""
+    """Replays all branches of a plan; `order` are its nodes, each before its successors."""
     findings = list(check_calls(plan, order, problem))
     if findings:
         return Replay(findings)
@@ -48,12 +53,12 @@ def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
         start = interpreter.initial()
     except (NotVerifiableError, ContradictionError) as error:
         return Replay([Finding(None, f"the initial knowledge: {error}")])
-    run = _Run(plan, order, interpreter, start)
+    run = _ReplayRun(plan, order, interpreter, start)
     result = run.at_once() if more_never_hurts(problem) else None
     return run.one_by_one() if result is None else result
 
 
-class _Run:
+class _ReplayRun:
     """All replays of one plan."""
 
     def __init__(self, plan: Plan, order: Sequence[str], interpreter: Interpreter, start: Knowledge) -> None:
@@ -63,12 +68,12 @@ class _Run:
 
     # ------------------------------------------------------------------------------------------------ one by one
     def one_by_one(self) -> Replay:
-        """Looks at all states that differ in what the rest of the plan asks for."""
+        """Examines all states that differ in what the rest of the plan reads."""
         result = Replay()
         arriving: dict[str, dict[Frozen, Knowledge]] = {name: {} for name in self.order}
         arriving[self.plan.root][self.start.frozen()] = self.start
         for name in self.order:
-            if result.states > MOST_STATES:
+            if result.states > MAX_STATES:
                 result.findings.append(Finding(name, TOO_MANY))
                 return result
             states = arriving.pop(name).values()
@@ -83,7 +88,7 @@ class _Run:
         return result
 
     def _played(self, name: str, states: Iterable[Knowledge]) -> tuple[list[Finding], list[Way]]:
-        """What is wrong at a node in some states, and the ways on."""
+        """The faults of a node in these states, and the ways on from it."""
         nodes = self.plan.nodes
         early = [after for after in nodes[name].successors if after in nodes and nodes[after].overlap > 0.0]
         told: dict[str, None] = {}
@@ -100,16 +105,16 @@ class _Run:
 
     # -------------------------------------------------------------------------------------------------- at once
     def at_once(self) -> Replay | None:
-        """Makes the states that arrive at a node one; None if something is wrong, which need not be the plan."""
+        """Merges the states that arrive at a node; None if a condition fails, which need not be the plan's fault."""
         result = Replay()
         arriving = {self.plan.root: self.start}
         played: dict[str, list[Knowledge]] = {}
         for name in self.order:
             played[name] = [arriving.pop(name)] if name in arriving else []
-            if len(played) > KEPT:
+            if len(played) > MAX_REMEMBERED_NODES:
                 del played[next(iter(played))]
             findings, ways = self._played(name, played[name])
-            for far in UNDONE if findings else ():
+            for far in SEPARATED_STEPS if findings else ():
                 played[name] = self._apart(name, far, played, {})
                 findings, ways = self._played(name, played[name])
                 if not findings:
@@ -126,7 +131,7 @@ class _Run:
 
     @cached_property
     def _before(self) -> dict[str, list[str]]:
-        """The nodes that lead to each node."""
+        """The predecessors of each node."""
         before: dict[str, list[str]] = {name: [] for name in self.order}
         for name in self.order:
             for successor in dict.fromkeys(self.plan.nodes[name].successors):
@@ -141,7 +146,7 @@ class _Run:
         played: Mapping[str, list[Knowledge]],
         known: dict[tuple[str, int], list[Knowledge]],
     ) -> list[Knowledge]:
-        """The states that arrive at a node from those that were `played` so many steps before it."""
+        """The separate states that arrive at a node, from the merged ones in `played` at nodes `far` steps before it."""
         if far == 0 or name == self.plan.root or any(before not in played for before in self._before[name]):
             return played[name]
         if (name, far) not in known:

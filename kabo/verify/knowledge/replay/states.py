@@ -1,6 +1,6 @@
-"""Knowledge as dictionaries and sets [docs/knowledge.md; P].
+"""States of knowledge as dictionaries and sets [docs/knowledge.md; P].
 
-Written to be obvious, and on its own: the planner's bit sets must agree with it, not it with them.
+They are written to be obvious, and independently of the planner, whose bit sets must agree with them.
 """
 
 from collections.abc import Mapping, MutableMapping
@@ -11,8 +11,8 @@ from functools import lru_cache
 from kabo.verify.knowledge.facts import Excluded
 from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value
 
-FEW = 24  # of so few entries all are looked at
-MANY = 1 << 16  # entries that are remembered
+MAX_SCANNED_ENTRIES = 24  # entries of a set that is searched without an index
+MAX_INDEXED_ENTRIES = 1 << 16  # entries in the index before it starts anew
 
 Frozen = tuple[object, ...]
 Remembered = AbstractSet["Symbol | str"]  # atoms and terms, or the names of all of them
@@ -20,19 +20,19 @@ Remembered = AbstractSet["Symbol | str"]  # atoms and terms, or the names of all
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What is known.
+    """A state of knowledge.
 
     Attributes:
-        known: values of atoms and terms (Kf).
-        excluded: values that terms do not have; nothing about known ones.
-        whether: what will be known at run time (Kw, Kv) and is not known now.
-        exclusive: Kx: exactly one member holds. Members are unknown, at least two.
-        some: Kor: at least one member holds. Members are unknown, at least two.
-        conjunctions: Kw entries that are conjunctions.
-        past: what is now known of the initial state, with the entries that held there; None if nobody asks.
-        touched: what actions have touched of that: what is found out about it says nothing about the start.
-        broken: the `always` goals, by number, that have not held somewhere on the way.
-        settled: a bit for each part of the goal that holds and that the rest of a plan cannot touch.
+        known: the known values of atoms and terms (Kf).
+        excluded: the values that terms of unknown value are known not to have.
+        whether: the atoms and terms that will be known at run time (Kw, Kv) and are not known now.
+        exclusive: the entries of Kx, of which exactly one member holds; each has at least two members, all unknown.
+        some: the entries of Kor, of which at least one member holds; each has at least two members, all unknown.
+        conjunctions: the Kw entries that are conjunctions.
+        past: the present knowledge of the initial state, with the entries that held there; None if no goal needs it.
+        touched: the atoms and terms that actions have changed, so that learning them says nothing of the initial state.
+        broken: the numbers of the `always` goals that have been false in some state on the way.
+        settled: a bit for each part of the goal that holds and that the rest of the plan cannot touch.
     """
 
     known: Mapping[Symbol, Value]
@@ -47,8 +47,8 @@ class Knowledge:
     settled: int = 0
 
     @property
-    def mind(self) -> "Knowledge":
-        """Itself."""
+    def agent_knowledge(self) -> "Knowledge":
+        """This state, by which conditions on knowledge are evaluated."""
         return self
 
     def frozen(self) -> Frozen:
@@ -67,27 +67,27 @@ class Knowledge:
         )
 
     def at_start(self) -> "Knowledge":
-        """What is now known of the initial state; what was to be known of it at run time still is if untouched."""
+        """The present knowledge of the initial state, with the Kw and Kv entries that no action has touched."""
         past = self.past or Knowledge({})
         return replace(past, whether=past.whether | (self.whether - self.touched))
 
 
 @lru_cache(maxsize=1 << 16)
 def symbols_of(entry: Entry | tuple[GroundClaim, ...]) -> frozenset[Symbol]:
-    """What the members of an entry are about."""
+    """The atoms and terms of an entry's members."""
     return frozenset(claim[0] for claim in entry)
 
 
 @lru_cache(maxsize=1 << 16)
 def in_order(entry: Entry) -> tuple[GroundClaim, ...]:
-    """The members of an entry, always in the same order, so that every run says the same."""
+    """The members of an entry in a fixed order, so that every run gives the same answer."""
     return tuple(sorted(entry, key=repr))
 
 
 class Mentions:
-    """Finds the entries of a set that mention one of some symbols, without looking at all of them.
+    """An index of entries by the atoms and terms that they mention.
 
-    It knows where the entries that it has ever been given mention something; it forgets when these are too many.
+    It keeps all entries that it has been given, and starts anew when they are too many.
     """
 
     def __init__(self) -> None:
@@ -96,7 +96,7 @@ class Mentions:
 
     def of(self, entries: AbstractSet[Entry], symbols: AbstractSet[Symbol]) -> list[Entry]:
         """The entries that mention a symbol, each once."""
-        if len(entries) <= FEW or len(symbols) > FEW:
+        if len(entries) <= MAX_SCANNED_ENTRIES or len(symbols) > MAX_SCANNED_ENTRIES:
             return [entry for entry in entries if not symbols_of(entry).isdisjoint(symbols)]
         if not self._seen >= entries:
             self._note(entries)
@@ -104,7 +104,7 @@ class Mentions:
         return found if len(symbols) == 1 else list(dict.fromkeys(found))
 
     def _note(self, entries: AbstractSet[Entry]) -> None:
-        if len(self._seen) > MANY:
+        if len(self._seen) > MAX_INDEXED_ENTRIES:
             self._seen.clear()
             self._where.clear()
         for entry in entries - self._seen:
@@ -117,7 +117,7 @@ _MENTIONS = Mentions()
 
 
 def mentioning(entries: AbstractSet[Entry], symbols: AbstractSet[Symbol]) -> list[Entry]:
-    """The entries that mention one of the symbols, each once, in no order."""
+    """The entries that mention one of the symbols, each once, in no particular order."""
     return _MENTIONS.of(entries, symbols)
 
 
@@ -127,5 +127,5 @@ def mentions_any(entry: Entry | tuple[GroundClaim, ...], symbols: AbstractSet[Sy
 
 
 def exclude(excluded: MutableMapping[Symbol, frozenset[Value]], symbol: Symbol, value: Value) -> None:
-    """Notes that the symbol does not have the value."""
+    """Adds to `excluded` that the symbol does not have the value."""
     excluded[symbol] = excluded.get(symbol, frozenset()) | {value}

@@ -1,19 +1,19 @@
-"""One node of a plan in one knowledge state: what is wrong there, and the states that follow."""
+"""One node of a plan in one knowledge state: its faults, and the states after it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from kabo.plan import Node
 from kabo.verify.knowledge.facts import will_be_known
-from kabo.verify.knowledge.ground import NotVerifiableError, Thing, Value, because, outcome_text
-from kabo.verify.knowledge.replay.draft import ContradictionError
+from kabo.verify.knowledge.ground import NotVerifiableError, Observable, Value, because, outcome_text
 from kabo.verify.knowledge.replay.interpreter import GroundAction, Interpreter
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError
 from kabo.verify.knowledge.replay.states import Knowledge
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way on from a node: the outcome (None where it does not branch), the next node, the knowledge there."""
+    """One way on from a node: the outcome (None if it does not branch), the next node, and the knowledge there."""
 
     value: Value | None
     successor: str
@@ -22,7 +22,7 @@ class Way:
 
 @dataclass
 class Step:
-    """What a node does to one state: `after` its action (None: not applicable), before it branches."""
+    """The result of a node in one state; `after` is the state after its action, None if that is not applicable."""
 
     messages: list[str] = field(default_factory=list)
     ways: list[Way] = field(default_factory=list)
@@ -30,7 +30,7 @@ class Step:
 
 
 def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
-    """Plays a node whose calls are in order (`check_call`)."""
+    """The result of a node in one state; its call must have passed `check_call`."""
     result = Step()
     try:
         if node.kind == "goal":
@@ -54,7 +54,7 @@ def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
 
 
 def unmet_early(interpreter: Interpreter, node: Node, state: Knowledge) -> list[str]:
-    """What a node whose motion begins early asks for and does not find, in the state before the node before it."""
+    """The unmet preconditions of a node whose motion begins early, in the state before its predecessor."""
     action = interpreter.action(str(node.action), node.arguments)
     try:
         return [f"begins early, but then {message}" for message in _unmet(action, state)]
@@ -70,7 +70,7 @@ def _act(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -
     except ContradictionError as error:
         result.messages.append(f'"{node.action}" is not applicable: it would mean {error}')
         return None
-    delivered: set[Thing] = {*updates.run_time, *updates.whole, *(after.whether - state.whether)}
+    delivered: set[Observable] = {*updates.run_time, *updates.whole, *(after.whether - state.whether)}
     for text in (*([] if node.on is None else [node.on]), *node.delivers):
         if interpreter.read(text) not in delivered:
             result.messages.append(f'"{node.action}" does not sense {text}')

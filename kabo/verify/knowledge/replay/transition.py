@@ -1,30 +1,30 @@
-"""What actions, update rules and sensing do to knowledge: deletions, additions, then rules and closure [P].
+"""The effects of actions, update rules and sensing on knowledge: deletions, additions, then rules and closure [P].
 
-An action's fired updates of Kf, and what its `when` effects may do, change the world: entries about what changes
-are dropped. Update rules and outcomes of sensing only add to what is known about the same world.
+An action's updates of Kf that fire, and its `when` effects, change the world: entries about what changes are removed.
+Update rules and outcomes of sensing only add knowledge about the same world.
 """
 
 from collections.abc import Iterable
 
 from kabo.verify.knowledge.facts import Facts, truth
 from kabo.verify.knowledge.ground import NotVerifiableError, Symbol
-from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError, MutableKnowledge
 from kabo.verify.knowledge.replay.postdiction import WorldEffects, forget_what_may_change, postdict, world_effects
 from kabo.verify.knowledge.replay.states import Knowledge, Remembered, exclude
 from kabo.verify.knowledge.replay.update_rules import UpdateRules
 from kabo.verify.knowledge.updates import Assignment, Updates, denies_each, fired
 
-ROUNDS = 1000  # of update rules; rules that still change something after so many do not settle
+MAX_RULE_ROUNDS = 1000  # rounds of update rules; rules that still change something then are refused
 
 
-def change_world(draft: Draft, before: Knowledge, updates: Updates, remember: Remembered) -> None:
-    """Applies the fired updates of an action to the state before it; rules and closure are still to come.
+def change_world(draft: MutableKnowledge, before: Knowledge, updates: Updates, remember: Remembered) -> None:
+    """Applies the updates of an action that fire in the state before it; rules and closure follow later.
 
     Args:
         draft: a copy of the state before.
         before: the state before.
-        updates: what fired in it.
-        remember: atoms and terms, or their names, of which `initially` wants to know.
+        updates: the updates that fire in it.
+        remember: the atoms and terms, or names of symbols, that `initially` mentions.
 
     Raises:
         ContradictionError: the updates contradict each other.
@@ -49,7 +49,7 @@ def agree(adds: Iterable[Assignment]) -> None:
     """Refuses additions that contradict each other.
 
     Raises:
-        ContradictionError: one symbol gets two values, or a value that it is said not to have.
+        ContradictionError: one symbol gets two values, or a value that another addition denies.
     """
     values: dict[object, Assignment] = {}
     for add in adds:
@@ -63,8 +63,8 @@ def agree(adds: Iterable[Assignment]) -> None:
             raise ContradictionError("it has contradictory effects on the same term")
 
 
-def _undisputed(draft: Draft, effects: WorldEffects) -> list[Assignment]:
-    """The certain outcomes; where another one may pull elsewhere, only that the value is one of theirs is known."""
+def _undisputed(draft: MutableKnowledge, effects: WorldEffects) -> list[Assignment]:
+    """The certain outcomes that no other outcome may contradict; of others only the possible values become known."""
     result = []
     for outcome in effects.sure:
         rivals = {e.value for e, _ in effects.possible if e.symbol == outcome.symbol} - {outcome.value}
@@ -75,8 +75,8 @@ def _undisputed(draft: Draft, effects: WorldEffects) -> list[Assignment]:
     return result
 
 
-def assign(draft: Draft, add: Assignment) -> None:
-    """The action makes the claim true, whatever held before."""
+def assign(draft: MutableKnowledge, add: Assignment) -> None:
+    """Makes the claim true, whatever held before."""
     symbol, value = add.symbol, add.value
     draft.changed.add(symbol)
     draft.whether.discard(symbol)
@@ -94,8 +94,8 @@ def assign(draft: Draft, add: Assignment) -> None:
         exclude(draft.excluded, symbol, value)
 
 
-def note(draft: Draft, updates: Updates) -> None:
-    """The databases beside Kf: deletions, then additions."""
+def note(draft: MutableKnowledge, updates: Updates) -> None:
+    """Applies the updates of all databases except Kf: deletions, then additions."""
     for symbol in updates.no_run_time:
         if symbol in draft.whether:
             draft.whether.discard(symbol)
@@ -119,11 +119,11 @@ def note(draft: Draft, updates: Updates) -> None:
             draft.deny_all(claims)
 
 
-def infer(draft: Draft, updates: Updates) -> None:
-    """Applies what update rules say: deletions forget, additions must agree with what is known.
+def infer(draft: MutableKnowledge, updates: Updates) -> None:
+    """Applies the conclusions of update rules: deletions forget, additions must agree with what is known.
 
     Raises:
-        ContradictionError: they do not.
+        ContradictionError: an addition contradicts what is known.
     """
     added = {(add.symbol, add.value, add.positive) for add in updates.adds}
     for claim in updates.deletions:
@@ -142,19 +142,19 @@ def infer(draft: Draft, updates: Updates) -> None:
     note(draft, updates)
 
 
-def settle(draft: Draft, rules: UpdateRules, *, everything: bool = False) -> None:
+def settle(draft: MutableKnowledge, rules: UpdateRules, *, everything: bool = False) -> None:
     """Closure and update rules in turn, until nothing changes.
 
     Args:
         draft: the state.
         rules: the domain's update rules.
-        everything: whether every rule is to be asked, not only those that the changes so far set off.
+        everything: whether to try every rule, not only those that the changes so far may trigger.
 
     Raises:
         ContradictionError: the state contradicts itself.
         NotVerifiableError: the rules do not settle.
     """
-    for number in range(ROUNDS):
+    for number in range(MAX_RULE_ROUNDS):
         changed = draft.close()
         waiting = rules.rules if everything and number == 0 else rules.set_off_by(changed)
         if not waiting:
@@ -163,18 +163,18 @@ def settle(draft: Draft, rules: UpdateRules, *, everything: bool = False) -> Non
         infer(draft, fired(waiting, facts))
         if not draft.changed:
             return
-    raise NotVerifiableError(f"the update rules still change something after {ROUNDS} rounds")
+    raise NotVerifiableError(f"the update rules still change something after {MAX_RULE_ROUNDS} rounds")
 
 
-def look_back(draft: Draft, rules: UpdateRules, remember: Remembered) -> None:
-    """What is known of what no action has touched was so at the start, and the other way round, to a fixpoint.
+def look_back(draft: MutableKnowledge, rules: UpdateRules, remember: Remembered) -> None:
+    """Exchanges knowledge of the present and the initial state about all that no action has touched, to a fixpoint.
 
     Raises:
-        ContradictionError: it cannot have been so.
-        NotVerifiableError: the rules do not settle.
+        ContradictionError: the two contradict each other.
+        NotVerifiableError: the update rules still change something after `MAX_RULE_ROUNDS` rounds.
     """
     while draft.past is not None:
-        past = Draft(draft.problem, draft.past)
+        past = MutableKnowledge(draft.problem, draft.past)
         _tell(draft, past, draft.touched, remember)
         settle(past, rules)
         draft.past = past.finished()
@@ -184,8 +184,10 @@ def look_back(draft: Draft, rules: UpdateRules, remember: Remembered) -> None:
         settle(draft, rules)
 
 
-def _tell(one: Draft, other: Draft, touched: frozenset[Symbol], remember: Remembered) -> None:
-    """The other draft learns what the one knows of what is remembered and untouched."""
+def _tell(
+    one: MutableKnowledge, other: MutableKnowledge, touched: frozenset[Symbol], remember: Remembered
+) -> None:
+    """Adds to `other` what `one` knows of the remembered atoms and terms that no action has touched."""
     for symbol, value in one.known.items():
         if symbol not in touched and (symbol in remember or symbol[0] in remember):
             other.learn((symbol, value, True))

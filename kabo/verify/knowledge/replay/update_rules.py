@@ -1,4 +1,4 @@
-"""The domain's update rules, ground once, and which of them a change can set off."""
+"""The domain's update rules, grounded once, and which of them a change can trigger."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from kabo.verify.knowledge.updates import Rule, rules_of
 
 @dataclass
 class UpdateRules:
-    """Every instance of every rule; `by_symbol` says which ones mention an atom or term, or a whole name."""
+    """Every instance of every rule; `by_symbol` maps an atom, a term or a symbol's name to the rules that mention it."""
 
     rules: list[Rule] = field(default_factory=list)
     mentioned: list[frozenset[Symbol | str]] = field(default_factory=list)
@@ -35,7 +35,7 @@ class UpdateRules:
         self.mentioned.append(mentioned)
 
     def set_off_by(self, symbols: Iterable[Symbol]) -> list[Rule]:
-        """The rules that can do something new now that these have changed, in the order of the file."""
+        """The rules that a change of these atoms and terms can trigger, in the order of the file."""
         numbers: set[int] = set()
         for symbol in symbols:
             numbers.update(self.by_symbol.get(symbol, ()))
@@ -44,7 +44,7 @@ class UpdateRules:
 
 
 def ground(effects: Iterable[Effect], problem: Problem, binding: Binding) -> Iterator[tuple[Effect, Binding]]:
-    """The effects without their outer quantifiers, each with the binding of an instance."""
+    """The instances of effects without their outer quantifiers, each with its binding."""
     for effect in effects:
         if isinstance(effect, ForEach):
             for more in instances(problem, effect.variables, binding):

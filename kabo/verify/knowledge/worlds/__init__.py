@@ -1,7 +1,7 @@
 """Possible worlds: the judge of knowledge, and the part of the verifier's knowledge half that must be trusted.
 
-A plan is led through every world that the initial knowledge allows. `judge.py` is the whole idea; `queries.py` says what
-K, Kw and Kv mean for a set of worlds, `acts.py` what actions do to it, `initial.py` which worlds there are.
+A plan is followed through every world that the initial knowledge allows. `judge.py` is the whole idea; `queries.py`
+defines K, Kw and Kv on a set of worlds, `acts.py` the effects of actions on it, `initial.py` the worlds at the start.
 """
 
 from kabo.verify.knowledge.worlds.judge import Judgement, judge_in_worlds

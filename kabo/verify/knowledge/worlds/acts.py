@@ -1,7 +1,7 @@
-"""What actions do to the worlds that may be the case, and what is observed of them.
+"""The effects of actions on the possible worlds, and the outcomes of observing them.
 
-Deletions come first, then what `when` effects bring about, then additions. What an action leaves open may be any value
-that was possible before, or, where only one was, any at all.
+Deletions come first, then the outcomes of `when` effects, then additions. A value that an action leaves open may be any
+value that was possible before, or any value at all if only one was possible.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,22 +14,22 @@ from kabo.verify.knowledge.ground import (
     Entry,
     GroundClaim,
     NotVerifiableError,
+    Observable,
     Symbol,
-    Thing,
     Value,
     claim_text,
     is_symbol,
     range_of,
     text_of,
 )
-from kabo.verify.knowledge.updates import Assignment, Pair, Rule, When, fired, rules_of, sensing
-from kabo.verify.knowledge.worlds.belief import Belief, Told
+from kabo.verify.knowledge.updates import Assignment, Rule, UnknownComparison, When, fired, rules_of, sensing
+from kabo.verify.knowledge.worlds.belief import Belief, ExplicitBelief
 from kabo.verify.knowledge.worlds.queries import Query, fires, query
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, OpenError, World, holds
 
 
 class NotApplicableError(Exception):
-    """The action contradicts itself or what is known."""
+    """The action's effects contradict each other or what is known."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,10 @@ class Act:
 def act_of(
     schema: Action, binding: Binding, values: tuple[tuple[str, Symbol | None], ...], problem: Problem
 ) -> Act:
-    """An action as its domain says it, ground.
+    """The ground action of a schema under a binding.
 
     Raises:
-        CannotJudgeError: it is one that worlds do not judge.
+        CannotJudgeError: worlds cannot judge the action.
     """
     preconditions = tuple(query(part, problem, binding) for part in schema.preconditions)
     effects = rules_of(schema.effects, problem, binding, _condition)
@@ -58,21 +58,21 @@ def act_of(
 
 def _condition(formula, problem: Problem, binding: Binding):  # type: ignore[no-untyped-def]
     asked = query(formula, problem, binding)
-    return lambda belief: fires(asked, belief, belief.teller)
+    return lambda belief: fires(asked, belief, belief.explicit_belief)
 
 
 @dataclass
 class After:
-    """The belief after an action, what it delivered, and how many worlds it says cannot be the case."""
+    """The belief after an action, what the action delivered, and how many worlds contradict an entry that it adds."""
 
     belief: Belief
-    delivered: set[Thing]
+    delivered: set[Observable]
     ruled_out: int = 0
 
 
 @dataclass
 class _Change:
-    """What an action does in one world: claims that cease, outcomes, additions."""
+    """The effects of an action in one world: claims that cease, outcomes, additions."""
 
     ceasing: list[GroundClaim]
     outcomes: dict[Symbol, set[Value | None]] = field(default_factory=dict)
@@ -80,16 +80,16 @@ class _Change:
 
     @property
     def symbols(self) -> set[Symbol]:
-        """What changes."""
+        """The atoms and terms that change."""
         return {c[0] for c in self.ceasing} | self.outcomes.keys() | {add.symbol for add in self.adds}
 
 
 def perform(act: Act, belief: Belief) -> After:
-    """What is known, and may be the case, after an action.
+    """The belief after an action.
 
     Raises:
-        NotApplicableError: the action contradicts itself, or what is known.
-        CannotJudgeError: it does something that worlds do not judge.
+        NotApplicableError: its effects contradict each other, or what is known.
+        CannotJudgeError: it has an effect that worlds cannot judge.
     """
     try:
         return _Performance(act, belief).after()
@@ -98,18 +98,18 @@ def perform(act: Act, belief: Belief) -> After:
 
 
 class _Performance:
-    """One action in one belief."""
+    """One action performed in one belief."""
 
     def __init__(self, act: Act, belief: Belief) -> None:
         self.act, self.belief = act, belief
         self.unknowns, self.problem = belief.unknowns, belief.unknowns.problem
-        self.updates = fired(act.effects, belief)  # for somebody who knows what all worlds agree on
+        self.updates = fired(act.effects, belief)  # for a reasoner who knows all on which the worlds agree
         if self.updates.no_entries or self.updates.no_complete:
             raise CannotJudgeError("an effect forgets how facts hang together")
         _agree(self.updates.adds)
 
     def after(self) -> After:
-        """The belief after it."""
+        """The belief after the action."""
         changed = {add.symbol for add in self.updates.adds} | {claim[0] for claim in self.updates.deletions}
         disputed: dict[Symbol, int] = {}
         result: list[World] = []
@@ -128,7 +128,7 @@ class _Performance:
         return self._known(result, changed, ruled_out)
 
     def _split(self, worlds: Iterable[World]) -> Iterator[World]:
-        """The worlds, each split as far as the effects depend on what is open in it."""
+        """The worlds, each split by the open values on which the action's effects depend."""
         waiting = list(worlds)[::-1]
         while waiting:
             world = waiting.pop()
@@ -143,12 +143,12 @@ class _Performance:
             yield world
 
     def _in(self, world: World) -> _Change:
-        """What the action does in a world.
+        """The effects of the action in a world.
 
         Raises:
-            OpenError: that depends on a value that is open.
+            OpenError: they depend on a value that is open.
         """
-        world.mind = self.belief
+        world.agent_knowledge = self.belief
         updates = fired(self.act.effects, world)
         change = _Change([claim for claim in updates.deletions if truth(claim, world) is not False])
         happening = [
@@ -163,7 +163,7 @@ class _Performance:
         return change
 
     def _apply(self, change: _Change, world: World) -> World:
-        """The world after it."""
+        """The world after these effects."""
         after = world.copy()
         for symbol in change.symbols:
             self.unknowns.detach(after, symbol)
@@ -207,7 +207,7 @@ class _Performance:
         return set(every) - self.belief.excluded.get(symbol)
 
     def _deny(self, add: Assignment, after: World) -> None:
-        """The symbol has not the value: if it has, it takes another one that was possible, if there is one."""
+        """Makes the symbol not have the value: if it has it, it may take any other value that was possible before."""
         own, every = self.unknowns.values(add.symbol, after), range_of(self.problem, add.symbol)
         if own is None or every is None or add.value is None:
             after.leave_open(add.symbol)
@@ -219,19 +219,19 @@ class _Performance:
             self._leave(after, add.symbol, rest)
 
     def _leave(self, world: World, symbol: Symbol, values: set[Value]) -> None:
-        """Any of these values from now on."""
+        """Leaves the symbol open: it may have any of these values from now on."""
         if len(values) == 1:
             world.put(symbol, next(iter(values)))
         else:
             world.leave_open(symbol, frozenset(range_of(self.problem, symbol) or ()) - values)
 
-    # --------------------------------------------------------------------------------- what is said of the worlds
+    # ------------------------------------------------------------------------------------------ entries it adds
     def _as_said(self, worlds: list[World]) -> tuple[list[World], int]:
-        """The worlds in which the entries hold that the action adds; and how many are ruled out by them."""
+        """The worlds in which the entries hold that the action adds, and how many worlds these entries rule out."""
         result, ruled_out = self._where(worlds, self.updates.entries)
         for claims in self.updates.complete:
             known = all(truth(claim, world) for claim in claims for world in result)
-            if known and all(truth(claim, Told(self.belief.told)) for claim in claims):
+            if known and all(truth(claim, ExplicitBelief(self.belief.explicit)) for claim in claims):
                 continue
             if known:
                 raise CannotJudgeError("a local closed world asks what follows only from several facts together")
@@ -266,28 +266,28 @@ class _Performance:
         after.whether = (kept - set(updates.no_run_time)) | new
         whole = {claims for claims in belief.whole if not any(claim[0] in changed for claim in claims)}
         after.whole = frozenset((whole - set(updates.no_whole)) | set(updates.whole))
-        after.told = self._told()
-        delivered: set[Thing] = {*updates.run_time, *updates.whole, *(after.whether - belief.whether)}
+        after.explicit = self._told()
+        delivered: set[Observable] = {*updates.run_time, *updates.whole, *(after.whether - belief.whether)}
         return After(after, delivered, ruled_out)
 
     def _told(self) -> dict[Symbol, Value]:
-        """What was told, without what may have changed by anybody's reasoning, and with what is added for sure."""
-        told, updates = dict(self.belief.told), self.updates
-        before = Told(self.belief.told)
+        """The explicit belief after the action: without values that may have changed, with those certainly added."""
+        explicit, updates = dict(self.belief.explicit), self.updates
+        before = ExplicitBelief(self.belief.explicit)
         maybe = [effect for effect in updates.worlds if not any(_is_false(c, before) for c in effect.conditions)]
         outcomes = [outcome for effect in maybe for outcome in effect.outcomes]
         changing = [claim[0] for claim in updates.deletions] + [each.symbol for each in (*outcomes, *updates.adds)]
         for symbol in changing:
-            told.pop(symbol, None)
+            explicit.pop(symbol, None)
         for effect in maybe:
             if all(_is_true(condition, before) for condition in effect.conditions):
                 for outcome in effect.outcomes:
                     if outcome.value is not None and changing.count(outcome.symbol) == 1:
-                        told[outcome.symbol] = outcome.value
-        for add in fired(self.act.effects, Told(self.belief.told, about=self.belief)).adds:
+                        explicit[outcome.symbol] = outcome.value
+        for add in fired(self.act.effects, ExplicitBelief(self.belief.explicit, about=self.belief)).adds:
             if add.positive and add.value is not None:
-                told[add.symbol] = add.value
-        return told
+                explicit[add.symbol] = add.value
+        return explicit
 
 
 def _agree(adds: Iterable[Assignment]) -> None:
@@ -305,7 +305,7 @@ def _agree(adds: Iterable[Assignment]) -> None:
 
 
 def _disputed(change: _Change) -> Iterator[Symbol]:
-    """What gets two different values in one world."""
+    """The atoms and terms that get two different values in one world."""
     for symbol, ones in change.outcomes.items():
         added = {add.value for add in change.adds if add.symbol == symbol and add.positive}
         denied = {add.value for add in change.adds if add.symbol == symbol and not add.positive}
@@ -320,7 +320,7 @@ def _happens(effect: When, world: World) -> bool:
         if isinstance(condition, bool):
             if not condition:
                 return False
-        elif isinstance(condition, Pair):
+        elif isinstance(condition, UnknownComparison):
             first_open = condition.left if condition.left not in world.known else condition.right
             if first_open is None:
                 raise CannotJudgeError("a condition compares numbers that are not known")
@@ -335,16 +335,16 @@ def _happens(effect: When, world: World) -> bool:
     return True
 
 
-def _is_false(condition: object, told: Told) -> bool:
+def _is_false(condition: object, explicit: ExplicitBelief) -> bool:
     if isinstance(condition, bool):
         return not condition
-    return not isinstance(condition, Pair) and truth(condition, told) is False  # type: ignore[arg-type]
+    return not isinstance(condition, UnknownComparison) and truth(condition, explicit) is False  # type: ignore[arg-type]
 
 
-def _is_true(condition: object, told: Told) -> bool:
+def _is_true(condition: object, explicit: ExplicitBelief) -> bool:
     if isinstance(condition, bool):
         return condition
-    return not isinstance(condition, Pair) and truth(condition, told) is True  # type: ignore[arg-type]
+    return not isinstance(condition, UnknownComparison) and truth(condition, explicit) is True  # type: ignore[arg-type]
 
 
 def _holds_in(database: str, entry: Entry, world: World) -> bool:
@@ -358,8 +358,8 @@ def _holds_in(database: str, entry: Entry, world: World) -> bool:
     return holding > 0
 
 
-def observed(belief: Belief, thing: Thing) -> dict[Value, Belief]:
-    """The belief behind each outcome of what a plan branches on."""
+def observed(belief: Belief, thing: Observable) -> dict[Value, Belief]:
+    """The belief after each outcome of the atom, term or conjunction that a plan branches on."""
     parts: dict[Value, list[World]] = {}
     waiting = belief.worlds[::-1]
     while waiting:
@@ -373,21 +373,21 @@ def observed(belief: Belief, thing: Thing) -> dict[Value, Belief]:
     return {value: _learned(belief, thing, value, worlds) for value, worlds in parts.items()}
 
 
-def _observed_in(world: World, thing: Thing) -> Value:
+def _observed_in(world: World, thing: Observable) -> Value:
     if is_symbol(thing):
         return world.value(thing)  # type: ignore[arg-type]
     claims: tuple[GroundClaim, ...] = thing  # type: ignore[assignment]
     return False not in [holds(claim, world) for claim in claims]
 
 
-def _learned(belief: Belief, thing: Thing, value: Value, worlds: list[World]) -> Belief:
-    told = dict(belief.told)
+def _learned(belief: Belief, thing: Observable, value: Value, worlds: list[World]) -> Belief:
+    explicit = dict(belief.explicit)
     whether, whole = belief.whether, belief.whole
     if is_symbol(thing):
-        told[thing] = value  # type: ignore[index]
+        explicit[thing] = value  # type: ignore[index]
         whether -= {thing}
     else:
         whole -= {thing}
         if value is True:
-            told.update({claim[0]: claim[1] for claim in thing if claim[2]})  # type: ignore[misc]
-    return Belief(belief.unknowns, worlds, whether, whole, told, broken=belief.broken, settled=belief.settled)
+            explicit.update({claim[0]: claim[1] for claim in thing if claim[2]})  # type: ignore[misc]
+    return Belief(belief.unknowns, worlds, whether, whole, explicit, broken=belief.broken, settled=belief.settled)

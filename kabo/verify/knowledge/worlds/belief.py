@@ -1,4 +1,4 @@
-"""What somebody knows who reasons perfectly: the worlds that agree with all that was observed on the way to a node."""
+"""Beliefs: the worlds that agree with all that was observed on the way to a node, and so what a perfect reasoner knows."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from kabo.verify.knowledge.worlds.world import Key, Unknowns, World, every
 
 
 class _Agreed(dict[Symbol, Value]):
-    """The values on which all worlds agree, each looked for when it is asked for."""
+    """The values on which all worlds agree, each computed on demand."""
 
     def __init__(self, worlds: Iterable[World]) -> None:
         super().__init__()
@@ -18,7 +18,7 @@ class _Agreed(dict[Symbol, Value]):
         self._differ: set[Symbol] = set()
 
     def get(self, symbol: Symbol, default: Value | None = None) -> Value | None:  # type: ignore[override]
-        """The value, or the default."""
+        """The value on which all worlds agree, or the default."""
         if not super().__contains__(symbol):
             if symbol in self._differ:
                 return default
@@ -34,14 +34,14 @@ class _Agreed(dict[Symbol, Value]):
 
 
 class _Excluded(dict[Symbol, frozenset[Value]]):
-    """The values that a symbol has in no world."""
+    """For each symbol the values that it has in no world, computed on demand."""
 
     def __init__(self, belief: "Belief") -> None:
         super().__init__()
         self._belief = belief
 
     def get(self, symbol: Symbol, default: object = None) -> frozenset[Value]:
-        """The values; none for numbers."""
+        """The values that the symbol has in no world; the empty set for a number."""
         if symbol not in self:
             unknowns, every = (
                 self._belief.unknowns,
@@ -54,8 +54,8 @@ class _Excluded(dict[Symbol, frozenset[Value]]):
 
 
 @dataclass
-class Told:
-    """What was told or observed, literally: no more than kabo's own inference knows at least."""
+class ExplicitBelief:
+    """The facts that were literally given, set or observed; kabo's own inference knows at least these [Levesque 1984]."""
 
     known: Mapping[Symbol, Value]
     excluded: Mapping[Symbol, frozenset[Value]] = field(default_factory=dict)
@@ -63,35 +63,35 @@ class Told:
     about: "Belief | None" = None
 
     @property
-    def mind(self) -> Facts:
-        """Who is asked for conditions on knowledge."""
+    def agent_knowledge(self) -> Facts:
+        """The belief by which conditions on knowledge are evaluated."""
         return self.about or self
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
-        """As `Knower`."""
+        """See `Knower`."""
         return not at_start and claim(self)
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
-        """As `Knower`."""
+        """See `Knower`."""
         symbol = named(name, self)
         return not at_start and symbol is not None and symbol in self.known
 
     def kept_always(self, number: int) -> bool:
-        """As `Knower`."""
+        """See `Knower`."""
         return False
 
 
 @dataclass
 class Belief:
-    """The worlds, and what else somebody knows.
+    """The possible worlds at a node, and the history that matters.
 
     Attributes:
-        unknowns: what is unknown at the start.
+        unknowns: the atoms and terms that are unknown at the start.
         worlds: the worlds; at least one.
-        whether: what was sensed and not branched on yet.
-        whole: conjunctions of which the same is so.
-        told: what was told or observed, literally.
-        broken: the `always` goals, by number, that have not held somewhere on the way.
+        whether: the atoms and terms that were sensed and have not been branched on yet.
+        whole: the conjunctions that were sensed and have not been branched on yet.
+        explicit: the values that were literally given, set or observed.
+        broken: the numbers of the `always` goals that have been false in some state on the way.
         settled: a bit for each part of the goal that holds and that the rest of the plan cannot touch.
     """
 
@@ -99,7 +99,7 @@ class Belief:
     worlds: list[World]
     whether: frozenset[Symbol] = frozenset()
     whole: frozenset[tuple[GroundClaim, ...]] = frozenset()
-    told: Mapping[Symbol, Value] = field(default_factory=dict)
+    explicit: Mapping[Symbol, Value] = field(default_factory=dict)
     broken: frozenset[int] = frozenset()
     settled: int = 0
 
@@ -108,22 +108,22 @@ class Belief:
         self.excluded = _Excluded(self)
 
     @property
-    def mind(self) -> "Belief":
-        """Itself."""
+    def agent_knowledge(self) -> "Belief":
+        """This belief, by which conditions on knowledge are evaluated."""
         return self
 
     @property
-    def teller(self) -> Told:
-        """Who knows only what was told."""
-        return Told(self.told)
+    def explicit_belief(self) -> ExplicitBelief:
+        """The belief of a reasoner who infers nothing."""
+        return ExplicitBelief(self.explicit)
 
     @property
     def share(self) -> float:
-        """Of all worlds, how many these are."""
+        """The share of these worlds among all worlds at the start."""
         return sum(world.share for world in self.worlds)
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
-        """As `Knower`: whether it is so in every world."""
+        """See `Knower`; a claim is known if it holds in every world."""
         if at_start:
             return all(claim(world.first) for world in self.worlds)
         if len(compared) > 1:
@@ -131,7 +131,7 @@ class Belief:
         return all(map(claim, self.worlds))
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
-        """As `Knower`."""
+        """See `Knower`."""
         worlds = self.worlds
         symbol = named(name, worlds[0])
         if symbol is None or (callable(name) and any(name(world) != symbol for world in worlds)):
@@ -145,7 +145,7 @@ class Belief:
         )
 
     def kept_always(self, number: int) -> bool:
-        """As `Knower`."""
+        """See `Knower`."""
         return number not in self.broken
 
     def is_free(self, thing: Symbol | str) -> bool:
@@ -158,7 +158,7 @@ class Belief:
 
 
 def collected(worlds: Iterable[World]) -> dict[Key, World]:
-    """The worlds by their keys; of those that behave alike one stands for all."""
+    """The worlds by their keys; one stands for all that behave alike, and has the sum of their shares."""
     result: dict[Key, World] = {}
     for world in worlds:
         key = world.key()
@@ -172,23 +172,23 @@ def collected(worlds: Iterable[World]) -> dict[Key, World]:
 def without(
     belief: Belief, keeps: Callable[[Symbol], bool], groups: frozenset[int], symbols: frozenset[Symbol] | None
 ) -> tuple[Belief, dict[Key, World], Key]:
-    """The belief without what nobody asks for any more; its worlds by their keys, and a key of its own.
+    """The belief without what no later node reads, its worlds by their keys, and a key of the belief itself.
 
     Two beliefs with the same key behave alike from here on.
 
     Args:
         belief: the belief.
-        keeps: whether somebody asks for an atom or term.
-        groups: the groups that have a member for which somebody asks.
-        symbols: all that is asked for, if that can be listed.
+        keeps: whether a later node reads an atom or term.
+        groups: the groups of unknowns with a member that a later node reads.
+        symbols: all that later nodes read, if it can be listed.
     """
     worlds = collected(world.kept(keeps, symbols, groups) for world in belief.worlds)
     whether = frozenset(filter(keeps, belief.whether))
     whole = frozenset(whole for whole in belief.whole if any(keeps(claim[0]) for claim in whole))
-    told = {symbol: value for symbol, value in belief.told.items() if keeps(symbol)}
-    less = Belief(belief.unknowns, list(worlds.values()), whether, whole, told, belief.broken, belief.settled)
+    explicit = {symbol: value for symbol, value in belief.explicit.items() if keeps(symbol)}
+    less = Belief(belief.unknowns, list(worlds.values()), whether, whole, explicit, belief.broken, belief.settled)
     return (
         less,
         worlds,
-        (frozenset(worlds), whether, whole, frozenset(told.items()), belief.broken, belief.settled),
+        (frozenset(worlds), whether, whole, frozenset(explicit.items()), belief.broken, belief.settled),
     )

@@ -1,4 +1,4 @@
-"""The worlds that the initial knowledge allows: values that are known, and groups of unknowns that entries link."""
+"""The worlds that the initial knowledge allows: known values, and groups of unknowns that entries link."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -11,8 +11,8 @@ from kabo.verify.knowledge.ground import Binding, Entry, GroundClaim, Symbol, Va
 from kabo.verify.knowledge.updates import Updates, denies_each, fired, rules_of
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, Group, Unknowns, World
 
-MOST_CHOICES = 3000  # combinations of values of one group that are listed
-MOST_DECISIONS = 50_000  # of the search for them
+MAX_CHOICES = 3000  # combinations of values of one group of unknowns
+MAX_DECISIONS = 50_000  # values tried in the search for these combinations
 
 Constraint = tuple[str, Entry]  # Kx or Kor, and its members
 
@@ -23,18 +23,18 @@ class NoWorldError(Exception):
 
 @dataclass
 class Start:
-    """The start of every run: its one world with all unknowns open, what is told, and what will be known."""
+    """The start: one world with all unknowns open, the explicitly given values, and what will be known at run time."""
 
     unknowns: Unknowns
     world: World
-    told: dict[Symbol, Value]
+    explicit: dict[Symbol, Value]
     whether: frozenset[Symbol]
     whole: frozenset[tuple[GroundClaim, ...]]
 
 
 @dataclass
 class _Reading:
-    """The initial effects while they are read: values, values excluded, what is linked."""
+    """The initial effects while they are read: known values, excluded values, and the entries that link unknowns."""
 
     problem: Problem
     known: dict[Symbol, Value] = field(default_factory=dict)
@@ -43,12 +43,12 @@ class _Reading:
     constraints: list[Constraint] = field(default_factory=list)
 
     @property
-    def mind(self) -> "_Reading":
-        """Itself."""
+    def agent_knowledge(self) -> "_Reading":
+        """This state, by which conditions on knowledge are evaluated."""
         return self
 
     def add(self, updates: Updates) -> None:
-        """Literals, values and numbers in the order of the file."""
+        """Adds literals, values and numbers in the order of the file."""
         for each in updates.adds:
             if each.value is None:
                 raise CannotJudgeError("the initial knowledge gives a term the value of one that is not known")
@@ -62,12 +62,12 @@ class _Reading:
 
 
 def start_of(problem: Problem) -> Start:
-    """What the problem file says of the start.
+    """The worlds at the start, as the problem file describes them.
 
     Raises:
-        CannotJudgeError: it says something that worlds do not have, or there are too many of them.
-        NoWorldError: no world is as it says.
-        NotVerifiableError: a part of it is not judged at all.
+        CannotJudgeError: worlds cannot represent the initial knowledge, or there are too many of them.
+        NoWorldError: no world agrees with the initial knowledge.
+        NotVerifiableError: the verifier does not judge a part of it.
     """
     reading, later = _Reading(problem), Updates()
     if not all(map(_is_plain, problem.initial)):
@@ -81,7 +81,7 @@ def start_of(problem: Problem) -> Start:
         later.complete += updates.complete
     unknowns, world = _unknowns(problem, reading)
     denials = [("Kor", denies_each(problem, claims)) for claims in later.complete if _is_open(claims, world)]
-    if denials:  # what is not known to be true by now is not all true
+    if denials:  # each instance not known to be true has a false part
         reading.constraints.extend(denials)
         unknowns, world = _unknowns(problem, reading)
     whether = frozenset(symbol for symbol in later.run_time if symbol not in world.known)
@@ -89,13 +89,13 @@ def start_of(problem: Problem) -> Start:
 
 
 def _is_open(claims: Iterable[GroundClaim], world: World) -> bool:
-    """Whether it is not known of several claims that all of them hold, nor that one does not."""
+    """Whether it is unknown if all of these claims hold."""
     truths = [truth(claim, world) for claim in claims]
     return None in truths and False not in truths
 
 
 def _single_valued(problem: Problem) -> Iterator[tuple[Symbol, Value]]:
-    """Terms that can have one value only: they have it."""
+    """The terms that can have one value only, with this value."""
     for name, function in problem.domain.functions.items():
         values = problem.values_of(name)
         if values is not None and len(values) == 1:
@@ -114,7 +114,7 @@ def _no_conditions(formula: Formula, problem: Problem, binding: Binding) -> Call
 
 
 def _unknowns(problem: Problem, reading: _Reading) -> tuple[Unknowns, World]:
-    """The groups of linked unknowns, and the world with all of them open; what is so in all of their choices is known."""
+    """The groups of linked unknowns, and the world with all of them open; values common to all choices are known."""
     linked = [frozenset(claim[0] for claim in entry) for _, entry in reading.constraints]
     symbols = frozenset(reading.excluded).union(*linked) - reading.known.keys()
     groups: list[Group] = []
@@ -141,7 +141,7 @@ def _unknowns(problem: Problem, reading: _Reading) -> tuple[Unknowns, World]:
 def _apart(
     symbols: Iterable[Symbol], constraints: list[Constraint]
 ) -> Iterator[tuple[list[Symbol], list[Constraint]]]:
-    """The symbols in groups that no constraint links, each with its constraints, neighbours near each other."""
+    """The symbols in groups that no constraint links, each with its constraints; linked symbols are near each other."""
     of: dict[Symbol, list[Constraint]] = {symbol: [] for symbol in sorted(symbols, key=repr)}
     without: list[Constraint] = []
     for constraint in constraints:
@@ -157,7 +157,7 @@ def _apart(
     while left:
         members = [next(iter(left))]
         own: dict[Constraint, None] = {}
-        for symbol in members:  # grows while it is walked
+        for symbol in members:
             left.pop(symbol, None)
             for constraint in of[symbol]:
                 if constraint not in own:
@@ -170,7 +170,7 @@ def _apart(
 def _choices(
     problem: Problem, reading: _Reading, members: list[Symbol], constraints: list[Constraint]
 ) -> Iterator[tuple[Value, ...]]:
-    """Every combination of values of the members that the constraints allow, by trying one value after the other."""
+    """Every combination of values of the members that the constraints allow, found by backtracking."""
     ranges = []
     for symbol in members:
         values = range_of(problem, symbol)
@@ -201,9 +201,9 @@ def _choices(
             continue
         decisions += 1
         values_now[symbol] = value
-        if found > MOST_CHOICES or decisions > MOST_DECISIONS:
+        if found > MAX_CHOICES or decisions > MAX_DECISIONS:
             raise CannotJudgeError(
-                f"more than {MOST_CHOICES:,} combinations of linked unknowns are possible at the start"
+                f"more than {MAX_CHOICES:,} combinations of linked unknowns are possible at the start"
             )
         if not all(_may_hold(constraint, values_now) for constraint in due[position]):
             continue
@@ -215,7 +215,7 @@ def _choices(
 
 
 def _may_hold(constraint: Constraint, values: Mapping[Symbol, Value]) -> bool:
-    """Whether an entry can still hold, given some of the values."""
+    """Whether an entry can still hold when some of the values are chosen."""
     database, entry = constraint
     holding = open_ = 0
     for symbol, value, positive in entry:

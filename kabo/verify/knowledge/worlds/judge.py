@@ -1,8 +1,8 @@
-"""Judges a plan in all possible worlds: every action can be done, every outcome has its branch, every leaf is the goal.
+"""Judges a plan in all possible worlds: every action is applicable, every outcome has a branch, every leaf is a goal.
 
-A node is looked at once for each *belief* that can arrive at it: the worlds that agree with what was observed on the way.
-Somebody who reasons perfectly knows what is so in all of them. Nothing here infers anything, and nothing is drawn at
-random: what holds is looked up in every world. Worlds stay few because a world leaves open what nobody has looked at.
+A node is examined once for each *belief* that can arrive at it: the worlds that agree with what was observed on the way.
+A perfect reasoner knows what holds in all of them. Nothing is inferred here and nothing is sampled: every condition is
+looked up in every world. Worlds stay few, because a world leaves values open until something depends on them.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,22 +12,22 @@ from itertools import product
 from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Problem
 from kabo.plan import Node, Plan, ValueOf
-from kabo.verify.knowledge.asking import external_of
+from kabo.verify.knowledge.external_procedures import external_of
 from kabo.verify.knowledge.facts import truth
 from kabo.verify.knowledge.ground import (
     Binding,
     GroundClaim,
     NotVerifiableError,
+    Observable,
     Symbol,
-    Thing,
     Value,
     because,
     instances,
     is_symbol,
     outcome_text,
     range_of,
+    read_observable,
     read_symbol,
-    read_thing,
 )
 from kabo.verify.knowledge.mentions import mentions
 from kabo.verify.knowledge.worlds.acts import Act, NotApplicableError, act_of, observed, perform
@@ -35,10 +35,10 @@ from kabo.verify.knowledge.worlds.belief import Belief, without
 from kabo.verify.knowledge.worlds.initial import NoWorldError, Start, start_of
 from kabo.verify.knowledge.worlds.needs import Needs, only_asks_for_knowledge
 from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, required
-from kabo.verify.knowledge.worlds.world import MOST_VALUES, CannotJudgeError, Key, World, every, in_words
+from kabo.verify.knowledge.worlds.world import MAX_VALUES, CannotJudgeError, Key, World, every, in_words
 from kabo.verify.report import Finding, WorldReport
 
-MOST_SHOWN = 6  # unknowns of a finding that are told
+MAX_SHOWN_UNKNOWNS = 6  # unknowns that the text of a finding names
 
 NO_WORLD = "the initial knowledge: no world agrees with all of it, it contradicts itself"
 
@@ -51,13 +51,13 @@ class _Goal:
     asked: Query
     only_knowledge: bool
     mentioned: tuple[Symbol | str, ...]
-    temporal: bool  # it speaks of other moments than the end
+    temporal: bool  # whether it is about other states than the last
 
     def stays(self, belief: Belief, asked_later: Callable[[Symbol | str], bool]) -> bool:
-        """Whether it holds, and no observation will make it fail, as long as nothing changes what it mentions.
+        """Whether it holds, and no observation will make it false as long as nothing changes what it mentions.
 
-        More knowledge never hurts some formulas. Others hold on if nothing more can be found out about what they
-        mention: it is known, or open in every world, linked to nothing, and nobody looks at it any more.
+        Some formulas are never made false by more knowledge. Others stay true if nothing more can be learned about what
+        they mention: it is known, or it is open in every world, linked to nothing, and no later node mentions it.
         """
         if self.temporal or not self.asked((belief, belief)):
             return False
@@ -73,10 +73,10 @@ class _Arrival:
     belief: Belief
     shortest: int
     longest: int
-    worlds: dict[Key, World] = field(default_factory=dict)  # those of the belief, by what tells them apart
+    worlds: dict[Key, World] = field(default_factory=dict)  # those of the belief, by their keys
 
     def meet(self, other: "_Arrival") -> None:
-        """Takes up another arrival with the same belief."""
+        """Merges another arrival with the same belief into this one."""
         for key, world in other.worlds.items():
             self.worlds[key].share += world.share
         self.shortest, self.longest = min(self.shortest, other.shortest), max(self.longest, other.longest)
@@ -84,28 +84,28 @@ class _Arrival:
 
 @dataclass
 class Judgement:
-    """What worlds say of a plan: the report, and how many beliefs were looked at."""
+    """The verdict of all worlds on a plan: the report, and how many beliefs were examined."""
 
     report: WorldReport
     states: int
 
 
-def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MOST_VALUES) -> Judgement:
+def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MAX_VALUES) -> Judgement:
     """The verdict of all possible worlds on a plan whose calls are in order.
 
     Args:
         problem: the problem.
         plan: the plan.
         order: its reached nodes, each before its successors.
-        limit: how many values of atoms and terms, in all worlds that are made, before it is given up.
+        limit: the number of values of atoms and terms, over all worlds that are made, above which it gives up.
 
     Raises:
-        CannotJudgeError: worlds cannot judge this plan; the text says why.
+        CannotJudgeError: worlds cannot judge this plan; the text says why not.
     """
     _check_judged(problem, plan, order)
     try:
         start = start_of(problem)
-        return _Run(problem, plan, order, start, limit).judgement()
+        return _WorldsRun(problem, plan, order, start, limit).judgement()
     except NoWorldError:
         return Judgement(WorldReport((Finding(None, NO_WORLD),)), 1)
     except NotVerifiableError as error:
@@ -113,7 +113,11 @@ def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit
 
 
 def _check_judged(problem: Problem, plan: Plan, order: Sequence[str]) -> None:
-    """Refuses what worlds do not judge, as far as that can be seen at once."""
+    """Refuses what worlds cannot judge, as far as the problem and the plan show it.
+
+    Raises:
+        CannotJudgeError: the text says what.
+    """
     if problem.domain.update_rules:
         raise CannotJudgeError("the domain has update rules, which infer from what is known")
     names = {plan.nodes[name].action for name in order} - {None}
@@ -127,8 +131,8 @@ def _check_judged(problem: Problem, plan: Plan, order: Sequence[str]) -> None:
         raise CannotJudgeError("the goal or the initial knowledge asks an external procedure")
 
 
-class _Run:
-    """One plan in all worlds."""
+class _WorldsRun:
+    """One plan, followed through all worlds."""
 
     def __init__(self, problem: Problem, plan: Plan, order: Sequence[str], start: Start, limit: int) -> None:
         self.problem, self.plan, self.order, self.start = problem, plan, order, start
@@ -136,7 +140,7 @@ class _Run:
         self._acts: dict[object, Act] = {}
         self._always: list[Query] = []
         self._first: set[Symbol] = set()
-        self._temporals = 0  # in the conjunct that is being read
+        self._temporals = 0  # temporal formulas in the conjunct that is being read
         throughout: list[Symbol | str] = []
         self.goals: list[_Goal] = []
         for formula, binding in self._conjuncts():
@@ -175,7 +179,7 @@ class _Run:
         return -1
 
     def _all_of(self, name: str) -> Iterator[Symbol]:
-        """Every atom or term of a name."""
+        """Every instance of a symbol's name."""
         domain = self.problem.domain
         kinds = domain.predicates[name] if name in domain.predicates else domain.functions[name].arguments
         for arguments in product(*map(self.problem.of_type, kinds)):
@@ -183,7 +187,7 @@ class _Run:
 
     # ------------------------------------------------------------------------------------------------- the run
     def judgement(self) -> Judgement:
-        """Leads every belief through the plan."""
+        """Follows every belief through the plan."""
         arriving: dict[str, dict[Key, _Arrival]] = {name: {} for name in self.order}
         self._arrive(arriving, self.plan.root, _Arrival(self._begin(), 0, 0))
         for name in self.order:
@@ -201,13 +205,15 @@ class _Run:
         for world in every(self.start.unknowns, self.start.world, frozenset(self._first)):
             world.remember(frozenset(self._first))
             worlds.append(world)
-        belief = Belief(self.start.unknowns, worlds, self.start.whether, self.start.whole, dict(self.start.told))
+        belief = Belief(
+            self.start.unknowns, worlds, self.start.whether, self.start.whole, dict(self.start.explicit)
+        )
         self._watch(belief)
         return belief
 
     def _arrive(self, arriving: Mapping[str, dict[Key, _Arrival]], name: str, arrival: _Arrival) -> None:
         if name not in arriving:
-            return  # no node of the plan, which was said
+            return  # no node of the plan, as check_structure has reported
         belief = arrival.belief
         for number, goal in enumerate(self.goals):
             if not belief.settled >> number & 1 and self.needs.done(name, number):
@@ -225,8 +231,8 @@ class _Run:
             arriving[name][key] = arrival
 
     def _watch(self, belief: Belief) -> None:
-        """Notes the `always` goals that do not hold now."""
-        wrong = {n for n, asked in enumerate(self._always) if not required(asked, belief, belief.teller)}
+        """Records the `always` goals that do not hold now."""
+        wrong = {n for n, asked in enumerate(self._always) if not required(asked, belief, belief.explicit_belief)}
         belief.broken |= wrong
 
     def _report(self) -> WorldReport:
@@ -240,7 +246,7 @@ class _Run:
 
     # ---------------------------------------------------------------------------------------------------- nodes
     def _play(self, name: str, arrival: _Arrival) -> Iterator[tuple[str, Belief]]:
-        """What is wrong at a node for a belief, noted; and what is known at each successor."""
+        """The beliefs at the successors of a node; faults of the node are added to the findings."""
         node, belief = self.plan.nodes[name], arrival.belief
         if node.kind == "goal":
             self._leaf(name, belief)
@@ -264,7 +270,7 @@ class _Run:
 
     def _leaf(self, name: str, belief: Belief) -> None:
         for number, goal in enumerate(self.goals):
-            if not belief.settled >> number & 1 and not required(goal.asked, belief, belief.teller):
+            if not belief.settled >> number & 1 and not required(goal.asked, belief, belief.explicit_belief):
                 text = "the goal does not hold at this leaf" + because(goal.formula)
                 if (name, text) not in self.findings:
                     self._wrong(name, text, self._shown(goal.asked, belief, goal.mentioned))
@@ -279,12 +285,12 @@ class _Run:
         return self._acts[key]
 
     def _unmet(self, name: str, act: Act, belief: Belief) -> Iterator[tuple[str, str]]:
-        """What an action asks for and does not find, each with a world that shows it."""
+        """The preconditions of an action that do not hold, each with a world that shows it."""
         for text, symbol in act.values:
             if symbol is None or not belief.will_know(symbol, False):
                 yield f"the value of {text} is not known at run time here", ""
         for number, asked in enumerate(act.preconditions, 1):
-            if not required(asked, belief, belief.teller):
+            if not required(asked, belief, belief.explicit_belief):
                 text = f'precondition {number} of "{act.schema.name}" does not hold'
                 formula = act.schema.preconditions[number - 1]
                 text += because(formula)
@@ -303,13 +309,13 @@ class _Run:
             return None
         self.ruled_out += after.ruled_out
         for text in (*([] if node.on is None else [node.on]), *node.delivers):
-            if read_thing(text, self.problem) not in after.delivered:
+            if read_observable(text, self.problem) not in after.delivered:
                 self._wrong(name, f'"{node.action}" does not sense {text}', "")
         self._watch(after.belief)
         return after.belief
 
     def _branched(self, name: str, node: Node, belief: Belief) -> Iterator[tuple[str, Belief]]:
-        thing = read_thing(str(node.on), self.problem)
+        thing = read_observable(str(node.on), self.problem)
         if thing is None or not _can_branch(belief, thing):
             self._wrong(name, f"branches on {node.on}, which is not known at run time here", "")
             return
@@ -332,7 +338,7 @@ class _Run:
                 world = parts[value].worlds[0]
                 self._wrong(name, f"no branch for {node.on} = {outcome}, which is possible", in_words(world))
 
-    def _outcomes(self, thing: Thing, belief: Belief) -> tuple[Value, ...] | None:
+    def _outcomes(self, thing: Observable, belief: Belief) -> tuple[Value, ...] | None:
         if not is_symbol(thing):
             return (False, True)
         symbol: Symbol = thing  # type: ignore[assignment]
@@ -345,10 +351,10 @@ class _Run:
         self.findings.setdefault((name, message), Finding(name, message + shown))
 
     def _shown(self, asked: Query, belief: Belief, mentioned: Iterable[Symbol | str]) -> str:
-        """A world in which even somebody who knew all of it would not find what is asked for; "" if there is none."""
+        """A world in which the query is false even for one who knew all of it, as text; "" if there is none."""
         symbols = frozenset(thing for thing in mentioned if not isinstance(thing, str))
         for world in belief.worlds:
-            many = len(symbols - world.known.keys()) > MOST_SHOWN
+            many = len(symbols - world.known.keys()) > MAX_SHOWN_UNKNOWNS
             for one in [world] if many else every(self.start.unknowns, world, symbols):
                 alone = Belief(belief.unknowns, [one], belief.whether, broken=belief.broken)
                 if not asked((alone, alone)):
@@ -356,8 +362,8 @@ class _Run:
         return ""
 
 
-def _can_branch(belief: Belief, thing: Thing) -> bool:
-    """Whether the truth or value will be known at run time."""
+def _can_branch(belief: Belief, thing: Observable) -> bool:
+    """Whether the plan may branch here: the truth or value will be known at run time."""
     if is_symbol(thing):
         return belief.will_know(thing, False)  # type: ignore[arg-type]
     if thing in belief.whole:

@@ -1,7 +1,7 @@
-"""What the rest of a plan asks for: worlds that differ in nothing of it are one.
+"""The atoms and terms that the rest of a plan reads; worlds that agree on them are treated as one.
 
-A node's continuation reads what its actions, its branchings and the goal mention, and nothing else. A part of the goal that
-holds, and that neither a change nor a further observation in the continuation can make fail, asks for nothing any more.
+A node's continuation reads only what its actions, its branchings and the goal mention. A part of the goal that holds, and
+that neither a change nor an observation in the continuation can make false, reads nothing any more.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterable, Sequence
 from kabo.language.formulas import And, Exists, Forall, Formula, Know, KnowValue, KnowWhether, Or, Truth
 from kabo.language.problem import Problem
 from kabo.plan import Node, Plan, ValueOf
-from kabo.verify.knowledge.ground import Symbol, Thing, is_symbol, read_symbol, read_thing
+from kabo.verify.knowledge.ground import Observable, Symbol, is_symbol, read_observable, read_symbol
 from kabo.verify.knowledge.mentions import mentions
 
 Named = Iterable[Symbol | str]  # atoms and terms, or names that stand for all of theirs
 
 
 def only_asks_for_knowledge(formula: Formula) -> bool:
-    """Whether more knowledge never makes it fail."""
+    """Whether more knowledge never makes the formula false."""
     match formula:
         case And(parts=parts) | Or(parts=parts):
             return all(map(only_asks_for_knowledge, parts))
@@ -26,12 +26,12 @@ def only_asks_for_knowledge(formula: Formula) -> bool:
 
 
 class Needs:
-    """For every node, what its continuation asks for and may change: a bit for each atom, term or whole name."""
+    """For every node what its continuation reads and may change, as bits for atoms, terms and whole symbols."""
 
     def __init__(
         self, plan: Plan, order: Sequence[str], problem: Problem, goals: Sequence[Named], always: Named
     ) -> None:
-        """Collects what the reached nodes ask for, each given before its successors."""
+        """Collects what the reached nodes read; `order` has each before its successors."""
         self._bits: dict[Symbol | str, int] = {}
         self.goals = [self._mask(goal) for goal in goals]
         throughout = self._mask(always)
@@ -59,8 +59,10 @@ class Needs:
         self._kept: dict[int, tuple[Callable[[Symbol], bool], frozenset[Symbol] | None]] = {}
 
     def _of(self, node: Node, problem: Problem) -> tuple[int, int]:
-        """What a node asks for, and what it may change."""
-        things = [read_thing(text, problem) for text in (*([] if node.on is None else [node.on]), *node.delivers)]
+        """The masks of what a node reads, and of what it may change."""
+        things = [
+            read_observable(text, problem) for text in (*([] if node.on is None else [node.on]), *node.delivers)
+        ]
         asked = self._mask(symbol for thing in things for symbol in _symbols(thing))
         if node.action is None:
             return asked, 0
@@ -79,7 +81,7 @@ class Needs:
         return mask
 
     def _wide(self, mask: int) -> int:
-        """With the names of all atoms and terms in it, and all atoms and terms of the names in it."""
+        """The mask with the symbols of all atoms and terms in it, and with all instances of the symbols in it."""
         for name, bit in self._names.items():
             own = [other for thing, other in self._bits.items() if not isinstance(thing, str) and thing[0] == name]
             if mask & bit or any(mask & other for other in own):
@@ -89,18 +91,21 @@ class Needs:
         return mask
 
     def done(self, name: str, number: int) -> bool:
-        """Whether nothing from this node on can change what a part of the goal asks for."""
+        """Whether no node from this one on can change what a part of the goal reads."""
         return not self.goals[number] & self._changed[name]
 
     def asked_later(self, name: str, thing: Symbol | str) -> bool:
-        """Whether a node from this one on mentions an atom or term, or all of its name."""
+        """Whether a node from this one on mentions an atom or term, or its symbol as a whole."""
         mask = self._bits.get(thing, 0)
         if not isinstance(thing, str):
             mask |= self._bits.get(thing[0], 0)
         return bool(self._asked[name] & mask)
 
     def kept(self, name: str, settled: int) -> tuple[Callable[[Symbol], bool], frozenset[Symbol] | None]:
-        """Whether an atom or term is asked for from this node on; and all that are, if no whole name is."""
+        """The function that says whether a node from this one on reads an atom or term, and the set of all that are read.
+
+        The set is None if a symbol is read as a whole.
+        """
         mask = self._asked[name]
         for number, goal in enumerate(self.goals):
             if not settled >> number & 1:
@@ -120,7 +125,7 @@ class Needs:
         return self._kept[mask]
 
 
-def _symbols(thing: Thing | None) -> tuple[Symbol, ...]:
+def _symbols(thing: Observable | None) -> tuple[Symbol, ...]:
     if thing is None:
         return ()
     return (thing,) if is_symbol(thing) else tuple(claim[0] for claim in thing)  # type: ignore

@@ -1,12 +1,12 @@
-"""What queries ask of worlds: K holds where every world has it that agrees with what was observed.
+"""Queries on worlds: K holds if it is true in every world that agrees with what was observed.
 
-Whoever reasons perfectly knows that much; kabo's own inference may know less, but never less than what it was told.
-Where a condition turns on the difference, worlds cannot judge:
+A perfect reasoner knows that much. kabo's own inference may know less, but never less than the explicit belief. Where a
+condition depends on the difference, worlds cannot judge. A query is evaluated in three ways:
 
-- *perfect*: K means true in all worlds. What a plan asks for must hold so.
-- *perfect in favour*: K means true in all worlds where that helps, and told where it hurts (below `not`). What does not
-  hold even so is wrong for everybody.
-- *told in favour*: the other way round. What holds even so holds for everybody.
+- *perfect*: K means true in all worlds. The conditions of a plan must hold so.
+- *perfect in favour*: K means true in all worlds where knowing helps, and explicitly believed where it hurts (below
+  `not`). A condition that is false even so is false for every reasoner.
+- *explicit in favour*: the other way round. A condition that is true even so is true for every reasoner.
 """
 
 from collections.abc import Callable, Iterable
@@ -39,21 +39,23 @@ INFERENCE = "what is asked for must not be known, and it follows only from sever
 
 
 class Knower(Protocol):
-    """Somebody who knows something."""
+    """A reasoner, of whom queries ask what is known."""
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
-        """Whether a claim about the world now, or about the start, is known; `compared`: terms that it compares."""
+        """Whether a claim about the present, or about the start, is known; `compared` are the terms that it compares."""
 
     def will_know(self, name: "Symbol | Namer | None", at_start: bool) -> bool:
-        """Whether the value of an atom or term is known, or will be at run time."""
+        """Whether the value of an atom or term is known, or will be known at run time."""
 
     def kept_always(self, number: int) -> bool:
-        """Whether the `always` goal of this number has held all the way."""
+        """Whether the `always` goal of this number has held in every state so far."""
 
 
-Knowers = tuple[Knower, Knower]  # who is asked where knowing helps, and where it hurts
+Knowers = tuple[Knower, Knower]  # the reasoner asked where knowing helps, and the one asked where it hurts
 Query = Callable[[Knowers], bool]
-Temporals = Callable[[Temporal, Binding], int]  # notes a temporal formula; numbers the `always` goals
+Temporals = Callable[
+    [Temporal, Binding], int
+]  # records a temporal formula; returns the number of an `always` goal
 
 
 def query(
@@ -65,18 +67,18 @@ def query(
     helps: bool = True,
     at_start: bool = False,
 ) -> Query:
-    """Whether a query holds, as a function of who is asked.
+    """The function that says whether a query holds for two reasoners.
 
     Args:
         formula: the query.
         problem: its problem.
-        binding: what parameters and variables stand for.
-        temporal: numbers `always(…)`; temporal formulas stand in goals only.
-        helps: whether more knowledge makes it hold rather than fail; below `not` it is the other way round.
-        at_start: whether it asks about the start.
+        binding: the values of parameters and variables.
+        temporal: numbers `always(…)`; None outside of goals, where temporal formulas are not allowed.
+        helps: whether more knowledge can only make the query true; False below `not`.
+        at_start: whether the query is about the start.
 
     Raises:
-        CannotJudgeError: it calls a procedure.
+        CannotJudgeError: the query calls a procedure.
     """
 
     def inside(part: Formula, more: Binding = binding, *, same: bool = True) -> Query:
@@ -121,7 +123,7 @@ def query(
 
 
 def _compared(claim: Claim, problem: Problem, binding: Binding) -> frozenset[Symbol]:
-    """The terms that a claim compares with each other: two may be equal whatever they are."""
+    """The terms that a claim compares with each other, whose values must be enumerated together."""
     if not isinstance(claim, Comparison):
         return frozenset()
     names = [symbol_of(side, problem, binding) for side in (claim.left, claim.right)]
@@ -147,28 +149,28 @@ def asks_procedures(tree: object) -> bool:
     return any(map(asks_procedures, vars(tree).values())) if hasattr(tree, "__dataclass_fields__") else False
 
 
-def required(asked: Query, perfect: Knower, told: Knower) -> bool:
-    """Whether what a plan asks for holds.
+def required(asked: Query, perfect: Knower, explicit: Knower) -> bool:
+    """Whether a condition of a plan holds.
 
     Raises:
-        CannotJudgeError: it does not for somebody who reasons perfectly, and may for kabo's own inference.
+        CannotJudgeError: it does not for a perfect reasoner, but may for kabo's own inference.
     """
     if asked((perfect, perfect)):
         return True
-    if asked((perfect, told)):
+    if asked((perfect, explicit)):
         raise CannotJudgeError(INFERENCE)
     return False
 
 
-def fires(asked: Query, perfect: Knower, told: Knower) -> bool:
+def fires(asked: Query, perfect: Knower, explicit: Knower) -> bool:
     """Whether the condition of an effect (`query => …`) holds.
 
     Raises:
-        CannotJudgeError: that depends on how well somebody reasons.
+        CannotJudgeError: that depends on how much a reasoner infers.
     """
-    if asked((told, perfect)):
+    if asked((explicit, perfect)):
         return True
-    if asked((perfect, told)):
+    if asked((perfect, explicit)):
         raise CannotJudgeError(
             "an effect depends on what is known, and that follows only from several facts together"
         )

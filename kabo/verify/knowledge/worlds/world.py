@@ -1,4 +1,4 @@
-"""A world: the true values of atoms and terms. What nobody has looked at yet is open, and stands for all its values."""
+"""A world: the true values of atoms and terms; a value that has not mattered yet is open and stands for all values."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -7,17 +7,17 @@ from kabo.language.problem import Problem
 from kabo.verify.knowledge.facts import Excluded, Facts
 from kabo.verify.knowledge.ground import Symbol, Value, claim_text, range_of, text_of
 
-MOST_VALUES = 3_000_000  # of atoms and terms in all worlds that are made: a matter of memory and time
+MAX_VALUES = 3_000_000  # values of atoms and terms over all worlds that are made, which bounds memory and time
 
 Key = tuple[object, ...]
 
 
 class CannotJudgeError(Exception):
-    """Worlds cannot judge this plan; the text says why."""
+    """Worlds cannot judge this plan; the text says why not."""
 
 
 class OpenError(Exception):
-    """Somebody looks at a value that the world leaves open: each value that it may have must be looked at."""
+    """An open value is read: the world must first be split into one for each value that it may have."""
 
     def __init__(self, symbol: Symbol) -> None:
         super().__init__(symbol)
@@ -33,46 +33,46 @@ class Group:
 
 
 @dataclass(frozen=True)
-class _Told:
-    """Values as the state in which queries about the start are asked."""
+class _StartValues:
+    """The values at the start, as a state in which queries about the start are evaluated."""
 
     known: Mapping[Symbol, Value]
     excluded: Excluded = field(default_factory=dict)
     whether: frozenset[Symbol] = frozenset()
 
     @property
-    def mind(self) -> Facts:
-        """Itself."""
+    def agent_knowledge(self) -> Facts:
+        """This state, by which conditions on knowledge are evaluated."""
         return self
 
 
 @dataclass
 class World:
-    """True values, as a state that somebody would have who knew them.
+    """True values, in the form of a state in which they are known.
 
     Attributes:
         known: the values.
-        excluded: values that an open atom or term cannot have.
-        groups: numbers of the groups of linked unknowns of which no combination is chosen yet.
-        first: what `initially` asks for, as it was at the start.
-        share: of all worlds, how many this one stands for.
-        origin: the unknowns of the start that were looked at, with their values: what to tell people.
-        chosen: what actions left open, with the values that it took.
-        mind: what the agent knows here, of which conditions on knowledge are asked.
+        excluded: the values that an open atom or term cannot have.
+        groups: the numbers of those groups of linked unknowns of which no combination is chosen yet.
+        first: the values at the start of what `initially` mentions.
+        share: the share of all worlds at the start that this one stands for.
+        origin: the unknowns of the start that were read, with their values, for messages.
+        chosen: the atoms and terms that actions left open, with the values that they took.
+        agent_knowledge: the knowledge of the agent, by which conditions on knowledge are evaluated.
     """
 
     known: dict[Symbol, Value]
     excluded: dict[Symbol, frozenset[Value]] = field(default_factory=dict)
     groups: frozenset[int] = frozenset()
-    first: Facts = field(default_factory=lambda: _Told({}))
+    first: Facts = field(default_factory=lambda: _StartValues({}))
     share: float = 1.0
     origin: tuple[tuple[Symbol, Value], ...] = ()
     chosen: tuple[tuple[Symbol, Value], ...] = ()
-    mind: Facts = field(default_factory=lambda: _Told({}))
+    agent_knowledge: Facts = field(default_factory=lambda: _StartValues({}))
     whether: frozenset[Symbol] = frozenset()
 
     def key(self) -> Key:
-        """What two worlds share that behave alike from here on."""
+        """A value that is equal for worlds that behave alike from here on."""
         known = frozenset(self.known.items())
         return known, frozenset(self.excluded.items()), self.groups, frozenset(self.first.known.items())
 
@@ -81,33 +81,33 @@ class World:
         return replace(self, known=dict(self.known), excluded=dict(self.excluded))
 
     def remember(self, symbols: frozenset[Symbol]) -> None:
-        """Keeps the values that these have now as those of the start."""
-        self.first = _Told({symbol: self.known[symbol] for symbol in symbols if symbol in self.known})
+        """Keeps the present values of these symbols as those at the start."""
+        self.first = _StartValues({symbol: self.known[symbol] for symbol in symbols if symbol in self.known})
 
     def value(self, symbol: Symbol) -> Value:
-        """The value.
+        """The value of the symbol.
 
         Raises:
-            OpenError: it is open.
+            OpenError: the value is open.
         """
         if symbol not in self.known:
             raise OpenError(symbol)
         return self.known[symbol]
 
     def put(self, symbol: Symbol, value: Value) -> None:
-        """The value is this now."""
+        """Sets the value of the symbol."""
         self.known[symbol] = value
         self.excluded.pop(symbol, None)
 
     def leave_open(self, symbol: Symbol, without: frozenset[Value] = frozenset()) -> None:
-        """The value may be any but these now."""
+        """Leaves the symbol open: it may have any value except those in `without`."""
         self.known.pop(symbol, None)
         self.excluded[symbol] = without
 
     def kept(
         self, keeps: Callable[[Symbol], bool], symbols: frozenset[Symbol] | None, groups: frozenset[int]
     ) -> "World":
-        """The world without what nobody asks for any more; `symbols`: all that is kept, if that is known."""
+        """The world without what no later node reads; `symbols` is all that is kept, if it can be listed."""
         if symbols is not None and len(symbols) < len(self.known):
             known = {symbol: self.known[symbol] for symbol in symbols if symbol in self.known}
         else:
@@ -118,26 +118,26 @@ class World:
 
 @dataclass
 class Unknowns:
-    """What is unknown at the start, what of it was looked at, and how many values worlds may still have in all."""
+    """The unknowns of the start, how many of them were read, and how many values worlds may still have in all."""
 
     problem: Problem
     groups: tuple[Group, ...] = ()
     looked_at: dict[object, int] = field(default_factory=dict)
-    values_left: int = MOST_VALUES
+    values_left: int = MAX_VALUES
 
     def __post_init__(self) -> None:
         self._group_of = {symbol: number for number, group in enumerate(self.groups) for symbol in group.symbols}
 
     @property
     def count(self) -> int:
-        """How many worlds there are, told apart by what anybody looked at."""
+        """The number of worlds at the start that differ in what was read."""
         result = 1
         for number in self.looked_at.values():
             result *= number
         return result
 
     def spend(self, world: World, ways: int = 1) -> None:
-        """Counts the values of a world that is made so many times.
+        """Counts the values of a world of which `ways` copies are made.
 
         Raises:
             CannotJudgeError: there are too many worlds.
@@ -147,12 +147,12 @@ class Unknowns:
             raise CannotJudgeError("too many worlds arise along it")
 
     def group_of(self, symbol: Symbol, world: World) -> int | None:
-        """The number of the group of which the symbol's value is still to be chosen."""
+        """The number of the symbol's group, if no combination of the group is chosen yet; else None."""
         number = self._group_of.get(symbol)
         return number if number in world.groups else None
 
     def values(self, symbol: Symbol, world: World) -> tuple[Value, ...] | None:
-        """The values that a symbol can have in a world; None for a number that is not known."""
+        """The values that a symbol can have in a world; None for an unknown number."""
         if symbol in world.known:
             return (world.known[symbol],)
         values = range_of(self.problem, symbol)
@@ -163,7 +163,7 @@ class Unknowns:
         """One world for each value that the open symbol can have.
 
         Raises:
-            CannotJudgeError: it can have any number.
+            CannotJudgeError: the symbol is an unknown number.
         """
         number = self.group_of(symbol, world)
         if number is not None:
@@ -202,7 +202,7 @@ class Unknowns:
         """Takes a symbol that is about to change out of its group.
 
         Raises:
-            OpenError: the group has others, whose values depend on its value now.
+            OpenError: the group has other members, whose values depend on its present value.
         """
         number = self.group_of(symbol, world)
         if number is None:
@@ -213,7 +213,7 @@ class Unknowns:
 
 
 def every(unknowns: Unknowns, world: World, symbols: frozenset[Symbol]) -> Iterator[World]:
-    """The world once for each combination of values of some symbols."""
+    """One world for each combination of values of these symbols."""
     waiting = [world]
     while waiting:
         one = waiting.pop()
@@ -240,7 +240,7 @@ def holds(claim: tuple[Symbol, Value, bool], world: World) -> bool:
 
 
 def in_words(world: World, most: int = 12) -> str:
-    """A world as literals, what is true first: `q, f = v, not p(a)`; of many only the first."""
+    """A world as text, true literals first: `q, f = v, not p(a)`; only the first `most` literals."""
     parts = []
     for title, pairs in (("world", world.origin), ("left open by actions", world.chosen)):
         texts = [

@@ -1,1 +1,1 @@
-"""Checks the contacts that a plan's motions need: grasps, supports, mates, and the strokes to and from them."""
+"""Checks the contacts of a plan's motions: grasps, supports, mates, and the strokes to and from them."""

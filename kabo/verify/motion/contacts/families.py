@@ -1,4 +1,4 @@
-"""Whether an object is held as one of its grasp families says, or stands as one of its placements says."""
+"""Whether an object is held by one of its grasp families, or stands as one of its placements requires."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -8,18 +8,18 @@ from kabo.arrays import Array
 from kabo.language.scene_description import Constraint, Feature, GraspFamily, PlacementFamily, Stroke
 from kabo.scene import Region
 from kabo.verify.motion.calls import Call
-from kabo.verify.motion.constraints import LENGTH, WORLD, Role, UnknownFeatureError, missed
-from kabo.verify.motion.world import World
+from kabo.verify.motion.constraints import LENGTH_TOLERANCE, WORLD, Role, UnknownFeatureError, missed
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.report import Finding
 
-FINGERS = 1e-3  # [m or rad] how near the gripper's joints must be to the family's
-OUTSIDE = 1e-6  # [m] how far a body may reach out of its region
+FINGER_TOLERANCE = 1e-3  # [m or rad] by which the gripper's joints may differ from the family's
+REGION_TOLERANCE = 1e-6  # [m] by which a body may reach out of its region
 
 
 def check_grasp(
-    node: str, time: float, call: Call, world: World, robot: str, name: str, q: Array, world_T_object: Array
+    node: str, time: float, call: Call, world: SceneModel, robot: str, name: str, q: Array, world_T_object: Array
 ) -> Iterator[Finding]:
-    """The object is taken as one of its grasp families allows for this robot, in its configuration `q` (n,)."""
+    """A finding unless the robot in configuration `q` (n,) holds the object by one of its grasp families."""
     tool, body = world.tool_role(robot, q), world.scene.bodies[name]
     families = {n: f for n, f in body.grasps.items() if call.grasp in (None, n) and robot in (f.robots or [robot])}
     roles = {"this": world.role(name, world_T_object)} | ({} if tool is None else {"tool": tool})
@@ -33,8 +33,8 @@ def check_grasp(
     yield Finding(node, text, time, (robot, name))
 
 
-def families_of(world: World, robot: str, name: str, q: Array, world_T_object: Array) -> list[GraspFamily]:
-    """The grasp families by which a robot in configuration `q` (n,) holds an object that is there (4, 4)."""
+def families_of(world: SceneModel, robot: str, name: str, q: Array, world_T_object: Array) -> list[GraspFamily]:
+    """The grasp families by which a robot in configuration `q` (n,) holds an object in this pose (4, 4)."""
     tool, body = world.tool_role(robot, q), world.scene.bodies[name]
     if tool is None:
         return []
@@ -48,8 +48,8 @@ def families_of(world: World, robot: str, name: str, q: Array, world_T_object: A
     ]
 
 
-def placements_of(call: Call, world: World, pose: Callable[[str], Array]) -> list[PlacementFamily]:
-    """The placements by which the object of a call stands; `pose` says where a body is, world_T (4, 4)."""
+def placements_of(call: Call, world: SceneModel, pose: Callable[[str], Array]) -> list[PlacementFamily]:
+    """The placements that the object of a call fulfils; `pose` gives the pose world_T (4, 4) of a body."""
     name = call.roles["object"]
     roles = _placed_roles(call, world, pose)
     families = world.scene.bodies[name].placements.values()
@@ -57,7 +57,7 @@ def placements_of(call: Call, world: World, pose: Callable[[str], Array]) -> lis
 
 
 def direction(stroke: Stroke, roles: Mapping[str, Role]) -> Array | None:
-    """The unit vector (3,) of a stroke in the world; None: nobody has its feature."""
+    """The unit vector (3,) of a stroke in the world; None if its feature does not exist."""
     owner = stroke.along.owner
     role = WORLD if owner == "world" else roles.get(owner)
     found = None if role is None else role.features.get(stroke.along.feature or "")
@@ -67,40 +67,43 @@ def direction(stroke: Stroke, roles: Mapping[str, Role]) -> Array | None:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
-def grips(world: World, robot: str, family: GraspFamily | None) -> dict[str, tuple[float, float]]:
-    """Between what the gripper's joints may be while they touch what is held: open, and the family's grip."""
+def grips(world: SceneModel, robot: str, family: GraspFamily | None) -> dict[str, tuple[float, float]]:
+    """The range of each gripper joint while the gripper touches the held object: from open to the family's grip."""
     gripper = world.scene.robots[robot].gripper
     if gripper is None:
         return {}
     shut = gripper.closed if family is None or family.fingers is None else family.fingers
     return {
-        joint: (min(value, shut.get(joint, value)) - FINGERS, max(value, shut.get(joint, value)) + FINGERS)
+        joint: (
+            min(value, shut.get(joint, value)) - FINGER_TOLERANCE,
+            max(value, shut.get(joint, value)) + FINGER_TOLERANCE,
+        )
         for joint, value in gripper.open.items()
     }
 
 
-def _wrong_fingers(family: GraspFamily, world: World, robot: str, q: Array) -> str | None:
+def _wrong_fingers(family: GraspFamily, world: SceneModel, robot: str, q: Array) -> str | None:
     gripper = world.scene.robots[robot].gripper
     if gripper is None:
         return None
     names = world.scene.robots[robot].joint_names
     for joint, value in (family.fingers if family.fingers is not None else gripper.closed).items():
-        if joint in names and abs(q[names.index(joint)] - value) > FINGERS:
+        if joint in names and abs(q[names.index(joint)] - value) > FINGER_TOLERANCE:
             return f"{joint} is at {q[names.index(joint)]:.4g}, not {value:.4g}"
     return None
 
 
 def check_placement(
-    node: str, time: float, call: Call, world: World, pose: Callable[[str], Array]
+    node: str, time: float, call: Call, world: SceneModel, pose: Callable[[str], Array]
 ) -> Iterator[Finding]:
-    """The object stands as one of its placements allows, inside the region that is named.
+    """A finding unless the object of a call fulfils one of its placements, inside the region that the call names.
 
     Args:
         node: the id of the node.
-        time: when [s].
-        call: with the region, or the support.
+        time: the time in the node [s].
+        call: the call, with its region or support.
         world: the scene.
-        pose: where a body is then, world_T (4, 4).
+        pose: gives the pose world_T (4, 4) of a body at that time.
     """
     name, region = call.roles["object"], call.roles.get("region")
     if region is not None and region not in world.scene.regions:
@@ -109,7 +112,7 @@ def check_placement(
     support, roles = _support(call, world), _placed_roles(call, world, pose)
     if region is not None:
         out = world.outside(name, pose(name), region)
-        if out > OUTSIDE:
+        if out > REGION_TOLERANCE:
             yield Finding(
                 node, f"{name} ends outside of {region}, by {1000 * out:.3g} mm", time, (name, region), out
             )
@@ -124,13 +127,13 @@ def check_placement(
     yield Finding(node, text, time, (name,) if support is None else (name, support))
 
 
-def _support(call: Call, world: World) -> str | None:
+def _support(call: Call, world: SceneModel) -> str | None:
     region = call.roles.get("region")
     return call.roles.get("support") or (None if region is None else world.scene.regions[region].support)
 
 
-def _placed_roles(call: Call, world: World, pose: Callable[[str], Array]) -> dict[str, Role]:
-    """The roles of a placement's constraints."""
+def _placed_roles(call: Call, world: SceneModel, pose: Callable[[str], Array]) -> dict[str, Role]:
+    """The bodies in the roles of a placement's constraints."""
     name, region, support = call.roles["object"], call.roles.get("region"), _support(call, world)
     roles = {"this": world.role(name, pose(name))}
     if support is not None:
@@ -153,8 +156,10 @@ def _region_role(region: Region) -> Role:
     return Role(features, region.world_T_region)
 
 
-def why_not(constraints: Sequence[Constraint], roles: Mapping[str, Role], length: float = LENGTH) -> str | None:
-    """What is missed, for people; None if all constraints hold, lengths to `length` [m]."""
+def why_not(
+    constraints: Sequence[Constraint], roles: Mapping[str, Role], length: float = LENGTH_TOLERANCE
+) -> str | None:
+    """The violated constraint as text; None if all hold, lengths to `length` [m]."""
     try:
         found = missed(constraints, roles, length)
     except UnknownFeatureError as error:

@@ -1,8 +1,9 @@
-"""Which contacts of a segment are granted: what the plan states of each is checked, one rule for each kind.
+"""The contacts that a segment is granted: the plan's claim about each is checked, with one rule for each kind.
 
-grasp: a finger and what its hand takes, holds or lets go, while only the hand moves, between open and the family's grip.
-support: what is lifted or lowered and what it stands on, along the stroke of the grasp family; at the end that stands they
-touch, and from there on every point of the object gets away. mate: two parts, along the insertion of their mate, likewise.
+grasp: a finger and the object that its hand takes, holds or lets go, while only the hand moves, between its open joints
+and the family's grip. support: an object that is lifted or lowered and its support, along the stroke of the grasp family;
+they touch at the end of the stroke where the object stands, and from there every point of the object moves away. mate:
+two parts, along the insertion of their mate, in the same way.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,49 +13,53 @@ from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.scene import Scene
 from kabo.verify.motion.surfaces import mesh_distance
-from kabo.verify.motion.sweep import LEAST, Thing
+from kabo.verify.motion.sweep import CONTACT_DISTANCE, PlacedBody
 
-Pair = frozenset[str]
+BodyNames = frozenset[str]
 
-TOUCHING = (1e-5, 1e-4)  # m: how deep what stands may be in what it stands on; the first that suffices is granted
-GIVEN = (1e-5, 1e-4, 1e-3)  # m: where it stood so before the plan's motion moved it
-HOVERING = 1e-3  # m: what stands is as near as this, as placements may be missed by
+CONTACT_DEPTHS = (1e-5, 1e-4)  # [m] how deep an object may be in its support; the first that suffices is granted
+INITIAL_CONTACT_DEPTHS = (
+    1e-5,
+    1e-4,
+    1e-3,
+)  # [m] the same for an object that no motion of the plan has moved before
+MAX_SUPPORT_GAP = 1e-3  # [m] between an object and its support; placements may be missed by as much
 
 
 @dataclass(frozen=True)
 class Permits:
-    """What a segment permits: `loose` pairs need no check, `shifted` ones are measured a little apart.
+    """The contacts that a segment permits: `loose` pairs are not checked, `shifted` pairs are measured a little apart.
 
-    `shifted`: the body that gets away, and by which vector it is moved before distances are taken. `refused`: what the
-    plan claims without right, and the two bodies.
+    `shifted` names the body that moves away and the vector by which it is shifted before distances are measured.
+    `refused` are the claims of the plan that do not hold, each with its two bodies.
     """
 
-    loose: frozenset[Pair] = frozenset()
-    shifted: Mapping[Pair, tuple[str, Array]] = field(default_factory=dict)
+    loose: frozenset[BodyNames] = frozenset()
+    shifted: Mapping[BodyNames, tuple[str, Array]] = field(default_factory=dict)
     refused: tuple[tuple[str, tuple[str, str]], ...] = ()
 
     def joined(self, other: "Permits") -> "Permits":
-        """What either permits."""
+        """The contacts that either of the two permits."""
         return Permits(self.loose | other.loose, {**self.shifted, **other.shifted}, self.refused + other.refused)
 
     @property
-    def pairs(self) -> frozenset[Pair]:
+    def pairs(self) -> frozenset[BodyNames]:
         """All pairs whose contact is granted."""
         return self.loose | frozenset(self.shifted)
 
     def shift(self, first: str, second: str) -> Array | None:
-        """By what the first of two bodies is moved before distances are taken."""
+        """The vector by which the first of two bodies is shifted before distances are measured; None: it is not."""
         found = self.shifted.get(frozenset((first, second))) if self.shifted else None
         return None if found is None else found[1] if found[0] == first else -found[1]
 
 
-def unstated(segment: Segment, scene: Scene, together: frozenset[Pair]) -> list[tuple[str, str]]:
-    """The permitted contacts of a segment of which it does not say what grants them, though something must.
+def unstated(segment: Segment, scene: Scene, together: frozenset[BodyNames]) -> list[tuple[str, str]]:
+    """The permitted contacts of a segment that need a grant but have none.
 
     Args:
         segment: the segment.
-        scene: with the contacts that are always permitted.
-        together: pairs of bodies that hang together: they do not move against each other.
+        scene: the scene, with the contacts that are always permitted.
+        together: pairs of bodies that are attached to each other, so that they do not move against each other.
     """
     stated = {frozenset(grant.bodies) for grant in segment.grants}
     missing = []
@@ -72,25 +77,25 @@ def _exists(scene: Scene, name: str) -> bool:
 
 
 def touching(
-    moved: Thing, pose: Array, others: Sequence[Thing], away: Array, depths: Sequence[float]
+    moved: PlacedBody, pose: Array, others: Sequence[PlacedBody], away: Array, depths: Sequence[float]
 ) -> float | None:
-    """By how little a body that stands must be moved away to be clear of all that it stands on; None: it is deeper in.
+    """The least of `depths` by which a standing body must be shifted to be clear of its supports; None: it is deeper in.
 
     Args:
         moved: the body.
-        pose: where it stands (4, 4).
-        others: what it stands on, each at its place.
-        away: the direction (3,) in which it is moved.
-        depths: what may be tried [m].
+        pose: its pose (4, 4).
+        others: its supports, each in its pose.
+        away: the direction (3,) of the shift.
+        depths: the distances to try [m].
     """
     for depth in depths:
         apart = pose.copy()
         apart[:3, 3] += depth * away
-        if all(mesh_distance(moved.surface, apart, o.surface, o.pose({})) > LEAST for o in others):
+        if all(mesh_distance(moved.surface, apart, o.surface, o.pose({})) > CONTACT_DISTANCE for o in others):
             return depth
     return None
 
 
-def stands_at(moved: Thing, pose: Array, others: Sequence[Thing]) -> bool:
-    """Whether a body is at one of others."""
-    return any(mesh_distance(moved.surface, pose, o.surface, o.pose({})) <= HOVERING for o in others)
+def stands_at(moved: PlacedBody, pose: Array, others: Sequence[PlacedBody]) -> bool:
+    """Whether a body is near enough to one of the others to stand on it."""
+    return any(mesh_distance(moved.surface, pose, o.surface, o.pose({})) <= MAX_SUPPORT_GAP for o in others)

@@ -1,7 +1,7 @@
-"""Whether what a plan says of a segment's contacts is so: the grasp, the stroke from or to a support, the mate.
+"""Checks the claims of a plan about a segment's contacts: the grasp, the stroke from or to a support, the mate.
 
-A statement is a claim. The scene must have the family or mate of that name, it must fit these bodies where they are, and
-the motion must be that family's stroke.
+The scene must have the family or mate that a claim names, it must fit the bodies in their poses, and the motion must be
+that family's stroke.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,35 +16,42 @@ from kabo.plan import Grant, Segment
 from kabo.verify.motion.arms import Mount
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.constraints import Role
+from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
 from kabo.verify.motion.contacts.families import direction, families_of, grips
-from kabo.verify.motion.contacts.granted import GIVEN, TOUCHING, Permits, stands_at, touching, unstated
-from kabo.verify.motion.contacts.holding import Holding
+from kabo.verify.motion.contacts.granted import (
+    CONTACT_DEPTHS,
+    INITIAL_CONTACT_DEPTHS,
+    Permits,
+    stands_at,
+    touching,
+    unstated,
+)
 from kabo.verify.motion.contacts.mating import Fitting, fittings
 from kabo.verify.motion.contacts.strokes import Limits, Stroke, box_corners, of_family, of_mate
-from kabo.verify.motion.sweep import Path, Thing
-from kabo.verify.motion.windows import SAME, Window, window_path
-from kabo.verify.motion.world import World
+from kabo.verify.motion.scene_model import SceneModel
+from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.windows import TIME_TOLERANCE, Window, window_path
 
-LIFT = Described(FeatureName("world", "up"), 1, 0.05, 0.10)  # where no family says how something is lifted
+DEFAULT_LIFT = Described(FeatureName("world", "up"), 1, 0.05, 0.10)  # where no family declares a lift
 
 
 class Unfounded(Exception):
-    """A statement that the scene, or the motion, does not bear out."""
+    """A claim of the plan that the scene or the motion does not confirm."""
 
 
 @dataclass
 class Grants:
-    """The statements of a node's segments, each judged when its segment begins.
+    """The claims of a node's segments, each judged when its segment begins.
 
-    `holding` is that of the walk and changes with it; `standing` is everything that does not move in the node;
-    `unmoved`: the objects that are where they were when the node began or when they were taken; `holds`: robot and
-    object -> the families by which it is held, or was held until the hand opened; the arm has not moved since.
+    `holding` is shared with the walk, which changes it; `standing` are all bodies that do not move in the node;
+    `unmoved` are the objects that are where they were when the node began or when they were taken. `holds` maps robot
+    and object to the families by which the object is held, or was held until the hand opened and the arm moved away.
     """
 
     call: Call
-    world: World
-    holding: Holding
-    standing: Sequence[Thing]
+    world: SceneModel
+    holding: AttachmentTree
+    standing: Sequence[PlacedBody]
     segments: Sequence[Segment]
     unmoved: set[str] = field(default_factory=set)
     holds: dict[tuple[str, str], list[GraspFamily]] = field(default_factory=dict)
@@ -55,7 +62,7 @@ class Grants:
 
     # ------------------------------------------------------------------------------------------------ in time
     def permits(self, i: int, path: Path) -> Permits:
-        """What a segment permits, whose path is given; `loose` are fingers that its hand may move against."""
+        """The contacts that segment i permits along its path; `loose` pairs are fingers and what the hand holds."""
         segment, found = self.segments[i], Permits()
         self._note_holds(segment.robot)
         together = {
@@ -78,14 +85,14 @@ class Grants:
                 by = "" if grant.by is None else f" {grant.by}"
                 text = f"says that the {grant.kind}{by} grants contact of {first} and {second}, {error}"
                 refused.append((text, grant.bodies))
-        if self.is_arm(segment) and path.steps.any():  # from now on elsewhere
+        if self.is_arm(segment) and path.steps.any():  # from now on it is elsewhere
             carried = set(self.holding.carried(segment.robot))
             self.unmoved -= carried
             self.holds = {key: v for key, v in self.holds.items() if key[0] != segment.robot or key[1] in carried}
         return Permits(found.loose, found.shifted, tuple(refused))
 
     def ended(self, i: int) -> Iterator[tuple[str, tuple[str, str]]]:
-        """A segment has ended, and what it takes is taken: what it said of how is judged now."""
+        """The unconfirmed claims about objects that segment i has taken, judged now that it has ended."""
         segment = self.segments[i]
         taken = {name for name, to in segment.attach if to.partition(".")[0] == segment.robot}
         self.unmoved |= taken
@@ -109,11 +116,11 @@ class Grants:
                 )
 
     def _fits(self, robot: str, name: str, family: str | None) -> bool:
-        """Whether a robot holds, or held, an object by a family; by none only if none declares that hold."""
+        """Whether a robot holds or held an object by a family; None fits only a hold that no family declares."""
         found = [each.name for each in self.holds.get((robot, name), [])]
         return family in found if family is not None else not found
 
-    # ------------------------------------------------------------------------------------------------- one rule a kind
+    # ------------------------------------------------------------------------------------- one rule for each kind
     def _judged(self, i: int, grant: Grant, path: Path) -> Permits:
         segment = self.segments[i]
         if grant.kind == "grasp":
@@ -123,7 +130,7 @@ class Grants:
         return self._support(i, grant, path) if grant.kind == "support" else self._mate(i, grant)
 
     def _grasp(self, segment: Segment, grant: Grant) -> Permits:
-        """A finger of this hand and what it holds, takes, or has let go in this node."""
+        """The contact of a finger with an object that its hand holds, takes, or has let go in this node."""
         (link, name), robot = grant.bodies, self.world.scene.robots[segment.robot]
         fingers = () if robot.gripper is None else robot.gripper.touch_links
         taken = any(o == name and to.partition(".")[0] == robot.name for o, to in segment.attach)
@@ -146,7 +153,7 @@ class Grants:
         return Permits(frozenset({frozenset(grant.bodies)}))
 
     def _support(self, i: int, grant: Grant, path: Path) -> Permits:
-        """An object that is lifted from, or lowered to, what stands still, by the stroke of its grasp family."""
+        """The contact of an object with a standing support, along the lift or lowering of its grasp family."""
         segment, (name, below) = self.segments[i], grant.bodies
         robot = segment.robot
         if name not in self.holding.hung or self.holding.holder(name) != robot:
@@ -156,7 +163,11 @@ class Grants:
             raise Unfounded(f"but {below} does not stand")
         mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name].mesh)
         assert mount is not None
-        moved, start, end = Thing(name, own, mount=mount), path.poses(0, 0.0), path.poses(len(path.steps) - 1, 1.0)
+        moved, start, end = (
+            PlacedBody(name, own, mount=mount),
+            path.poses(0, 0.0),
+            path.poses(len(path.steps) - 1, 1.0),
+        )
         backward = not (name in self.unmoved and stands_at(moved, moved.pose(start), others))
         if backward and not (self._stays(i, name) and stands_at(moved, moved.pose(end), others)):
             raise Unfounded("but it stands there neither before this segment nor after it")
@@ -167,38 +178,44 @@ class Grants:
         away = direction(lift, roles)
         if away is None:
             raise Unfounded(f"but {lift.along} is not there")
-        limits = of_family(lift.minimum, lift.maximum, any_length=self.call.law is None)
+        limits = of_family(lift.minimum, lift.maximum, any_length=self.call.spec is None)
         self._judge_stroke(
             "lifts" if not backward else "lowers", path, mount, own_corners(own), away, limits, backward
         )
-        depth = touching(moved, moved.pose(poses), others, away, TOUCHING if backward else GIVEN)
+        depth = touching(
+            moved, moved.pose(poses), others, away, CONTACT_DEPTHS if backward else INITIAL_CONTACT_DEPTHS
+        )
         if depth is None:
             raise Unfounded("but where it stands the two overlap")
         return Permits(shifted={frozenset(grant.bodies): (name, depth * away)})
 
-    def _still(self) -> list[Thing]:
-        """What stands: also what hangs on nothing that moves in this node."""
+    def _still(self) -> list[PlacedBody]:
+        """All bodies that stand still, with objects that are attached to nothing that moves in this node."""
         world, found = self.world, [thing for thing in self.standing if "." not in thing.name]
         for name in self.holding.hung:
             if self.holding.holder(name) not in self.moved:
                 own = world.surface_of(world.scene.bodies[name].mesh)
-                found.append(Thing(name, own, self.holding.pose(name)))
+                found.append(PlacedBody(name, own, self.holding.pose(name)))
         return found
 
     def _lift(self, robot: str, name: str, by: str | None) -> Described:
-        """How a grasp family lifts what a robot holds."""
+        """The lift of the grasp family by which a robot holds an object."""
         root = self.holding.root(name)
         if not self._fits(robot, root, by):
             raise Unfounded(
                 "but it is not held so" if by is not None else "but a grasp family says how it is held"
             )
         family = None if by is None else self.world.scene.bodies[root].grasps[by]
-        return LIFT if family is None or family.lift is None else family.lift
+        return DEFAULT_LIFT if family is None or family.lift is None else family.lift
 
     def _stays(self, i: int, name: str) -> bool:
-        """Whether the object is let go, or the node ends, before the arm moves again."""
+        """Whether the object is let go or the node ends before the arm moves again."""
         segment = self.segments[i]
-        later = [s for s in self.segments if s.robot == segment.robot and s.times[0] >= segment.times[-1] - SAME]
+        later = [
+            s
+            for s in self.segments
+            if s.robot == segment.robot and s.times[0] >= segment.times[-1] - TIME_TOLERANCE
+        ]
         for other in [segment, *sorted(later, key=lambda s: s.times[0])]:
             if other is not segment and self.is_arm(other):
                 return False
@@ -224,7 +241,7 @@ class Grants:
 
     # ------------------------------------------------------------------------------------------------------- mates
     def _mate(self, i: int, grant: Grant) -> Permits:
-        """Two parts that are put together at the end of this segment, by the insertion of their mate."""
+        """The contact of two parts that are joined at the end of segment i, along the insertion of their mate."""
         segment, pair, call = self.segments[i], grant.bodies, self.call
         if pair[0] not in self.holding.hung or pair[1] not in {*self.holding.hung, *self.holding.fixed}:
             raise Unfounded("but one of them is nothing that moves")
@@ -233,8 +250,8 @@ class Grants:
         ]
         if not fits:
             raise Unfounded("but that is no mate of theirs")
-        if call.law is not None and not (
-            call.law.mates and set(pair) == {call.role("object"), call.role("other")}
+        if call.spec is not None and not (
+            call.spec.mates and set(pair) == {call.role("object"), call.role("other")}
         ):
             raise Unfounded(f"but {call} does not put them together")
         path = self._together(i, pair)
@@ -243,13 +260,17 @@ class Grants:
         return self._insertion(fits[0], path)
 
     def _together(self, i: int, pair: Sequence[str]) -> Path:
-        """The path of all that moves one of two parts during a segment: the same span of time for each."""
+        """The path of all robots that move one of two parts during segment i, over the same span of time."""
         holders = {self.holding.holder(name) for name in pair if name in self.holding.hung}
         begin, end = self.segments[i].times[0], self.segments[i].times[-1]
         numbers = []
         for k, other in enumerate(self.segments):
-            if other.robot in holders and other.times[0] < end - SAME and other.times[-1] > begin + SAME:
-                if max(abs(other.times[0] - begin), abs(other.times[-1] - end)) > SAME:
+            if (
+                other.robot in holders
+                and other.times[0] < end - TIME_TOLERANCE
+                and other.times[-1] > begin + TIME_TOLERANCE
+            ):
+                if max(abs(other.times[0] - begin), abs(other.times[-1] - end)) > TIME_TOLERANCE:
                     raise Unfounded(f"but {other.robot} begins or ends to move meanwhile")
                 numbers.append(k)
         if i not in numbers:
@@ -258,17 +279,21 @@ class Grants:
         return window_path(window, self.segments, self.world.arms, self.holding.q)
 
     def _joined(self, pair: frozenset[str], time: float) -> bool:
-        """Whether two bodies are put together from a time on, before an arm that holds one of them moves again."""
+        """Whether two bodies are joined at or after a time, before an arm that holds one of them moves again."""
         holders = {self.holding.holder(name) for name in pair if name in self.holding.hung}
         when = [s.times[-1] for s in self.segments for name, to in s.attach if frozenset((name, to)) == pair]
-        joined = min((t for t in when if t >= time - SAME), default=None)
+        joined = min((t for t in when if t >= time - TIME_TOLERANCE), default=None)
         if joined is None:
             return False
-        later = [s for s in self.segments if s.robot in holders and self.is_arm(s) and s.times[0] >= time - SAME]
-        return all(s.times[0] >= joined - SAME for s in later)
+        later = [
+            s
+            for s in self.segments
+            if s.robot in holders and self.is_arm(s) and s.times[0] >= time - TIME_TOLERANCE
+        ]
+        return all(s.times[0] >= joined - TIME_TOLERANCE for s in later)
 
     def _insertion(self, fit: Fitting, path: Path) -> Permits:
-        """The contact that the insertion of a mate grants: no point leaves its way by more than the mate's tolerance."""
+        """The contact that the insertion of a mate grants; no point may leave its line by more than the tolerance."""
         stroke, tolerance = fit.mate.insertion, fit.mate.tolerance
         if stroke is None:
             raise Unfounded("but that mate has no insertion: it grants no contact on the way")
@@ -280,7 +305,7 @@ class Grants:
         if into is None:
             raise Unfounded(f"but {stroke.along} is not there")
         name, other, away = fit.moving, fit.fixed, -into
-        if self.holding.holder(name) not in path.arms:  # the fixed part is brought
+        if self.holding.holder(name) not in path.arms:  # the fixed part is the one that moves
             name, other, away = other, name, -away
         mount, beside = self.holding.mount(name), self._mount(other, path)
         assert mount is not None
@@ -291,19 +316,19 @@ class Grants:
         wrong = Stroke(path, mount, points, away, limits, True, len(points), beside).fault()
         if wrong is not None:
             raise Unfounded(f"but its insertion {wrong.text}")
-        still = Thing(other, self.world.surface_of(self.world.scene.bodies[other].mesh), pose(other))
-        depth = touching(Thing(name, own), pose(name), [still], away, TOUCHING)
+        still = PlacedBody(other, self.world.surface_of(self.world.scene.bodies[other].mesh), pose(other))
+        depth = touching(PlacedBody(name, own), pose(name), [still], away, CONTACT_DEPTHS)
         if depth is None:
             raise Unfounded("but where they are put together the two overlap")
         return Permits(shifted={frozenset((name, other)): (name, depth * away)})
 
     def _mount(self, name: str, path: Path) -> Mount | None:
-        """What a body hangs on, if that moves along a path."""
+        """The mount of a body on a robot that moves along the path; None if it does not move."""
         held = name in self.holding.hung and self.holding.holder(name) in path.arms
         return self.holding.mount(name) if held else None
 
     def _at_end(self, path: Path) -> Callable[[str], Array]:
-        """Where bodies are at the end of a path."""
+        """The function that gives the poses of bodies at the end of a path."""
         later = self.holding.copy()
         for robot in path.arms:
             later.q[robot] = path.configurations[-1][path.columns[robot]]

@@ -1,4 +1,4 @@
-"""Whether two bodies are mated as the scene says."""
+"""Whether two bodies are joined by a mate of the scene."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ from kabo.arrays import Array
 from kabo.language.scene_description import Mate
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.contacts.families import why_not
-from kabo.verify.motion.world import World
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.report import Finding
 
 
 @dataclass(frozen=True)
 class Fitting:
-    """A mate of the scene and the bodies that play its roles."""
+    """A mate of the scene, and the two bodies in its roles."""
 
     mate: Mate
     moving: str
     fixed: str
 
 
-def fittings(call: Call, world: World, first: str, second: str) -> list[Fitting]:
-    """The mates that two bodies can have, either as the moving one; only the one that the call names, if it does."""
+def fittings(call: Call, world: SceneModel, first: str, second: str) -> list[Fitting]:
+    """The mates that fit two bodies, with either as the moving one; only the mate that the call names, if it names one."""
     models = world.models.get(first), world.models.get(second)
     result = []
     for mate in world.scene.mates.values():
@@ -35,9 +35,9 @@ def fittings(call: Call, world: World, first: str, second: str) -> list[Fitting]
 
 
 def check_mate(
-    node: str, time: float, call: Call, world: World, pair: tuple[str, str], pose: Callable[[str], Array]
+    node: str, time: float, call: Call, world: SceneModel, pair: tuple[str, str], pose: Callable[[str], Array]
 ) -> Iterator[Finding]:
-    """Two bodies are where one of their mates wants them; `pose` says where a body is, world_T (4, 4)."""
+    """A finding unless two bodies fulfil one of their mates; `pose` gives the pose world_T (4, 4) of a body."""
     failures = []
     for fit in fittings(call, world, *pair):
         roles = {

@@ -1,8 +1,8 @@
-"""Whether a motion is a straight stroke: away from its near end, in a direction, by a length, all along and proven.
+"""Whether a motion is a straight stroke: it leads away from its near end in a given direction by a given length.
 
-The near end of a stroke is where the hand takes or lets go, where the object stands, or where the parts are put together.
-Between two places of a piece, straight in joint space, a point leaves its chord by no more than `deviations` [K Eq.
-4.19-4.22] and its velocity that of the chord by no more than eight times as much; so nothing is sampled only.
+The near end of a stroke is where the hand takes or lets go, where the object stands, or where the parts are joined. The
+proof covers the whole path, not samples only: on a piece that is straight in joint space, a point leaves its chord by no
+more than `deviations` [K Eq. 4.19-4.22], and its velocity differs from the chord's by no more than eight times as much.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,50 +16,53 @@ from kabo.verify.motion.arms import Mount
 from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.sweep import Path
 
-NEAR = 1.0 / 3.0  # of a family's least length: the part of a stroke that is straight; then a corner may be rounded
-STRAIGHT = 0.01  # [m] of it at least
-ASIDE, SLOPE = 2e-4, 0.2  # [m], [m per m of the way] by which the tool may leave its line there
-FAR_SLOPE = 1.0  # [m per m] in the rounded corner
-TURNED, FAR_TURNED = 0.02, 0.2  # [rad] how far the tool may be turned in the straight part, and after
-LEAST = 0.5  # of a family's least length: what the corner leaves of it
-BEYOND = 1e-3  # [m] by which a stroke may be longer than its family says
-DEPTH = 16  # halvings of a piece; what is not proven then is at its bound
+STRAIGHT_SHARE = 1.0 / 3.0  # of a family's least length is straight; after that a corner may be rounded
+MIN_STRAIGHT = 0.01  # [m] the least length of the straight part
+MAX_OFFSET = 2e-4  # [m] between the tool and its line at the near end
+MAX_OFFSET_SLOPE = 0.2  # [m per m of the way] by which this offset may grow in the straight part
+MAX_CORNER_SLOPE = 1.0  # [m per m of the way] by which it may grow in the rounded corner
+MAX_TURN, MAX_CORNER_TURN = 0.02, 0.2  # [rad] rotation of the tool in the straight part, and in the corner
+MIN_LENGTH_SHARE = 0.5  # of a family's least length that a stroke with a rounded corner must have
+LENGTH_SLACK = 1e-3  # [m] by which a stroke may be longer than its family says
+MAX_HALVINGS = 16  # of a piece; a condition that is not proven then is at its bound
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a stroke must keep; lengths in metres, angles in radians."""
+    """The limits of a stroke; lengths in metres, angles in radians."""
 
-    least: float  # of its length
-    most: float
-    near: float  # how long it is straight
-    aside: float
-    slope: float
-    turned: float
+    least: float  # the least length
+    most: float  # the greatest length
+    near: float  # the length of the straight part
+    aside: float  # the greatest offset from the line at the near end
+    slope: float  # the growth of this offset along the straight part
+    turned: float  # the greatest rotation in the straight part
 
     def may_leave(self, progress: float) -> float:
-        """How far a point may be aside where so much of the way is done."""
-        return self.aside + (self.slope if progress < self.near else FAR_SLOPE) * max(0.0, progress)
+        """The greatest offset of a point from its line after it has moved this far."""
+        return self.aside + (self.slope if progress < self.near else MAX_CORNER_SLOPE) * max(0.0, progress)
 
     def may_turn(self, progress: float) -> float:
-        """How far the tool may be turned there."""
-        return self.turned if progress < self.near else FAR_TURNED
+        """The greatest rotation of the tool after it has moved this far."""
+        return self.turned if progress < self.near else MAX_CORNER_TURN
 
 
 def of_family(least: float, most: float, *, any_length: bool = False) -> Limits:
-    """The limits of an approach, lift, lowering or retreat whose family says these lengths [m]."""
-    shortest, longest = (0.0, np.inf) if any_length else (LEAST * least, most + BEYOND)
-    return Limits(shortest, longest, max(NEAR * least, STRAIGHT), ASIDE, SLOPE, TURNED)
+    """The limits of an approach, lift, lowering or retreat with these lengths in its family [m]."""
+    shortest, longest = (0.0, np.inf) if any_length else (MIN_LENGTH_SHARE * least, most + LENGTH_SLACK)
+    return Limits(
+        shortest, longest, max(STRAIGHT_SHARE * least, MIN_STRAIGHT), MAX_OFFSET, MAX_OFFSET_SLOPE, MAX_TURN
+    )
 
 
 def of_mate(least: float, most: float, tolerance: float) -> Limits:
     """The limits of an insertion: straight from end to end."""
-    return Limits(least - BEYOND, most + BEYOND, np.inf, tolerance, 0.0, TURNED)
+    return Limits(least - LENGTH_SLACK, most + LENGTH_SLACK, np.inf, tolerance, 0.0, MAX_TURN)
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Where a motion is no such stroke: what is wrong, when [s], and by how much."""
+    """The first fault of a stroke: what is wrong, when [s], and by how much."""
 
     text: str
     time: float
@@ -68,17 +71,17 @@ class Fault:
 
 @dataclass
 class Stroke:
-    """A motion to be judged.
+    """A motion that must be a stroke.
 
     Attributes:
         path: the whole motion, of one robot or of several that move together.
-        mount: what moves: a joint of one of its robots (its own pose there is not used).
-        points: (P, 3) in the frame of that joint; every one must get away from the near end all the time. The first
-            `straight` of them must keep to the line.
+        mount: the joint of one of its robots that carries the points (the mount's own pose is not used).
+        points: (P, 3) in the frame of that joint; each must move away from the near end all the time, and the first
+            `straight` of them must stay on the line.
         away: (3,) the unit vector in the world that leads away from the near end.
-        limits: what must be kept.
-        backward: the near end is the end of the path, not its beginning.
-        beside: what the motion is relative to, where that moves as well: it may be shifted, not turned.
+        limits: the limits of the stroke.
+        backward: whether the near end is the end of the path, not its beginning.
+        beside: the mount to which the motion is relative if that moves, too; it may be translated, not rotated.
     """
 
     path: Path
@@ -92,7 +95,7 @@ class Stroke:
     _known: dict[tuple[int, float], tuple[Array, Array, float]] = field(default_factory=dict)
 
     def fault(self) -> Fault | None:
-        """The first thing that is wrong, from the near end on; None if it is such a stroke."""
+        """The first fault from the near end on; None if the motion is such a stroke."""
         pieces = range(len(self.path.steps))
         bends, turning = self._bounds()
         if self.beside is not None and self._turns(self.beside).max() > 1e-9:
@@ -114,7 +117,7 @@ class Stroke:
         return Fault(text, self.path.time(*far), max(low - length, length - high))
 
     def _bounds(self) -> tuple[Array, Array]:
-        """For every piece how far points leave their chords [m], and how far what moves turns [rad]."""
+        """For every piece the most that points leave their chords [m], and the rotation of the moving body [rad]."""
         radius = float(np.linalg.norm(self.points, axis=1).max())
         bends, _ = deviations(self.path, self.mount, 0, radius)
         if self.beside is not None:
@@ -136,14 +139,14 @@ class Stroke:
             missing = self._unproven(piece, nearer, farther, bend, turning)
             if missing is None:
                 continue
-            if depth >= DEPTH:
+            if depth >= MAX_HALVINGS:
                 return Fault(missing, self.path.time(piece, farther), 0.0)
             middle = (nearer + farther) / 2
             stack += [(middle, farther, depth + 1), (nearer, middle, depth + 1)]
         return None
 
     def _wrong(self, piece: int, share: float) -> Fault | None:
-        """What is wrong at one place."""
+        """The fault at one place of a piece; None if there is none."""
         along, aside, turned = self._at(piece, share)
         far = float(along[0])
         over = float(aside[: self.straight].max()) - self.limits.may_leave(far)
@@ -156,7 +159,7 @@ class Stroke:
         return None
 
     def _unproven(self, piece: int, nearer: float, farther: float, bend: float, turning: float) -> str | None:
-        """What is not proven between two places of a piece, if anything."""
+        """The condition that is not proven between two places of a piece; None if all are."""
         (a, off_a, turned_a), (b, off_b, turned_b) = self._at(piece, nearer), self._at(piece, farther)
         width = abs(farther - nearer)
         curved, least = bend * width * width, min(float(a[0]), float(b[0])) - bend * width * width
@@ -170,7 +173,7 @@ class Stroke:
         return None
 
     def _at(self, piece: int, share: float) -> tuple[Array, Array, float]:
-        """How far each point has come (P,) [m], how far it is aside (P,) [m], and how far all is turned [rad]."""
+        """The way of each point along the direction (P,) [m], its offset from the line (P,) [m], and the rotation [rad]."""
         key = piece, share
         if key not in self._known:
             rotation, places, frame = self._places(piece, share)
@@ -178,7 +181,7 @@ class Stroke:
             moved = places - start - (frame - origin)
             along = moved @ self.away
             aside = np.linalg.norm(moved - np.outer(along, self.away), axis=1)
-            sine = np.linalg.norm(first.T @ rotation - np.eye(3)) / np.sqrt(8.0)  # of half of the angle
+            sine = np.linalg.norm(first.T @ rotation - np.eye(3)) / np.sqrt(8.0)  # the sine of half the angle
             self._known[key] = along, aside, 2.0 * float(np.arcsin(min(1.0, sine)))
         return self._known[key]
 
@@ -201,7 +204,7 @@ def box_corners(lower: Array, upper: Array) -> Array:
 
 
 def first_fault(strokes: Sequence[tuple[str, Stroke]]) -> tuple[str, Fault] | None:
-    """The fault of the first of several strokes, one of which must be right; None if one is."""
+    """The fault of the first of several strokes, of which one must have none; None if one has none."""
     faults = list(_faults(strokes))
     return None if len(faults) < len(strokes) else faults[0]
 

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from kabo.verify import verify_plan
 from kabo.verify.knowledge.replay import run as replays
-from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.merging import meet, more_never_hurts
+from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError, MutableKnowledge
 from kabo.verify.knowledge.replay.states import Knowledge
 from kabo.verify.structure import check_structure
 from tests.support.small_problems import COLOUR, problem
@@ -30,7 +30,7 @@ facts = st.lists(claims, max_size=2)
 
 def learned(state, found):
     """What is known once these are found out; None if they cannot be."""
-    draft = Draft(PROBLEM, state)
+    draft = MutableKnowledge(PROBLEM, state)
     try:
         for claim in found:
             draft.learn(claim)
@@ -90,9 +90,9 @@ def test_states_with_different_reasons_are_looked_at_one_by_one_where_they_must(
     plan = plan_of(given_, asking("give_up"))
     assert verify_plan(given_, plan).ok
     interpreter = Interpreter(given_)
-    run = replays._Run(plan, check_structure(plan)[0], interpreter, interpreter.initial())
+    run = replays._ReplayRun(plan, check_structure(plan)[0], interpreter, interpreter.initial())
     assert run.at_once() is not None
-    monkeypatch.setattr(replays, "UNDONE", ())
+    monkeypatch.setattr(replays, "SEPARATED_STEPS", ())
     assert run.at_once() is None, "what both know is not enough"
     assert verify_plan(given_, plan).ok
 

@@ -12,11 +12,11 @@ from kabo.language import load_problem
 from kabo.scene import link_poses, load_scene
 from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.contacts.strokes import (
-    ASIDE,
-    FAR_SLOPE,
-    FAR_TURNED,
-    SLOPE,
-    TURNED,
+    MAX_CORNER_SLOPE,
+    MAX_CORNER_TURN,
+    MAX_OFFSET,
+    MAX_OFFSET_SLOPE,
+    MAX_TURN,
     Stroke,
     box_corners,
     of_family,
@@ -105,10 +105,10 @@ def test_a_proven_stroke_keeps_its_limits_at_every_place(seed, pieces, noise, ma
     checked = 8 if mate else 1
     grown = np.diff(along, axis=0)[near[:-1] & near[1:]]
     assert (grown > -1e-12).all(), "comes back"
-    slope = np.where(near, 0.0 if mate else SLOPE, FAR_SLOPE)
-    bound = (4e-4 if mate else ASIDE) + slope * np.maximum(0.0, along[:, 0])
+    slope = np.where(near, 0.0 if mate else MAX_OFFSET_SLOPE, MAX_CORNER_SLOPE)
+    bound = (4e-4 if mate else MAX_OFFSET) + slope * np.maximum(0.0, along[:, 0])
     assert (aside[:, :checked].max(axis=1) <= bound + 1e-9).all(), "leaves its line"
-    assert (np.array(turned) <= np.where(near, TURNED, FAR_TURNED) + 1e-9).all(), "turns"
+    assert (np.array(turned) <= np.where(near, MAX_TURN, MAX_CORNER_TURN) + 1e-9).all(), "turns"
 
 
 def _joint_in_tool(arm):

@@ -1,4 +1,4 @@
-"""The scene as the verifier sees it: arms, surfaces of the original meshes, who may touch whom."""
+"""The scene as the verifier sees it: arms, surfaces of the original meshes, and which bodies may touch."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -11,7 +11,7 @@ from kabo.scene import Mesh, Scene
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.constraints import Role
 from kabo.verify.motion.surfaces import Surface, surface
-from kabo.verify.motion.sweep import Thing
+from kabo.verify.motion.sweep import PlacedBody
 
 
 def matrix(pose: ObjectPose) -> Array:
@@ -25,12 +25,12 @@ def matrix(pose: ObjectPose) -> Array:
     return result
 
 
-class World:
-    """A scene with everything that is made once: arms and surfaces."""
+class SceneModel:
+    """A scene, with arms and surfaces that are made once."""
 
     def __init__(self, scene: Scene, models: Mapping[str, str | None] | None = None) -> None:
         self.scene = scene
-        self.models = models or {}  # body -> its model, which mates speak of
+        self.models = models or {}  # body -> its model, which mates refer to
         self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
         self._surfaces: dict[str, Surface] = {}
         self._meet: dict[tuple[str, str], bool] = {}
@@ -42,45 +42,45 @@ class World:
         return self._surfaces[mesh.digest]
 
     def may_meet(self, first: str, second: str) -> bool:
-        """Whether contact of two things (`robot.link` or a body) would be a collision."""
+        """Whether contact of two bodies (`robot.link` or an object) would be a collision."""
         pair = first, second
         if pair not in self._meet:
             self._meet[pair] = first != second and not self.scene.never_collide(first, second)
         return self._meet[pair]
 
     @cached_property
-    def fixed(self) -> list[Thing]:
+    def fixed(self) -> list[PlacedBody]:
         """The bodies that never move."""
         poses = self.scene.fixed_poses
-        return [Thing(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
+        return [PlacedBody(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
 
-    def links(self, robot: str) -> list[Thing]:
+    def links(self, robot: str) -> list[PlacedBody]:
         """The links of a robot that moves."""
         links, mounts = self.scene.robots[robot].links, self.arms[robot].mounts
         return [
-            Thing(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
+            PlacedBody(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
             for name, link in links.items()
             if link.mesh is not None
         ]
 
-    def links_at(self, robot: str, q: Sequence[float]) -> list[Thing]:
-        """The links of a robot that stands."""
+    def links_at(self, robot: str, q: Sequence[float]) -> list[PlacedBody]:
+        """The links of a robot that stands still in configuration q."""
         joints = {robot: self.arms[robot].joint_poses(q)}
-        return [Thing(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
+        return [PlacedBody(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
 
     def role(self, name: str, world_T: Array) -> Role:
-        """A body in a role of constraints."""
+        """A body in this pose, for a role of constraints."""
         return Role(self.scene.bodies[name].features, world_T)
 
     def tool_role(self, robot: str, q: Array) -> Role | None:
-        """The robot's tool in its role, in a configuration (n,); None without a tool."""
+        """The robot's tool in a configuration (n,), for a role of constraints; None if it has no tool."""
         tool = self.scene.robots[robot].tool
         if tool is None:
             return None
         return Role(tool.features, self.arms[robot].pose(q.tolist(), self.arms[robot].mounts[tool.frame]))
 
     def outside(self, body: str, world_T_body: Array, region: str) -> float:
-        """How far the body reaches out of a region [m]; 0 or less: it lies inside."""
+        """The distance by which a body reaches out of a region [m]; 0 or less if it lies inside."""
         volume = self.scene.regions[region]
         region_T_body = np.linalg.inv(volume.world_T_region) @ world_T_body
         vertices = self.scene.bodies[body].mesh.vertices @ region_T_body[:3, :3].T + region_T_body[:3, 3]

@@ -1,4 +1,4 @@
-"""Whether a motion constraint holds along a whole path: bisection, with a bound of how fast measures change."""
+"""Whether a motion constraint holds along a whole path: by bisection, with bounds of how fast its measures change."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,26 +9,28 @@ from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.constraints import Measure, Role, measures
 from kabo.verify.motion.sweep import Path
 
-DEPTH = 24  # halvings of one straight piece; a measure that then still is not proven is at its bound
+MAX_HALVINGS = 24  # of one straight piece; a measure that is not proven then is at its bound
 
 
-class Lapse(Exception):
-    """Where a constraint is not kept: time [s], which one, by how much, and whether that is only not decided."""
+class ConstraintViolation(Exception):
+    """A constraint is violated: when [s], which one, by how much, and whether it is only undecided."""
 
     def __init__(self, time: float, constraint: Constraint, measure: Measure, undecided: bool) -> None:
         self.time, self.constraint, self.measure, self.undecided = time, constraint, measure, undecided
         super().__init__(str(constraint))
 
 
-Owners = dict[str, tuple[Role, Mount | None]]  # role -> its features, and where it hangs if the robot carries it
+Owners = dict[
+    str, tuple[Role, Mount | None]
+]  # role -> its body, and the mount of the body if the robot carries it
 
 
-def check_kept(path: Path, constraints: Sequence[Constraint], owners: Owners) -> None:
+def check_path_constraints(path: Path, constraints: Sequence[Constraint], owners: Owners) -> None:
     """Proves that constraints hold along the path of one robot to their tolerance.
 
     Raises:
-        Lapse: one does not.
-        UnknownFeatureError: one names what nobody has.
+        ConstraintViolation: a constraint does not hold.
+        UnknownFeatureError: a constraint names a role or feature that does not exist.
     """
     (arm,) = path.arms.values()
     for constraint in constraints:
@@ -42,7 +44,7 @@ def _prove(path: Path, piece: int, constraint: Constraint, owners: Owners, bound
     for end in (0.0, 1.0):
         for measure in _measured(path, piece, end, constraint, owners):
             if measure.excess > measure.tolerance:
-                raise Lapse(path.time(piece, end), constraint, measure, False)
+                raise ConstraintViolation(path.time(piece, end), constraint, measure, False)
     stack = [(0.0, 1.0)]
     while stack:
         start, end = stack.pop()
@@ -50,10 +52,10 @@ def _prove(path: Path, piece: int, constraint: Constraint, owners: Owners, bound
         found = list(_measured(path, piece, middle, constraint, owners))
         for measure in found:
             if measure.excess > measure.tolerance:
-                raise Lapse(path.time(piece, middle), constraint, measure, False)
+                raise ConstraintViolation(path.time(piece, middle), constraint, measure, False)
         open_ = [m for m in found if m.excess + bound[m.kind] * half > m.tolerance]
-        if open_ and half < 0.5**DEPTH:
-            raise Lapse(path.time(piece, middle), constraint, open_[0], True)
+        if open_ and half < 0.5**MAX_HALVINGS:
+            raise ConstraintViolation(path.time(piece, middle), constraint, open_[0], True)
         if open_:
             stack += [(middle, end), (start, middle)]
 
@@ -68,10 +70,10 @@ def _measured(path: Path, piece: int, share: float, constraint: Constraint, owne
 
 
 def _rates(arm: Arm, constraint: Constraint, owners: Owners) -> dict[str, np.ndarray]:
-    """By how much each coordinate changes the measures at most: lengths [m/rad or m/m], angles [rad/rad or rad/m].
+    """The most that each coordinate changes the measures: lengths [m/rad or m/m], angles [rad/rad or rad/m].
 
-    A point moves with its lever arm. A moving line or plane reaches far: seen from it, the other feature moves, so
-    the lever arm is the distance to that other one, which the arm's reach and its own place bound.
+    A moving point has its own lever arm. For a moving line or plane, the other feature moves as seen from it, so the
+    lever arm is the distance to that feature, which the arm's reach and the feature's position bound.
     """
     n = len(arm.robot.joint_names)
     length, angle = np.zeros(n), np.zeros(n)
@@ -85,7 +87,7 @@ def _rates(arm: Arm, constraint: Constraint, owners: Owners) -> dict[str, np.nda
 
 
 def _radius(arm: Arm, owner: str, feature: str | None, owners: Owners) -> float:
-    """How far a feature's origin can be from the joint that carries it, or from any joint if it stands [m]."""
+    """The greatest distance of a feature's origin from the joint that carries it, or from any joint if it stands [m]."""
     if owner not in owners:
         role, mount = Role({}, np.eye(4)), None
     else:

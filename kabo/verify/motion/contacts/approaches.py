@@ -1,7 +1,7 @@
-"""Whether a hand comes to what it takes, and leaves what it lets go, by the strokes of the scene's families.
+"""Whether a hand approaches the object that it takes, and leaves the one that it lets go, by strokes of the families.
 
-The arm's last segment before its hand takes an object is the approach of a grasp family by which it then holds it; the
-first after it has let go is the retreat of the placement, or that approach backward.
+The arm's last segment before its hand takes an object must be the approach of a grasp family by which the hand then
+holds it. Its first segment after letting go must be the retreat of the placement, or that approach backward.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,43 +10,43 @@ from dataclasses import dataclass, field
 from kabo.language.scene_description import Stroke as Described
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.constraints import Role
+from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
 from kabo.verify.motion.contacts.families import direction, families_of, placements_of
-from kabo.verify.motion.contacts.holding import Holding
 from kabo.verify.motion.contacts.strokes import Stroke, first_fault, of_family
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.sweep import Path
-from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
 
 
 @dataclass
-class Reaching:
-    """The strokes of the hands of a node that have to come, or have been; `holding` changes while it is walked."""
+class ApproachesAndRetreats:
+    """The approaches and retreats of a node's hands, past and due; `holding` is shared with the walk, which changes it."""
 
     node: str
     call: Call
-    world: World
-    holding: Holding
+    world: SceneModel
+    holding: AttachmentTree
     last: dict[str, Path] = field(default_factory=dict)  # robot -> the path of its last arm segment
     due: dict[str, tuple[str, list[tuple[Described, int]]]] = field(
         default_factory=dict
     )  # robot -> object, retreats
 
     def arm(self, robot: str, path: Path) -> Iterator[Finding]:
-        """An arm begins to move along a path: a retreat that is due is this one."""
+        """The findings when an arm begins to move along a path, which must be the retreat if one is due."""
         self.last[robot] = path
         name, strokes = self.due.pop(robot, ("", []))
         if strokes:
             yield from self._judge("leaves", robot, name, strokes, path, backward=False)
 
     def taken(self, robot: str, name: str, time: float) -> Iterator[Finding]:
-        """A hand has taken an object: its arm came as a family of this hold says."""
-        if self.call.law is None:
+        """The findings when a hand has taken an object, unless its arm came by the approach of a family of this hold."""
+        if self.call.spec is None:
             return
         q, pose = self.holding.q[robot], self.holding.pose(name)
         families = [
             family
             for family in families_of(self.world, robot, name, q, pose)
-            if self.call.grasp in (None, family.name) or self.call.law.takes is None
+            if self.call.grasp in (None, family.name) or self.call.spec.takes is None
         ]
         if not families or any(family.approach is None for family in families):
             return
@@ -57,11 +57,11 @@ class Reaching:
             yield from self._judge("approaches", robot, name, strokes, self.last[robot], backward=True)
 
     def letting_go(self, robot: str, name: str) -> None:
-        """A hand is about to let an object go: how the arm has to leave it then."""
-        if self.call.law is None or self.holding.holder(name) is None:
+        """Records the retreats that are due after a hand lets an object go."""
+        if self.call.spec is None or self.holding.holder(name) is None:
             return
         strokes: list[tuple[Described, int] | None] = []
-        if self.call.law.places:
+        if self.call.spec.places:
             chosen = placements_of(self.call, self.world, self.holding.pose)
             strokes += [(family.retreat, 1) for family in chosen if family.retreat is not None]
         if not strokes:
@@ -72,7 +72,7 @@ class Reaching:
             self.due[robot] = name, [each for each in strokes if each is not None]
 
     def ended(self, time: float) -> Iterator[Finding]:
-        """The node has ended: nothing is due any more."""
+        """The findings about retreats that are still due when the node has ended."""
         for robot, (name, _) in self.due.items():
             yield Finding(self.node, f"{robot} lets go of {name}, but does not leave it", time, (robot, name))
 

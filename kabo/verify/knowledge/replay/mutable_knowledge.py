@@ -1,9 +1,9 @@
-"""A knowledge state while it changes: learning facts, and what follows from entries and ranges (closure).
+"""A knowledge state while it changes: facts are learned, and the closure infers more from entries and ranges.
 
-Closure: in Kx a member known true makes all others false, one known false is dropped, and the last one left is
-true; in Kor a member known true settles the entry, one known false is dropped, and the last one left is true; a
-term of which all values but one are excluded has that value. Learning forgets nothing: it is not a change of the
-world.
+Closure: in a Kx entry a member known to be true makes all others false, a member known to be false is dropped, and the
+last one left is true. A Kor entry with a member known to be true is removed, a member known to be false is dropped, and
+the last one left is true. A term has its last value once all others are excluded. Learning forgets nothing, since the
+world does not change by it.
 """
 
 from collections.abc import Iterable
@@ -17,11 +17,11 @@ from kabo.verify.knowledge.replay.states import Knowledge, Remembered, exclude, 
 
 
 class ContradictionError(Exception):
-    """What is claimed contradicts what is known."""
+    """A claim contradicts what is known."""
 
 
-class Draft:
-    """A mutable copy of a knowledge state; `changed` collects the atoms and terms that closure has to look at."""
+class MutableKnowledge:
+    """A mutable copy of a knowledge state; `changed` are the atoms and terms that the closure has yet to process."""
 
     def __init__(self, problem: Problem, state: Knowledge) -> None:
         self.problem = problem
@@ -38,12 +38,12 @@ class Draft:
         self.changed: set[Symbol] = set()
 
     @property
-    def mind(self) -> "Draft":
-        """Itself: conditions on knowledge are asked of what is known."""
+    def agent_knowledge(self) -> "MutableKnowledge":
+        """This state, by which conditions on knowledge are evaluated."""
         return self
 
     def finished(self) -> Knowledge:
-        """The state as it now is."""
+        """An immutable copy of the state as it is now."""
         return Knowledge(
             self.known,
             self.excluded,
@@ -59,7 +59,7 @@ class Draft:
 
     # ------------------------------------------------------------------------------------------------- learning
     def learn(self, claim: GroundClaim) -> None:
-        """The claim is found to hold.
+        """Adds the knowledge that the claim holds.
 
         Raises:
             ContradictionError: it is known not to hold.
@@ -79,27 +79,27 @@ class Draft:
             exclude(self.excluded, symbol, value)
 
     def will_know(self, symbol: Symbol) -> None:
-        """The value will be known at run time; nothing new if it is known now."""
+        """Adds that the value will be known at run time, unless it is known now."""
         if symbol not in self.known and symbol not in self.whether:
             self.whether.add(symbol)
             self.changed.add(symbol)
 
     def add_entry(self, database: str, entry: Entry) -> None:
-        """An entry of Kx or Kor is added and settled."""
+        """Adds an entry of Kx or Kor and draws its inferences."""
         (self._settle_exclusive if database == "Kx" else self._settle_some)(entry)
 
     def remove_entry(self, database: str, entry: Entry) -> None:
-        """The entry with these members is removed."""
+        """Removes the entry with these members."""
         (self.exclusive if database == "Kx" else self.some).discard(entry)
 
     def deny_all(self, claims: Iterable[GroundClaim]) -> None:
-        """The conjunction is false: the one claim is, or at least one of several."""
+        """Adds that the conjunction of the claims is false."""
         complements = frozenset(denied(self.problem, claim) for claim in claims)
         self.add_entry("Kor", complements)
 
     # -------------------------------------------------------------------------------------------------- closure
     def close(self) -> set[Symbol]:
-        """Draws every conclusion; returns the atoms and terms that have changed since the last time.
+        """Draws all inferences; returns the atoms and terms that have changed since the last call.
 
         Raises:
             ContradictionError: the state contradicts itself.
@@ -165,27 +165,27 @@ class Draft:
 
     # ------------------------------------------------------------------------------------------- world changes
     def drop_entries(self, symbols: set[Symbol]) -> None:
-        """The world changes here: what relates these atoms and terms to others is not known any more."""
+        """Removes the entries about these atoms and terms, since the world changes there."""
         self.exclusive.difference_update(mentioning(self.exclusive, symbols))
         self.some.difference_update(mentioning(self.some, symbols))
         self.conjunctions = {whole for whole in self.conjunctions if not mentions_any(whole, symbols)}
 
     def touch(self, symbols: Iterable[Symbol], remember: Remembered) -> None:
-        """Notes the first change of these, if `initially` asks for them; what is open now stays open about the start."""
+        """Records the first change of symbols that `initially` mentions; their Kw and Kv are kept for the initial state."""
         new = frozenset(s for s in symbols if s not in self.touched and (s in remember or s[0] in remember))
         if new and self.past is not None:
             self.past = replace(self.past, whether=self.past.whether | (self.whether & new))
         self.touched |= new
 
     def forget(self, symbol: Symbol) -> None:
-        """Nothing is known of the atom or term any more."""
+        """Forgets all that is known of the atom or term."""
         self.changed.add(symbol)
         self.known.pop(symbol, None)
         self.excluded.pop(symbol, None)
         self.whether.discard(symbol)
 
     def may_become(self, symbol: Symbol, value: Value) -> None:
-        """The value may have come true: its complement is forgotten, and what is known at run time is outdated."""
+        """Handles a value that may have come true: forgets its complement, and removes Kw or Kv, which is outdated."""
         self.changed.add(symbol)
         self.whether.discard(symbol)
         before = self.known.get(symbol)
@@ -200,7 +200,7 @@ class Draft:
                 self.excluded[symbol] = rest
 
     def may_cease(self, claim: GroundClaim) -> None:
-        """The claim may have stopped to hold: it is forgotten, its complement is not [add and del of Kf]."""
+        """Handles a claim that may have ceased to hold: forgets it, but not its complement [add and del of Kf]."""
         symbol, value, positive = claim
         if not positive:
             self.may_become(symbol, value)

@@ -1,8 +1,8 @@
-"""Walks the proof of one pair and checks every claim of it: boxes that are apart, axes that separate.
+"""Checks every claim in the proof of one pair of bodies: boxes that are apart, axes that separate.
 
-Nothing is searched. A claim is about a stretch of the path and a range of parts of each body; what the body sweeps
-over it lies in the hull of its poses at the ends and at all way points between, grown by the deviation from the chords.
-Poses are in the world, with the last joint that carries both bodies held where it is at the beginning.
+Nothing is searched. A claim is about a piece of the path and a range of convex parts of each body. What a body sweeps
+over this piece lies in the hull of its poses at both ends and at all way points between, enlarged by the deviation from
+the chords. Poses are relative to the world, with the last joint that carries both bodies held in its first pose.
 """
 
 from collections.abc import Callable
@@ -16,11 +16,11 @@ from kabo.arrays import Array
 from kabo.plan import PairProof
 from kabo.verify.certificate.parts import Parts
 from kabo.verify.motion.chord_bounds import deviations, frame_of, reach
-from kabo.verify.motion.sweep import Path, Poses, Thing
+from kabo.verify.motion.sweep import Path, PlacedBody, Poses
 
-ONE = 1 << 20  # positions to a piece of the path
-DEPTH = 200  # halvings inside each other; a proof needs 20 of time and a few of parts
-ROUNDING = 2.0**-53
+POSITIONS_PER_PIECE = 1 << 20  # positions in the path are integers, so many to the piece between two way points
+MAX_HALVINGS = 200  # nested halvings of a claim; a proof needs 20 in time and a few of parts
+UNIT_ROUNDING = 2.0**-53  # the relative rounding error of one operation
 
 
 class Refuted(Exception):
@@ -29,26 +29,26 @@ class Refuted(Exception):
 
 @dataclass
 class Margin:
-    """What is left of the least claim [m], and how many axes were evaluated."""
+    """The least margin of all claims [m], and how many axes were evaluated."""
 
     least: float = np.inf
     axes: int = 0
 
 
 class Frames:
-    """The poses of all joints along a path, each made once."""
+    """The poses of all joints along a path, each computed once."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._known: dict[int, Poses] = {}
 
     def at(self, s: int) -> Poses:
-        """The poses at a position."""
+        """The poses of all joints at a position of the path."""
         if s not in self._known:
-            piece, share = divmod(s, ONE)
+            piece, share = divmod(s, POSITIONS_PER_PIECE)
             q = self.path.configurations[piece]
             if share:
-                q = q + share / ONE * (self.path.configurations[piece + 1] - q)
+                q = q + share / POSITIONS_PER_PIECE * (self.path.configurations[piece + 1] - q)
             self._known[s] = {
                 name: arm.joint_poses(q[self.path.columns[name]].tolist()) for name, arm in self.path.arms.items()
             }
@@ -58,7 +58,7 @@ class Frames:
 class Side:
     """One body of a pair along a path."""
 
-    def __init__(self, frames: Frames, thing: Thing, parts: Parts, robot: str | None, joint: int) -> None:
+    def __init__(self, frames: Frames, thing: PlacedBody, parts: Parts, robot: str | None, joint: int) -> None:
         self.parts, self._frames, self._thing, self._robot, self._joint = parts, frames, thing, robot, joint
         path, mount = frames.path, thing.mount
         radius = 0.0 if mount is None else reach(mount, parts.vertices)
@@ -67,12 +67,12 @@ class Side:
         self._stretches: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._boxes: dict[tuple[int, int], tuple[list[list[float]], list[list[float]], float]] = {}
         joints = 0 if mount is None else len(path.arms[mount.robot].parents)
-        self.rounding = ROUNDING * (
+        self.rounding = UNIT_ROUNDING * (
             8.0 + 2.0 * (8.0 * joints + 4.0)
-        )  # of a point, by its distance from the origin
+        )  # the rounding error of a point, by its distance from the origin
 
     def pose(self, s: int) -> Array:
-        """Where the body is at a position (4, 4)."""
+        """The pose (4, 4) of the body at a position of the path."""
         if s not in self._poses:
             pose = self._thing.pose(self._frames.at(s))
             if self._robot is not None and self._joint > 0:
@@ -82,23 +82,23 @@ class Side:
         return self._poses[s]
 
     def poses(self, s0: int, s1: int) -> tuple[Array, Array]:
-        """Where the body is at both ends and at all way points between: rotations (P, 3, 3), places (P, 3)."""
+        """The body's rotations (P, 3, 3) and translations (P, 3) at both ends and at all way points between."""
         if not self.moves:
             s0 = s1 = 0
         if (s0, s1) not in self._stretches:
-            step = ONE if s1 - s0 >= ONE else max(1, s1 - s0)
+            step = POSITIONS_PER_PIECE if s1 - s0 >= POSITIONS_PER_PIECE else max(1, s1 - s0)
             poses = np.array([self.pose(s) for s in range(s0, s1 + 1, step)])
             self._stretches[s0, s1] = np.ascontiguousarray(poses[:, :3, :3]), poses[:, :3, 3].copy()
         return self._stretches[s0, s1]
 
     def deviation(self, s0: int, s1: int) -> float:
-        """How far its points leave their chords between two positions [m]."""
-        if s1 - s0 < ONE:
-            return float(self.deviations[s0 // ONE]) * ((s1 - s0) / ONE) ** 2
-        return float(self.deviations[s0 // ONE : s1 // ONE].max())
+        """The greatest distance of its points from their chords between two positions [m]."""
+        if s1 - s0 < POSITIONS_PER_PIECE:
+            return float(self.deviations[s0 // POSITIONS_PER_PIECE]) * ((s1 - s0) / POSITIONS_PER_PIECE) ** 2
+        return float(self.deviations[s0 // POSITIONS_PER_PIECE : s1 // POSITIONS_PER_PIECE].max())
 
     def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
-        """The box (lower, upper) around what a range of parts sweeps, and what rounding may add to it."""
+        """The box (lower, upper) around what a range of parts sweeps, and its rounding error."""
         if not self.moves:
             s0 = s1 = 0
         if (s0, s1) not in self._boxes:
@@ -108,7 +108,7 @@ class Side:
         return lower[number], upper[number], self.rounding * 2.0 * far
 
     def _all_boxes(self, s0: int, s1: int) -> tuple[list[list[float]], list[list[float]], float]:
-        """The boxes around what each range of parts sweeps, and how far the farthest of them reaches."""
+        """The boxes around what each range of parts sweeps, and the greatest coordinate among them."""
         (turns, places), (middles, halves) = self.poses(s0, s1), self.parts.boxes
         middle = np.einsum("prc,nc->pnr", turns, middles) + places[:, None]
         half = np.einsum("prc,nc->pnr", np.abs(turns), halves)
@@ -117,34 +117,34 @@ class Side:
         return lower.tolist(), upper.tolist(), float(max(np.abs(lower).max(), np.abs(upper).max()))
 
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[float, float]:
-        """The greatest product with an axis of what a range of parts sweeps, and what rounding may add to it."""
+        """The greatest product of an axis with the points that a range of parts sweeps, and its rounding error."""
         turns, places = self.poses(s0, s1)
         products = self.parts.range(low, high) @ (axis @ turns).T + places @ axis
         far = float(np.abs(places).max()) + self.parts.radius
         return float(products.max()) + self.deviation(s0, s1), self.rounding * far * 2.0
 
 
-SideOf = Callable[[Any, Thing, Parts, str | None, int], Side]
+SideOf = Callable[[Any, PlacedBody, Parts, str | None, int], Side]
 
 
-class Couple:
-    """Two things along a path, as their proof speaks of them."""
+class ProvenPair:
+    """Two bodies along a path, whose claims of staying apart are evaluated."""
 
     def __init__(
         self,
         frames: Frames,
-        first: Thing,
-        second: Thing,
-        parts: Callable[[Thing], Parts],
+        first: PlacedBody,
+        second: PlacedBody,
+        parts: Callable[[PlacedBody], Parts],
         side: "SideOf | None" = None,
     ) -> None:
         robot, joint = frame_of(frames.path, first, second)
-        self.end = (len(frames.path.configurations) - 1) * ONE
+        self.end = (len(frames.path.configurations) - 1) * POSITIONS_PER_PIECE
         made = side or Side
         self.sides = tuple(made(frames, thing, parts(thing), robot, joint) for thing in (first, second))
 
-    def turned(self) -> "Couple":
-        """The same with the second thing first."""
+    def turned(self) -> "ProvenPair":
+        """The same pair with the second body first."""
         other = copy(self)
         other.sides = self.sides[::-1]
         return other
@@ -155,11 +155,11 @@ class Couple:
         return any(side.moves for side in self.sides)
 
     def apart(self) -> float:
-        """How far the boxes around all that both sweep are apart [m]; negative if they overlap."""
+        """The distance between the boxes around all that the two sweep [m]; negative if they overlap."""
         return float(self.box_gap(0, self.end, [side.parts.all for side in self.sides]))
 
     def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]]) -> Any:
-        """How far the boxes over a stretch are apart, less what rounding may hide [m]."""
+        """The distance between the boxes over a piece of the path, less the rounding error [m]."""
         (low, high, a), (other_low, other_high, b) = (
             side.box(s0, s1, *own) for side, own in zip(self.sides, ranges, strict=True)
         )
@@ -168,16 +168,16 @@ class Couple:
         return max(*ahead, *behind) - a - b
 
     def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> Any:
-        """The gap along an axis over a stretch, less what rounding may hide [m]."""
+        """The gap along an axis over a piece of the path, less the rounding error [m]."""
         first, a = self.sides[0].farthest(s0, s1, *ranges[0], -axis)
         second, b = self.sides[1].farthest(s0, s1, *ranges[1], axis)
         return -first - second - a - b
 
     def check(self, proof: PairProof, near: float, finest: int = 1) -> Margin:
-        """What the proof leaves; no stretch of `finest` positions or less may be halved.
+        """The margin of the proof; a piece of `finest` positions or fewer must not be halved.
 
         Raises:
-            Refuted: a claim does not hold; says which.
+            Refuted: a claim does not hold; the text says which.
         """
         margin, axes = Margin(), _Axes(proof)
         ahead = [(0, self.end, [side.parts.all for side in self.sides], 0)]
@@ -185,8 +185,8 @@ class Couple:
             if not ahead:
                 raise Refuted("its walk goes on where nothing is left to prove")
             s0, s1, ranges, depth = ahead.pop()
-            if depth > DEPTH:
-                raise Refuted(f"it is halved more than {DEPTH} times")
+            if depth > MAX_HALVINGS:
+                raise Refuted(f"it is halved more than {MAX_HALVINGS} times")
             if letter in "ae":
                 gap = self.axis_gap(s0, s1, ranges, axes.next(letter))
                 margin.axes += 1
@@ -197,7 +197,9 @@ class Couple:
                 continue
             if not gap > 0.0:
                 what = "boxes overlap" if letter == "b" else f"an axis leaves {float(gap):.3g} m"
-                raise Refuted(f"between {s0 / ONE:.4g} and {s1 / ONE:.4g} of its path {what}")
+                raise Refuted(
+                    f"between {s0 / POSITIONS_PER_PIECE:.4g} and {s1 / POSITIONS_PER_PIECE:.4g} of its path {what}"
+                )
             margin.least = min(margin.least, float(gap))
         if ahead:
             raise Refuted("its walk ends before all is proven")
@@ -210,7 +212,11 @@ def _halves(
     if letter == "t":
         if s1 - s0 <= finest:
             raise Refuted("a stretch is halved that cannot be")
-        middle = (s0 // ONE + s1 // ONE) // 2 * ONE if s1 - s0 > ONE else (s0 + s1) // 2
+        middle = (
+            (s0 // POSITIONS_PER_PIECE + s1 // POSITIONS_PER_PIECE) // 2 * POSITIONS_PER_PIECE
+            if s1 - s0 > POSITIONS_PER_PIECE
+            else (s0 + s1) // 2
+        )
         return [(s0, middle, ranges), (middle, s1, ranges)]
     if letter not in "fs":
         raise Refuted(f"its walk has the letter {letter!r}")
@@ -223,7 +229,7 @@ def _halves(
 
 
 class _Axes:
-    """The axes of a proof in the order of its walk, each of length 1."""
+    """The unit vectors of a proof's axes, in the order in which the proof uses them."""
 
     def __init__(self, proof: PairProof) -> None:
         count = 6 * proof.walk.count("a")

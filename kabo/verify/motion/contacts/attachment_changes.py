@@ -1,4 +1,4 @@
-"""What a motion takes, lets go and puts together: each only as its call may, and as the scene's families say."""
+"""The objects that a motion takes, lets go and joins: only as its call permits, and as the scene's families say."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -8,24 +8,24 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.verify.motion.calls import Call
+from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
 from kabo.verify.motion.contacts.families import check_grasp, check_placement
-from kabo.verify.motion.contacts.holding import Holding
 from kabo.verify.motion.contacts.mating import check_mate, fittings
-from kabo.verify.motion.limits import JOINED
-from kabo.verify.motion.world import World
+from kabo.verify.motion.limits import CONTINUITY_TOLERANCE
+from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.report import Finding
 
 
 @dataclass
-class Taking:
-    """The objects of a node while its segments end one after the other; `holding` changes with them."""
+class AttachmentChanges:
+    """The attachments of a node's objects while its segments end one after the other; `holding` changes with them."""
 
     node: str
     call: Call
-    world: World
-    holding: Holding
-    had: dict[str, set[str]] = field(default_factory=dict)  # robot -> what it has held in this node
-    taken: dict[str, str] = field(default_factory=dict)  # object -> who took it
+    world: SceneModel
+    holding: AttachmentTree
+    had: dict[str, set[str]] = field(default_factory=dict)  # robot -> the objects that it has held in this node
+    taken: dict[str, str] = field(default_factory=dict)  # object -> the robot that took it
     let_go: set[str] = field(default_factory=set)
     mated: set[frozenset[str]] = field(default_factory=set)
 
@@ -36,10 +36,10 @@ class Taking:
                 self.had.setdefault(robot, set()).add(name)
 
     def begin(self, segment: Segment) -> Iterator[Finding]:
-        """A hand does not move while it holds something, but to let it go."""
+        """A finding if a hand moves while it holds something, except to let it go."""
         robot = self.world.scene.robots[segment.robot]
-        moved = np.abs(np.subtract(segment.waypoints, segment.waypoints[0])).max() > JOINED
-        if self.call.law is None or segment.joints != robot.gripper_joints or not moved:
+        moved = np.abs(np.subtract(segment.waypoints, segment.waypoints[0])).max() > CONTINUITY_TOLERANCE
+        if self.call.spec is None or segment.joints != robot.gripper_joints or not moved:
             return
         let_go = {*segment.detach, *(name for name, _ in segment.attach)}
         for name, (parent, _) in self.holding.hung.items():
@@ -48,7 +48,7 @@ class Taking:
                 yield Finding(self.node, text, segment.times[0], (robot.name, name))
 
     def end(self, segment: Segment) -> Iterator[Finding]:
-        """What happens at the end of a segment: first it lets go, then it takes and puts together."""
+        """Updates the attachments at the end of a segment, which first lets go, then takes and joins; yields findings."""
         time, loose = segment.times[-1], []
         for name in segment.detach:
             wrong = list(self._detach(segment, name))
@@ -62,51 +62,53 @@ class Taking:
 
     # ------------------------------------------------------------------------------------------------- letting go
     def _detach(self, segment: Segment, name: str) -> Iterator[Finding]:
-        time, robot, law = segment.times[-1], segment.robot, self.call.law
+        time, robot, spec = segment.times[-1], segment.robot, self.call.spec
         if not self._may_let_go(robot, name):
             yield Finding(self.node, f"{self.call} detaches {name}, which it may not", time, (name,))
         elif self.holding.hung[name][0].partition(".")[0] == robot:
             self.holding.hang(name, "world")
             self.let_go.add(name)
-        elif law is not None and law.takes != "receiver" and not law.mates or name not in self.had.get(robot, ()):
+        elif (
+            spec is not None and spec.takes != "receiver" and not spec.mates or name not in self.had.get(robot, ())
+        ):
             yield Finding(self.node, f"{name} is detached, but not held", time, (name,))
 
     def _may_let_go(self, robot: str, name: str) -> bool:
-        call, law = self.call, self.call.law
+        call, spec = self.call, self.call.spec
         if name not in self.holding.hung:
             return False
-        if law is None:
+        if spec is None:
             return name in call.bodies or name in self.had.get(robot, ())
-        if law.mates:
+        if spec.mates:
             return name in (call.role("object"), call.role("other"))
-        return law.lets_go is not None and name == call.role("object") and robot == call.role(law.lets_go)
+        return spec.lets_go is not None and name == call.role("object") and robot == call.role(spec.lets_go)
 
     def _check_let_go(self, segment: Segment, name: str) -> Iterator[Finding]:
-        """What was let go stands, or is held by somebody else."""
-        call, law, time = self.call, self.call.law, segment.times[-1]
-        if law is None:
+        """A finding unless an object that was let go stands, or is held by another robot."""
+        call, spec, time = self.call, self.call.spec, segment.times[-1]
+        if spec is None:
             return
         yield from self._check_open(segment)
-        if law.places:
+        if spec.places:
             yield from check_placement(self.node, time, call, self.world, self.holding.pose)
         elif self.holding.parent(name) != "world":
             return
-        elif law.mates:
+        elif spec.mates:
             pair = str(call.role("object")), str(call.role("other"))
             yield from check_mate(self.node, time, call, self.world, pair, self.holding.pose)
-        elif law.takes == "receiver":
+        elif spec.takes == "receiver":
             receiver = str(call.role("receiver"))
             if receiver in self.holding.q:
                 q, pose = self.holding.q[receiver], self.holding.pose(name)
                 yield from check_grasp(self.node, time, call, self.world, receiver, name, q, pose)
 
     def _check_open(self, segment: Segment) -> Iterator[Finding]:
-        joint = not_open(self.world, segment.robot, self.holding.q[segment.robot])
+        joint = first_joint_not_open(self.world, segment.robot, self.holding.q[segment.robot])
         if joint is not None:
             text = f"{segment.robot} lets go while {joint} is not open"
             yield Finding(self.node, text, segment.times[-1], (segment.robot,))
 
-    # ------------------------------------------------------------------------------------ taking, putting together
+    # -------------------------------------------------------------------------------------------- taking, joining
     def _take(self, segment: Segment, name: str, link: str) -> Iterator[Finding]:
         time, (robot, _, own), call = segment.times[-1], link.partition("."), self.call
         if not self._may_take(robot, name):
@@ -121,7 +123,7 @@ class Taking:
             return
         if self.holding.holder(name) not in (None, *self._givers(robot)):
             yield Finding(self.node, f"{name} is attached, but held already", time, (name,))
-        if call.law is not None:
+        if call.spec is not None:
             q, pose = self.holding.q[robot], self.holding.pose(name)
             yield from check_grasp(self.node, time, call, self.world, robot, name, q, pose)
         self.holding.hang(name, link)
@@ -129,26 +131,30 @@ class Taking:
         self.had.setdefault(robot, set()).add(name)
 
     def _may_take(self, robot: str, name: str) -> bool:
-        call, law = self.call, self.call.law
+        call, spec = self.call, self.call.spec
         if name not in self.holding.hung or robot not in call.robots:
             return False
-        if law is None:
+        if spec is None:
             return name in call.bodies
-        return law.takes is not None and name == call.role("object") and robot == call.role(law.takes)
+        return spec.takes is not None and name == call.role("object") and robot == call.role(spec.takes)
 
     def _givers(self, robot: str) -> tuple[str, ...]:
-        """From whom a robot may take what that one holds."""
-        law = self.call.law
-        if law is None:
+        """The robots from which a robot may take an object that they hold."""
+        spec = self.call.spec
+        if spec is None:
             return tuple(other for other in self.call.robots if other != robot)
-        return (str(self.call.role("robot")),) if law.takes == "receiver" else ()
+        return (str(self.call.role("robot")),) if spec.takes == "receiver" else ()
 
     def _join(self, time: float, name: str, to: str) -> Iterator[Finding]:
-        call, law, pair = self.call, self.call.law, (name, to)
+        call, spec, pair = self.call, self.call.spec, (name, to)
         hung = self.holding.hung
         known = name in hung and (to in hung or to in self.holding.fixed)
         wanted = (
-            set(call.bodies) if law is None else {call.role("object"), call.role("other")} if law.mates else set()
+            set(call.bodies)
+            if spec is None
+            else {call.role("object"), call.role("other")}
+            if spec.mates
+            else set()
         )
         if not known or not set(pair) <= wanted or name == to:
             yield Finding(self.node, f"{call} attaches {name} to {to}, which it may not", time, pair)
@@ -156,16 +162,16 @@ class Taking:
         if to in hung and self.holding.root(to) == self.holding.root(name):
             yield Finding(self.node, f"{name} and {to} hang together already", time, pair)
             return
-        if law is not None or fittings(call, self.world, *pair):
+        if spec is not None or fittings(call, self.world, *pair):
             yield from check_mate(self.node, time, call, self.world, pair, self.holding.pose)
         self.holding.hang(name, to)
         self.mated.add(frozenset(pair))
 
 
-def not_open(world: World, robot: str, q: Array) -> str | None:
-    """A joint of the robot's gripper that is not where the gripper is open; None: all are."""
+def first_joint_not_open(world: SceneModel, robot: str, q: Array) -> str | None:
+    """The first gripper joint that is not at its open position, or None."""
     gripper, names = world.scene.robots[robot].gripper, world.scene.robots[robot].joint_names
     for joint, value in {} if gripper is None else gripper.open.items():
-        if joint in names and abs(q[names.index(joint)] - value) > JOINED:
+        if joint in names and abs(q[names.index(joint)] - value) > CONTINUITY_TOLERANCE:
             return joint
     return None

@@ -1,4 +1,4 @@
-"""External procedures, asked on the verifier's own: what a plan was made with must still be answered so."""
+"""External procedures, called by the verifier itself: their answers must still be those for which the plan was made."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -10,11 +10,11 @@ from kabo.language.formulas import Argument, Constant, External, GroundCall, Num
 from kabo.language.problem import Answer, Answers, Problem
 from kabo.verify.knowledge.ground import Binding, NotVerifiableError
 
-SEEDS = 16  # of a procedure that takes a seed: one of the first answers counts, as when planning
+MAX_SEEDS = 16  # seeds tried with a procedure that takes one; the first answer counts, as when planning
 
 
-def answering(problem: Problem, functions: Mapping[str, Callable[..., Any]], seed: int) -> Problem:
-    """The problem with functions that answer for its procedures, equal calls asked once."""
+def with_functions(problem: Problem, functions: Mapping[str, Callable[..., Any]], seed: int) -> Problem:
+    """The problem with these functions as its external procedures; equal calls are made once."""
     known: dict[GroundCall, Answer] = {}
 
     def ask(call: GroundCall) -> Answer:
@@ -30,7 +30,7 @@ def answering(problem: Problem, functions: Mapping[str, Callable[..., Any]], see
 def _asked(problem: Problem, function: Callable[..., Any], call: GroundCall, seed: int) -> Answer:
     options = dict(call.options)
     try:
-        seeds = [seed + k for k in range(SEEDS)] if "seed" in inspect.signature(function).parameters else []
+        seeds = [seed + k for k in range(MAX_SEEDS)] if "seed" in inspect.signature(function).parameters else []
     except (TypeError, ValueError):
         seeds = []
     for own in [{"seed": number} for number in seeds] or [{}]:
@@ -40,11 +40,11 @@ def _asked(problem: Problem, function: Callable[..., Any], call: GroundCall, see
     return answer
 
 
-def asker(external: External, problem: Problem) -> Callable[[GroundCall], Answer]:
-    """Asks an external procedure; a test that nobody answers for succeeds, as when planning.
+def asking_function(external: External, problem: Problem) -> Callable[[GroundCall], Answer]:
+    """The function that answers for an external procedure; a test without one succeeds, as when planning.
 
     Raises:
-        NotVerifiableError: nobody answers for its value.
+        NotVerifiableError: the procedure has a value, but no function.
     """
     answers, name = problem.answers, external.procedure
     if answers is None or name not in answers.given:
@@ -55,7 +55,7 @@ def asker(external: External, problem: Problem) -> Callable[[GroundCall], Answer
 
 
 def external_of(call: ProcedureCall | None, problem: Problem) -> ProcedureCall | None:
-    """An action's call, if functions answer for it."""
+    """An action's call, if a function answers for its procedure; else None."""
     return (
         call
         if call is not None and problem.answers is not None and call.procedure in problem.answers.given
@@ -64,7 +64,7 @@ def external_of(call: ProcedureCall | None, problem: Problem) -> ProcedureCall |
 
 
 def succeeds(call: ProcedureCall, problem: Problem, binding: Binding) -> bool:
-    """Whether an action's call succeeds; its arguments are objects, names and numbers."""
+    """Whether an action's call succeeds, by asking the function of its procedure."""
     assert problem.answers is not None
 
     def value(argument: Argument) -> str | float:

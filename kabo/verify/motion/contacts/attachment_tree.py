@@ -1,6 +1,6 @@
-"""What hangs on what: objects on robots, on other objects, or in the world; a group hangs together and moves as one.
+"""Attachments of objects to robots, to other objects, or to the world; a group of attached objects moves as one.
 
-The root of a group is what is held or stands; the others hang on it, directly or through each other.
+The root of a group is the object that is held or stands; the others are attached to it, directly or through each other.
 """
 
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from kabo.verify.motion.surfaces import inverse
 
 
 @dataclass
-class Holding:
-    """Objects by name with what they hang on.
+class AttachmentTree:
+    """The parent of every object.
 
     Attributes:
-        arms: of the scene's robots.
-        fixed: world_T_body of the bodies that never move.
-        q: the configuration of every robot that something hangs on.
+        arms: the scene's robots.
+        fixed: the poses world_T_body of the bodies that never move.
+        q: the configuration of every robot to which something is attached.
         hung: object -> its parent (`world`, `robot.link`, a body) and parent_T_object (4, 4).
     """
 
@@ -29,15 +29,15 @@ class Holding:
     q: dict[str, Array] = field(default_factory=dict)
     hung: dict[str, tuple[str, Array]] = field(default_factory=dict)
 
-    def copy(self) -> "Holding":
-        """One that changes on its own."""
-        return Holding(self.arms, self.fixed, dict(self.q), dict(self.hung))
+    def copy(self) -> "AttachmentTree":
+        """An independent copy."""
+        return AttachmentTree(self.arms, self.fixed, dict(self.q), dict(self.hung))
 
     def root(self, name: str) -> str:
         """The object at the root of an object's group.
 
         Raises:
-            RecursionError: it hangs on itself.
+            RecursionError: the object is attached to itself.
         """
         for _ in range(len(self.hung) + 1):
             parent = self.hung[name][0]
@@ -47,25 +47,25 @@ class Holding:
         raise RecursionError
 
     def parent(self, name: str) -> str:
-        """What the group of an object hangs on: `world`, a body that never moves, or `robot.link`."""
+        """The parent of an object's group: `world`, a body that never moves, or `robot.link`."""
         return self.hung[self.root(name)][0]
 
     def holder(self, name: str) -> str | None:
-        """The robot that carries an object, if one does."""
+        """The robot that carries an object, or None."""
         robot, dot, _ = self.parent(name).partition(".")
         return robot if dot else None
 
     def group(self, name: str) -> list[str]:
-        """All that hangs together with an object, itself too."""
+        """All objects of an object's group, itself included."""
         root = self.root(name)
         return [each for each in self.hung if self.root(each) == root]
 
     def carried(self, robot: str) -> list[str]:
-        """What a robot carries."""
+        """The objects that a robot carries."""
         return [name for name in self.hung if self.holder(name) == robot]
 
     def mount(self, name: str) -> Mount | None:
-        """Where an object hangs on a robot; None: on none."""
+        """The mount of an object on the robot that carries it; None if no robot does."""
         parent, parent_T = self.hung[name]
         if parent in self.hung:
             below = self.mount(parent)
@@ -74,10 +74,10 @@ class Holding:
         return self.arms[robot].mounts[link].carrying(parent_T) if dot else None
 
     def pose(self, name: str) -> Array:
-        """Where an object is now (4, 4), in the world.
+        """The present pose (4, 4) of an object in the world.
 
         Raises:
-            KeyError: its parent is nothing that exists.
+            KeyError: its parent does not exist.
         """
         if name in self.fixed:
             return self.fixed[name]
@@ -96,7 +96,7 @@ class Holding:
         return self.arms[robot].pose(self.q[robot].tolist(), self.arms[robot].mounts[link])
 
     def make_root(self, name: str) -> None:
-        """Hangs the group of an object by that object: nothing moves."""
+        """Makes an object the root of its group; no pose changes."""
         chain = [name]
         while self.hung[chain[-1]][0] in self.hung:
             chain.append(self.hung[chain[-1]][0])
@@ -110,7 +110,7 @@ class Holding:
         self.hung[name] = top, placed[-1]
 
     def hang(self, name: str, parent: str) -> None:
-        """Hangs an object, and with it all of its group, on something else, where it is."""
+        """Attaches an object, and with it its group, to another parent; no pose changes."""
         world_T = self.pose(name)
         self.make_root(name)
         self.hung[name] = parent, inverse(self._frame(parent)) @ world_T

@@ -1,0 +1,30 @@
+"""One stretch of a node's motion: the bodies that move along one path, and those that stand meanwhile."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from kabo.verify.motion.sweep import Path, PlacedBody
+
+
+@dataclass(frozen=True, eq=False)
+class MotionStretch:
+    """A stretch in which the same segments are under way: their numbers, the path, and the moving and standing bodies.
+
+    `permitted` are the pairs whose contact was granted, which may be fewer than the plan claims. If the node begins
+    early, `before` are the segments of the node before it that are also under way; the first `divide` moving bodies are
+    theirs, and only pairs of one of these and another body are checked.
+    """
+
+    node: str
+    segments: tuple[int, ...]
+    path: Path
+    moving: Sequence[PlacedBody]
+    standing: Sequence[PlacedBody]
+    permitted: frozenset[frozenset[str]] = frozenset()
+    before: tuple[int, ...] = ()
+    divide: int = 0
+
+    @property
+    def name(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+        """The name by which a certificate refers to the stretch."""
+        return self.node, self.segments, self.before
