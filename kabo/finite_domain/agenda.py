@@ -27,7 +27,7 @@ class Agenda:
 def agenda(task: FactTask, mutexes: Mutexes, goals: Sequence[tuple[int, ...]]) -> Agenda:
     """The reasonable orders of `goals`; a goal is given as facts of which one must hold."""
     count = len(goals)
-    ways = _ways(task, {f for goal in goals for f in goal})
+    ways = _achievers(task, {f for goal in goals for f in goal})
     undoes = [_undone(task, mutexes, [c for f in goal for c in ways[f]]) for goal in goals]
     later = [
         {b for b in range(count) if b != a and all(undoes[a] >> f & 1 for f in goals[b])} for a in range(count)
@@ -43,7 +43,7 @@ def agenda(task: FactTask, mutexes: Mutexes, goals: Sequence[tuple[int, ...]]) -
     return Agenda(tuple(before))
 
 
-def _ways(task: FactTask, wanted: set[int]) -> dict[int, list[tuple[Condition, ...]]]:
+def _achievers(task: FactTask, wanted: set[int]) -> dict[int, list[tuple[Condition, ...]]]:
     """For each wanted fact the conditions of all its achievers."""
     ways: dict[int, list[tuple[Condition, ...]]] = {f: [] for f in wanted}
     for o in task.operators:

@@ -45,14 +45,14 @@ def build_gates(task: NormalTask, packing: Packing) -> Gates:
         never.append(ALL & ~sum(1 << i for i, tests in enumerate(group) if tests is not None))
         gates = [
             _gate(run, asked, packing)
-            for asked in [_asked(group, task.sizes)]
+            for asked in [_tested_values(group, task.sizes)]
             for run in _runs(sorted(asked), packing)
         ]
         groups.append(sorted(gates, key=lambda g: sum(w.bit_count() for w in g.passing) / len(g.passing)))
     return Gates(groups, never)
 
 
-def _asked(group: Sequence[Tests | None], sizes: Sequence[int]) -> dict[int, list[int]]:
+def _tested_values(group: Sequence[Tests | None], sizes: Sequence[int]) -> dict[int, list[int]]:
     """For each variable that some operator of the group tests, the word of operators that each of its values allows."""
     asked: dict[int, list[int]] = {}
     for i, tests in enumerate(group):

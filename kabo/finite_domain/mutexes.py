@@ -128,7 +128,7 @@ class _Pairs:
         """The time when the rows of these conditions' facts grew last."""
         return max((self.grown[f] for facts in conditions for f in facts), default=self.reached_at)
 
-    def meet(self, made: tuple[int, ...], after: int) -> None:
+    def note_together(self, made: tuple[int, ...], after: int) -> None:
         """Notes that each fact of `made` may be true together with all facts of `after`."""
         for f in made:
             new = after & ~self.rows[f]
@@ -171,13 +171,13 @@ def _do(pairs: _Pairs, o: FactOperator) -> None:
     possible = pairs.with_all(o.needs, pairs.reached)
     if not possible:
         return
-    pairs.meet(o.always, pairs.after(possible, o.always) | _made(pairs, o, possible, None))
+    pairs.note_together(o.always, pairs.after(possible, o.always) | _made(pairs, o, possible, None))
     for group in o.depends:
         for conditions, made in group:
             kept = pairs.with_all(conditions, possible)
             if kept and pairs.with_all(o.needs, kept):
                 set_to = o.always + made
-                pairs.meet(made, pairs.after(kept, set_to) | _made(pairs, o, kept, group))
+                pairs.note_together(made, pairs.after(kept, set_to) | _made(pairs, o, kept, group))
 
 
 def _made(pairs: _Pairs, o: FactOperator, known: int, but: Group | None) -> int:

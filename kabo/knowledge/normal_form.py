@@ -12,7 +12,7 @@ from kabo.knowledge.entries import Entry
 from kabo.knowledge.queries import union
 
 _Members = frozenset[int]  # the bits that say that a member is known to hold
-_Said = tuple[str, _Members]
+_Constraint = tuple[str, _Members]
 
 MAX_REMEMBERED = 50_000  # sets of entries whose form is kept
 
@@ -26,7 +26,7 @@ class NormalForm:
         self._width = width  # bits of a state; bits of forms lie above
         self._denied = {member.holds: member.denied.holds for entry in self._entries for member in entry.members}
         self._denied |= {denied: holds for holds, denied in self._denied.items()}
-        self._bits: dict[_Said, int] = {}
+        self._bits: dict[_Constraint, int] = {}
         self._known: dict[int, int] = {0: 0}
 
     def of(self, state: int) -> int:
@@ -42,10 +42,10 @@ class NormalForm:
         return state ^ own | form
 
     def _form(self, own: int) -> int:
-        said = dict.fromkeys(_without_the_implied(self._pairs(self._said(own)), self._denied))
-        return union(self._bit(each) for each in said)
+        constraints = dict.fromkeys(_without_the_implied(self._pairs(self._constraints(own)), self._denied))
+        return union(self._bit(each) for each in constraints)
 
-    def _said(self, own: int) -> Iterator[_Said]:
+    def _constraints(self, own: int) -> Iterator[_Constraint]:
         """The constraint that each entry of the state puts on the members that are left."""
         for entry in self._entries:
             if own & entry.active:
@@ -53,11 +53,11 @@ class NormalForm:
                 members = frozenset(member.holds for member, out in left if not own & out)
                 yield ("exactly" if entry.exactly else "some"), members
 
-    def _pairs(self, said: Iterable[_Said]) -> list[_Said]:
+    def _pairs(self, constraints: Iterable[_Constraint]) -> list[_Constraint]:
         """Constraints on two complementary members in one spelling: at least one holds, at least one fails, or both."""
-        found = list(dict.fromkeys(said))
+        found = list(dict.fromkeys(constraints))
         some = {members for kind, members in found if kind == "some" and len(members) == 2}
-        result: list[_Said] = []
+        result: list[_Constraint] = []
         for kind, members in found:
             both = kind == "some" and members in some and self._opposite(members) in some
             if len(members) == 2 and (kind == "exactly" or both):
@@ -69,19 +69,19 @@ class NormalForm:
     def _opposite(self, members: _Members) -> _Members:
         return frozenset(self._denied[member] for member in members)
 
-    def _bit(self, said: _Said) -> int:
+    def _bit(self, constraint: _Constraint) -> int:
         """The bit of a constraint, above all bits of states, in the order in which constraints first occur."""
-        if said not in self._bits:
-            self._bits[said] = 1 << (self._width + len(self._bits))
-        return self._bits[said]
+        if constraint not in self._bits:
+            self._bits[constraint] = 1 << (self._width + len(self._bits))
+        return self._bits[constraint]
 
 
-def _without_the_implied(said: Sequence[_Said], denied: dict[int, int]) -> Iterator[_Said]:
+def _without_the_implied(constraints: Sequence[_Constraint], denied: dict[int, int]) -> Iterator[_Constraint]:
     """The constraints without each "at least one of these" that follows from a constraint on some of its members."""
-    some = [members for kind, members in said if kind == "some"]
-    more = [members for kind, members in said if kind != "some"]
-    more += [frozenset(denied[member] for member in members) for kind, members in said if kind == "unequal"]
-    for kind, members in said:
+    some = [members for kind, members in constraints if kind == "some"]
+    more = [members for kind, members in constraints if kind != "some"]
+    more += [frozenset(denied[member] for member in members) for kind, members in constraints if kind == "unequal"]
+    for kind, members in constraints:
         follows = any(part < members for part in some) or any(part <= members for part in more)
         if kind != "some" or not follows:
             yield kind, members

@@ -11,6 +11,12 @@ from kabo.language.spelling import spell as spell
 from kabo.language.spelling import spell_bound as spell_bound
 from kabo.language.spelling import spell_number as spell_number
 from kabo.language.task_description import ProcedureProperty as ProcedureProperty
+from kabo.language.yaml.calls import TRUTH_VALUES as TRUTH_VALUES
 from kabo.language.yaml.loading import load_scene_description as load_scene_description
 from kabo.language.yaml.loading import own_task_files as own_task_files
+from kabo.language.yaml.procedures import TASK_FOLDER as TASK_FOLDER
+from kabo.language.yaml.procedures import TASK_LIBRARY as TASK_LIBRARY
 from kabo.language.yaml.procedures import ProcedureSignatures as ProcedureSignatures
+from kabo.language.yaml.task_file import STAGE_KEYS as STAGE_KEYS
+from kabo.language.yaml.task_file import TASK_KEYS as TASK_KEYS
+from kabo.language.yaml.task_file import find_task as find_task

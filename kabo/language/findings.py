@@ -21,7 +21,7 @@ class Findings:
         self._found: dict[tuple[str, int, int, str], Diagnostic] = {}
         self._sources: dict[str, SourceFile] = {}
         self._suggestions = 0
-        self._last: Place | None = None  # where the end of the list is said
+        self._last: Place | None = None  # of the finding that ends the list
 
     def know(self, source: SourceFile) -> None:
         """Registers a source, so that findings in it can quote its lines."""

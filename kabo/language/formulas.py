@@ -69,7 +69,7 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class External:
-    """An external procedure of the domain asked for its answer: `distance(here, there)`; a pure function."""
+    """A call of an external procedure of the domain, a pure function: `distance(here, there)`."""
 
     procedure: str
     arguments: tuple["Term", ...] = ()

@@ -184,7 +184,7 @@ class Mate:
 
 @dataclass(frozen=True)
 class SceneDescription:
-    """A scene: everything a scene file (and the problem's additions) says."""
+    """A scene: the content of a scene file, with the problem's additions."""
 
     name: str
     epsilon: float

@@ -111,7 +111,7 @@ def read_source(path: Path, name: str, most: int = MAX_BYTES, *, within: Path | 
 
 
 def reason_of(error: OSError | ValueError) -> str:
-    """Why a path cannot be opened; of a null character in it Python says so in words that depend on its version."""
+    """The reason why a path cannot be opened; one wording for null characters, as Python's varies."""
     return (error.strerror or str(error)) if isinstance(error, OSError) else "embedded null byte"
 
 

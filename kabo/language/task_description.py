@@ -121,7 +121,7 @@ class TaskDescription:
 
 @dataclass(frozen=True)
 class ProcedureProperty:
-    """A property of a procedure, that is, of a task; `kind` says what may fill it.
+    """A property of a procedure, that is, of a task; `kind` is the kind of value that it takes.
 
     Things (robot, body, region) are those of a scene; families (grasp, placement, motion_constraint) names that a
     scene gives.

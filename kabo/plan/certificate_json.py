@@ -50,7 +50,9 @@ def certificate_from_json(place: JsonValue) -> Certificate:
     if not given:
         return Certificate(epsilon, segments)
     if len(given) < len(proof_keys):
-        place.wrong(f'"{given[0]}" needs {", ".join(key for key in proof_keys if key not in given)} beside it')
+        place.add_finding(
+            f'"{given[0]}" needs {", ".join(key for key in proof_keys if key not in given)} beside it'
+        )
         return Certificate(epsilon, segments)
     near = fields["near"].number()
     if near <= 0.0:
@@ -78,7 +80,7 @@ def _text(content: bytes) -> str:
 def _node(place: JsonValue) -> str:
     name = place.text()
     if isinstance(place.value, str) and not _ID.fullmatch(name):
-        place.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
+        place.add_finding(f'"{name}" is no node id', "ids are n0, n1, …")
     return name
 
 
@@ -104,22 +106,22 @@ def _bytes(place: JsonValue, multiple: int) -> bytes:
     try:
         content = base64.b64decode(text, validate=True)
     except (binascii.Error, ValueError):
-        place.wrong("this is not base64")
+        place.add_finding("this is not base64")
         return b""
     if len(content) % multiple:
-        place.wrong(f"{len(content)} bytes are no whole number of entries of {multiple} bytes")
+        place.add_finding(f"{len(content)} bytes are no whole number of entries of {multiple} bytes")
         return b""
     return content
 
 
 def _body(name: str, place: JsonValue) -> BodyParts:
     if not _HASH.fullmatch(name):
-        place.wrong(f'"{name}" is no hash', "sha256: and 64 hexadecimal digits")
+        place.add_finding(f'"{name}" is no hash', "sha256: and 64 hexadecimal digits")
     fields = place.fields(("sizes", "vertices"))
     sizes = tuple(entry.index() for entry in fields["sizes"].items(1))
     vertices = _bytes(fields["vertices"], 24)
     if 24 * sum(sizes) != len(vertices):
-        place.wrong(f"{len(vertices) // 24} vertices, but {sum(sizes)} by their sizes")
+        place.add_finding(f"{len(vertices) // 24} vertices, but {sum(sizes)} by their sizes")
     return BodyParts(sizes, vertices)
 
 
@@ -131,7 +133,7 @@ def _stretch(place: JsonValue, things: list[str]) -> StretchProof:
     if "before" not in fields and "cut" not in fields:
         return proof
     if "before" not in fields or "cut" not in fields:
-        place.wrong('"before" and "cut" stand together, or neither does')
+        place.add_finding('"before" and "cut" stand together, or neither does')
         return proof
     before, cut = tuple(entry.index() for entry in fields["before"].items(1)), fields["cut"].index()
     if cut < 1:
@@ -146,12 +148,12 @@ def _pair(place: JsonValue, things: list[str]) -> PairProof:
     first, second, which, walk, axes = entries
     for entry in (first, second):
         if entry.index() >= len(things):
-            entry.wrong(f"there are {len(things)} things")
+            entry.add_finding(f"there are {len(things)} things")
             return PairProof("", "", 0, "b", b"")
     letters = walk.text()
     if not WALK.fullmatch(letters):
         walk.expected("letters of a walk: b, a, e, t, f, s")
     content, least = _bytes(axes, 2), 6 * letters.count("a") + 24 * letters.count("e")
     if len(content) != least:
-        axes.wrong(f"{len(content)} bytes for axes that need {least}")
+        axes.add_finding(f"{len(content)} bytes for axes that need {least}")
     return PairProof(things[first.index()], things[second.index()], which.index(), letters, content)

@@ -24,7 +24,7 @@ class JsonValue:
     def __init__(self, value: Any, path: str, file: str, findings: list[Diagnostic]) -> None:
         self.value, self.path, self.file, self.findings = value, path, file, findings
 
-    def wrong(self, message: str, hint: str | None = None) -> None:
+    def add_finding(self, message: str, hint: str | None = None) -> None:
         """Adds a finding about this value."""
         if len(self.findings) < MAX_FINDINGS:
             self.findings.append(Diagnostic(self.file, 1, 1, f"{self.path}: {message}", hint))
@@ -36,7 +36,7 @@ class JsonValue:
 
     def expected(self, what: str) -> None:
         """Adds the finding that something else was expected here."""
-        self.wrong(f"expected {what}, found {_shown(self.value)}")
+        self.add_finding(f"expected {what}, found {_shown(self.value)}")
 
     # ---------------------------------------------------------------------------------------------- leaves
     def text(self) -> str:
@@ -73,7 +73,7 @@ class JsonValue:
         """This value as one of the allowed words; anything else is a finding."""
         word = self.text()
         if isinstance(self.value, str) and word not in allowed:
-            self.wrong(f'"{word}" is none of {", ".join(allowed)}', did_you_mean(word, allowed))
+            self.add_finding(f'"{word}" is none of {", ".join(allowed)}', did_you_mean(word, allowed))
         return word
 
     # -------------------------------------------------------------------------------------------- containers
@@ -83,9 +83,9 @@ class JsonValue:
             self.expected("a list")
             return []
         if exactly is not None and len(self.value) != exactly:
-            self.wrong(f"expected {exactly} entries, found {len(self.value)}")
+            self.add_finding(f"expected {exactly} entries, found {len(self.value)}")
         elif len(self.value) < least:
-            self.wrong(f"expected at least {least}, found {len(self.value)}")
+            self.add_finding(f"expected at least {least}, found {len(self.value)}")
         return [self.at(i, value) for i, value in enumerate(self.value)]
 
     def mapping(self) -> dict[str, "JsonValue"]:
@@ -100,11 +100,11 @@ class JsonValue:
         found = self.mapping()
         for key in found:
             if key not in required and key not in optional:
-                self.wrong(f'unknown key "{key}"', did_you_mean(key, [*required, *optional]))
+                self.add_finding(f'unknown key "{key}"', did_you_mean(key, [*required, *optional]))
         if isinstance(self.value, dict):
             for key in required:
                 if key not in found:
-                    self.wrong(f'"{key}" is missing')
+                    self.add_finding(f'"{key}" is missing')
         return _Fields(self, found)
 
 

@@ -56,14 +56,14 @@ def _plan(place: JsonValue) -> Plan:
         ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps")
     )
     if "format" in fields and fields["format"].value != FORMAT:
-        fields["format"].wrong(f'expected "{FORMAT}"', "this file is of another version, or no plan")
+        fields["format"].add_finding(f'expected "{FORMAT}"', "this file is of another version, or no plan")
     problem = fields["problem"].fields(("name", "files"))
     nodes = fields["nodes"].mapping()
     if not nodes and isinstance(fields["nodes"].value, dict):
-        fields["nodes"].wrong("a plan has at least one node")
+        fields["nodes"].add_finding("a plan has at least one node")
     for name, node in nodes.items():
         if not _ID.fullmatch(name):
-            node.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
+            node.add_finding(f'"{name}" is no node id', "ids are n0, n1, …")
     return Plan(
         problem=problem["name"].text(),
         files={name: _hash(value) for name, value in problem["files"].mapping().items()},
@@ -78,21 +78,21 @@ def _plan(place: JsonValue) -> Plan:
 
 def _gaps(fields) -> tuple[str, ...]:  # type: ignore[no-untyped-def]
     if "certificate" in fields:
-        fields["certificate_gaps"].wrong("a plan with gaps has no certificate")
+        fields["certificate_gaps"].add_finding("a plan with gaps has no certificate")
     return tuple(entry.text() for entry in fields["certificate_gaps"].items(1))
 
 
 def _id(place: JsonValue) -> str:
     name = place.text()
     if isinstance(place.value, str) and not _ID.fullmatch(name):
-        place.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
+        place.add_finding(f'"{name}" is no node id', "ids are n0, n1, …")
     return name
 
 
 def _hash(place: JsonValue) -> str:
     text = place.text()
     if isinstance(place.value, str) and not _HASH.fullmatch(text):
-        place.wrong(f'"{text}" is no hash', "sha256: and 64 hexadecimal digits")
+        place.add_finding(f'"{text}" is no hash', "sha256: and 64 hexadecimal digits")
     return text
 
 
@@ -115,7 +115,7 @@ def _option(option: Option, place: JsonValue) -> str | float | int | None:
 def _node(place: JsonValue) -> Node:
     found = place.mapping()
     if "kind" not in found:
-        place.wrong('"kind" is missing')
+        place.add_finding('"kind" is missing')
         return Node("goal")
     kind = found["kind"].one_of("action", "sense", "branch", "goal")
     if kind == "goal":
@@ -151,16 +151,16 @@ def _acting(fields) -> dict:  # type: ignore[no-untyped-def, type-arg]
 def _overlap(fields) -> float:  # type: ignore[no-untyped-def]
     value: float = fields["overlap"].number()
     if value <= 0.0:
-        fields["overlap"].wrong("an overlap is a span of time above 0")
+        fields["overlap"].add_finding("an overlap is a span of time above 0")
     if "motion" not in fields:
-        fields["overlap"].wrong("nothing moves: there is nothing to overlap")
+        fields["overlap"].add_finding("nothing moves: there is nothing to overlap")
     return value
 
 
 def _branches(place: JsonValue) -> dict[str, str]:
     branches = place.mapping()
     if not branches and isinstance(place.value, dict):
-        place.wrong("a node that branches has at least one branch")
+        place.add_finding("a node that branches has at least one branch")
     return {outcome: _id(value) for outcome, value in branches.items()}
 
 
@@ -176,10 +176,10 @@ def _segment(place: JsonValue) -> Segment:
     rows = fields["waypoints"].items(2)
     times = fields["times"].items(2)
     if len(rows) != len(times):
-        fields["times"].wrong(f"{len(times)} times for {len(rows)} way points")
+        fields["times"].add_finding(f"{len(times)} times for {len(rows)} way points")
     for time in times:
         if time.number() < 0:
-            time.wrong("a time is never negative")
+            time.add_finding("a time is never negative")
     attached = [entry.fields(("object", "to")) for entry in fields["attach"].items()]
     return Segment(
         robot=fields["robot"].text(),
@@ -210,7 +210,7 @@ def _pair(place: JsonValue) -> tuple[str, str]:
 def _state(place: JsonValue, required: tuple[str, ...]) -> StateChange:
     fields = place.fields(required, ("robots", "objects"))
     if not required and isinstance(place.value, dict) and not place.value:
-        place.wrong("nothing changes: leave the key out")
+        place.add_finding("nothing changes: leave the key out")
     robots = fields["robots"].mapping() if "robots" in fields else {}
     objects = fields["objects"].mapping() if "objects" in fields else {}
     return StateChange(
@@ -230,7 +230,7 @@ def _pose(place: JsonValue) -> ObjectPose:
     if len(position) != 3 or len(quaternion) != 4:
         return ObjectPose("world", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     if abs(sum(value * value for value in quaternion) - 1.0) > 1e-6:
-        fields["quaternion"].wrong("a quaternion (x, y, z, w) has length 1")
+        fields["quaternion"].add_finding("a quaternion (x, y, z, w) has length 1")
     x, y, z = position
     qx, qy, qz, qw = quaternion
     return ObjectPose(fields["parent"].text(), (x, y, z), (qx, qy, qz, qw))

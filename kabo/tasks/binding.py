@@ -10,9 +10,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from kabo.language import TASK_FOLDER, TASK_LIBRARY, TRUTH_VALUES
 from kabo.language.formulas import GroundCall
-from kabo.language.yaml.calls import TRUTH
-from kabo.language.yaml.procedures import FOLDER, LIBRARY
 from kabo.scene import Scene
 from kabo.tasks.core import Generator, InitialisationError
 from kabo.tasks.core.model.stages import Connector
@@ -26,7 +25,7 @@ _PREPOSITIONS = ("robot", "body", "region")
 @lru_cache(maxsize=64)
 def library_task(name: str) -> TaskFile:
     """A task file of the library, cached; task files beside a domain are read again for each problem."""
-    return load_task_file(LIBRARY / f"{name}.yaml")
+    return load_task_file(TASK_LIBRARY / f"{name}.yaml")
 
 
 @dataclass(frozen=True)
@@ -139,7 +138,7 @@ class Bindings:
 
     def _file(self, name: str) -> TaskFile:
         if name not in self._files:
-            own = None if self._folder is None else self._folder / FOLDER / f"{name}.yaml"
+            own = None if self._folder is None else self._folder / TASK_FOLDER / f"{name}.yaml"
             self._files[name] = library_task(name) if own is None or not own.exists() else load_task_file(own)
         return self._files[name]
 
@@ -156,7 +155,7 @@ class Bindings:
 
 def _argument(value: str | float, kind: str | None) -> Any:
     """The value of an argument, of the type that the task declares."""
-    if kind in ("boolean", "any") and value in TRUTH:
+    if kind in ("boolean", "any") and value in TRUTH_VALUES:
         return value == "true"
     return value if kind in ("number", "any") else str(value)
 

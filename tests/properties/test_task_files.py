@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from kabo.errors import Diagnostic, InputError
 from kabo.language.findings import Findings
 from kabo.language.source import SourceFile
-from kabo.language.yaml.procedures import LIBRARY
+from kabo.language.yaml.procedures import TASK_LIBRARY
 from kabo.language.yaml.task_file import read_task_text
 from kabo.tasks.files import TaskFile, task_to_yaml
 from kabo.tasks.files.checking import check_task
@@ -20,7 +20,7 @@ from kabo.tasks.files.report_form import read_report
 SCALE = float(os.environ.get("KABO_PROPERTY_SCALE", "1"))
 REPOSITORY = Path(__file__).parents[2]
 FILES = sorted(
-    [*LIBRARY.glob("*.yaml"), *REPOSITORY.glob("examples/*/task.yaml"), *REPOSITORY.glob("domains/*/tasks/*")]
+    [*TASK_LIBRARY.glob("*.yaml"), *REPOSITORY.glob("examples/*/task.yaml"), *REPOSITORY.glob("domains/*/tasks/*")]
 )
 for own in REPOSITORY.glob("examples/*/stages.py"):  # they register what these task files name
     runpy.run_path(str(own))

@@ -20,7 +20,7 @@ from kabo.scene import Mesh, Robot, link_poses
 from kabo.scene.urdf import load_robot
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import surface
-from kabo.verify.motion.sweep import Path, PlacedBody, open_intervals
+from kabo.verify.motion.sweep import Path, SweptBody, open_intervals
 
 SAMPLES = 60
 EXAMPLES = settings(max_examples=max(20, round(300 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1")))))
@@ -100,14 +100,14 @@ def test_what_is_proven_free_is_free_wherever_one_looks(motion, boxes):
     arm = Arm(robot)
     path = Path(arm, rows, np.arange(len(rows), dtype=float))
     name = f"l{len(robot.links) - 1}"
-    last = PlacedBody(f"r.{name}", surface(robot.links[name].mesh), mount=arm.mounts[name])
+    last = SweptBody(f"r.{name}", surface(robot.links[name].mesh), mount=arm.mounts[name])
     things, shapes = [], []
     middle = link_poses(robot, (rows[0] + rows[1]) / 2)[name][:3, 3]
     for place, size in boxes:
         world_T = np.eye(4)
         world_T[:3, 3] = middle + place
         shapes.append(trimesh.creation.box(size, transform=world_T))
-        things.append(PlacedBody(f"box_{len(things)}", surface(mesh(trimesh.creation.box(size))), world_T))
+        things.append(SweptBody(f"box_{len(things)}", surface(mesh(trimesh.creation.box(size))), world_T))
     _, left = open_intervals(path, [(last, thing) for thing in things])
     proofs = {pair.second.name: pair.advance(stretches) for pair, stretches in left}
     own = trimesh.Trimesh(robot.links[name].mesh.vertices, robot.links[name].mesh.faces, process=False)
@@ -130,7 +130,7 @@ def test_no_point_moves_farther_than_its_bound(motion):
     for name, link in robot.links.items():
         if link.mesh is None:
             continue
-        thing = PlacedBody(name, surface(link.mesh), mount=arm.mounts[name])
+        thing = SweptBody(name, surface(link.mesh), mount=arm.mounts[name])
         bound = arm.reach(arm.mounts[name].joint, thing.lever, arm.chains[arm.mounts[name].joint])
         turning = arm.turning(arm.mounts[name].joint)
         before = None

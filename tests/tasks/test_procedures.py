@@ -9,7 +9,7 @@ import pytest
 from kabo.errors import InputError
 from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.language.yaml.procedures import LIBRARY
+from kabo.language.yaml.procedures import TASK_LIBRARY
 from kabo.scene import link_poses, world_T
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -185,7 +185,7 @@ def test_nothing_is_asked_of_a_robot_that_does_not_hold_the_object(server: Serve
 
 def test_what_is_found_on_both_sides_but_never_fits_is_said_to_be_so(server: Servers, tmp_path: Path) -> None:
     """Without the permission, carrying ends in a scene other than the one in which the bottle is put down."""
-    text = (LIBRARY / "place.yaml").read_text()
+    text = (TASK_LIBRARY / "place.yaml").read_text()
     allow = text[text.index("      - name: allow support") : text.index("      - name: lower")]
     (tmp_path / "tasks").mkdir()
     (tmp_path / "tasks" / "place.yaml").write_text(text.replace(allow, ""))

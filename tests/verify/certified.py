@@ -26,7 +26,7 @@ from kabo.verify.certificate.parts import Parts
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import Surface, surface
 from kabo.verify.motion.sweep import Path as Course
-from kabo.verify.motion.sweep import PlacedBody
+from kabo.verify.motion.sweep import SweptBody
 from tests.support.small_robots import write_arm
 from tests.verify.counter import Counter
 
@@ -101,19 +101,19 @@ class Scenery:
         parts = ordered(which.enclosure).vertices
         return BodyParts(tuple(map(len, parts)), np.concatenate(parts).tobytes())
 
-    def things(self) -> list[PlacedBody]:
+    def things(self) -> list[SweptBody]:
         robot, arm = small_robot()
         zero = np.zeros(robot.tree.size)
         result = []
         for name, each in (("first", self.first), ("second", self.second)):
             own: Surface = surface(each.mesh)
             if each.joint == 0:
-                result.append(PlacedBody(name, own, world_T=each.joint_T))
+                result.append(SweptBody(name, own, world_T=each.joint_T))
             else:
                 link = next(link for link in robot.links.values() if link.joint == each.joint)
                 joint_T_joint = np.linalg.inv(link.joint_T_link) @ each.joint_T
                 mount = arm.mounts[link.name]
-                result.append(PlacedBody(name, own, mount=mount.carrying(joint_T_joint)))
+                result.append(SweptBody(name, own, mount=mount.carrying(joint_T_joint)))
                 here = arm.pose(zero.tolist(), mount.carrying(joint_T_joint))
                 assert np.allclose(here, joint_pose(robot, zero, each.joint) @ each.joint_T, atol=1e-12)
         return result

@@ -79,7 +79,7 @@ def _plan(layout, rows, reached, row, plans, plan_facts, progress, table, scratc
 
 @lean_kernel  # i8 -> i8
 def _first_word(f):
-    """Where the row of fact f begins: it has a bit for every fact up to f."""
+    """The index of the first word of fact f's row, which has a bit for every fact up to f."""
     whole = f >> 6
     return 32 * whole * (whole + 1) + (f & 63) * (whole + 1)
 

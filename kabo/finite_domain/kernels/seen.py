@@ -15,7 +15,7 @@ ROW = np.uint64(0xFFFFFFFF)
 
 @lean_kernel  # u8, i8 -> i8
 def place(mixed, size):
-    """Where a state with this hash belongs in a table of `size` places, a power of two."""
+    """The place of a state with this hash in a table of `size` places, a power of two."""
     return np.int64((mixed >> np.uint64(32)) * np.uint64(size) >> np.uint64(32))
 
 

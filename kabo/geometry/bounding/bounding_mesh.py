@@ -74,12 +74,10 @@ class BoundingMesh:
     vertices: Array  # (V, 3) [m]
     faces: Integers  # (F, 3)
     side: Side
-    epsilon: float  # what was asked for [m]
+    epsilon: float  # as given [m]
     hausdorff_upper_bound: float  # of both directions [m]
     contractions: int
-    contraction_seconds: (
-        float  # of the contractions with their proofs; checking the input and the result not counted
-    )
+    contraction_seconds: float  # of contractions with their proofs, without checks of input and result
     seconds: float  # of everything
     counts: dict[str, int]  # of contractions, and of rejections by their reason
     one_sided: Literal[True] = True

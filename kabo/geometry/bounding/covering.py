@@ -69,7 +69,7 @@ class Growth:
         members, hull = [seed], ConvexHull(self.points[seed])
         compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
         refused = np.zeros(len(self.points), bool)
-        known: dict[int, float] = {}  # how much of what a cell would add is in vain
+        known: dict[int, float] = {}  # the empty volume that each cell would add
         while True:
             refused[members] = True
             touching = np.logical_or.reduce(self._touching[members], axis=0)

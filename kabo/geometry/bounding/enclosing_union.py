@@ -101,8 +101,8 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, c
         large = corners is not None and members in parts and len(parts[members]) > corners
         if members not in parts or (large and len(members) == 1):
             parts.pop(members, None)
-            for atom, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners, voids):
-                cells.append(atom)
+            for hulled, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners, voids):
+                cells.append(hulled)
                 name = (len(cells) - 1,)
                 parts[name], needed[name] = part, set(name)
             del needed[members]
@@ -228,10 +228,10 @@ def _cost(members: Members, made: dict[Members, Array | None], typical: float, c
 
 
 def _in_smaller_cells(
-    solid: Solid, atom: HulledCell, epsilon: float, corners: int | None, voids: Voids
+    solid: Solid, hulled: HulledCell, epsilon: float, corners: int | None, voids: Voids
 ) -> list[tuple[HulledCell, Array]]:
     """The smaller cells, with parts, into which a cell without a part is cut."""
-    work, found = [(atom, 0)], []
+    work, found = [(hulled, 0)], []
     while work:
         current, depth = work.pop()
         part = enclosing_part(solid, current.points, epsilon, voids)

@@ -81,14 +81,14 @@ def split_solid(
     work = [_whole(solid, sight)] if begun is None else list(begun)
     found: list[HulledCell] = []
     while work:
-        atom = work.pop()
-        near, far = near_or_witness(solid, atom.points, limit, PROOF_TETRAHEDRA)
+        hulled = work.pop()
+        near, far = near_or_witness(solid, hulled.points, limit, PROOF_TETRAHEDRA)
         if near is not False:
-            found.append(atom)
+            found.append(hulled)
             continue
         if len(found) + len(work) >= most:
             raise TooManyCells(f"{most}")
-        work += cut_in_two(solid, atom, sight, far)
+        work += cut_in_two(solid, hulled, sight, far)
     return found
 
 
@@ -99,19 +99,19 @@ def _whole(solid: Solid, sight: float) -> HulledCell:
     )
 
 
-def cut_in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
+def cut_in_two(solid: Solid, hulled: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
     """Both parts of a cell that is cut by the best plane.
 
     Args:
         limit: how far lines of sight may leave the solid [m].
         far: a point (3,) of the cell's hull that is farther from the solid; None: the cell is halved.
     """
-    plane = _middle(atom.points) if far is None else _best_plane(solid, atom, limit, far)
+    plane = _middle(hulled.points) if far is None else _best_plane(solid, hulled, limit, far)
     normal, offset = plane[:3], float(plane[3])
-    above = atom.concave.middles @ normal >= offset
+    above = hulled.concave.middles @ normal >= offset
     return [
-        HulledCell(solid_points(half.points, FLAT_THICKNESS_SHARE * limit), half, atom.concave.within(side))
-        for half, side in zip(cut(atom.cell, normal, offset), (~above, above), strict=True)
+        HulledCell(solid_points(half.points, FLAT_THICKNESS_SHARE * limit), half, hulled.concave.within(side))
+        for half, side in zip(cut(hulled.cell, normal, offset), (~above, above), strict=True)
         if len(half.segments)
     ]
 
@@ -143,16 +143,16 @@ def _middle(points: Array) -> Array:
     return plane
 
 
-def _best_plane(solid: Solid, atom: HulledCell, limit: float, far: Array) -> Array:
+def _best_plane(solid: Solid, hulled: HulledCell, limit: float, far: Array) -> Array:
     """The plane (4,) that separates many blocked pairs and few others."""
-    points = atom.points
-    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHT_POINTS)
+    points = hulled.points
+    sights = _spread(np.unique(np.vstack([points, hulled.cell.points]), axis=0), SIGHT_POINTS)
     blocked = _blocked(solid, sights, limit)
-    planes = np.vstack([_across(points), _along(atom.concave)])
+    planes = np.vstack([_across(points), _along(hulled.concave)])
     if not blocked.any():  # too coarse a look
         sights = np.ascontiguousarray(np.vstack([sights, _seen_from(solid, points, far)]))
         blocked = _blocked(solid, sights, SIGHT_SHARE * limit)
-        planes = np.vstack([planes, _through(planes[:, :3], far), _along(atom.concave.nearest(far))])
+        planes = np.vstack([planes, _through(planes[:, :3], far), _along(hulled.concave.nearest(far))])
     above = (sights @ planes[:, :3].T >= planes[:, 3]).astype(float)
     heights = points @ planes[:, :3].T - planes[:, 3]
     thickness = np.minimum(-heights.min(axis=0), heights.max(axis=0))

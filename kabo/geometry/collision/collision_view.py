@@ -47,7 +47,7 @@ class CollisionChecker(Protocol):
 
     @property
     def counters(self) -> Counters:
-        """How often it was asked so far."""
+        """How many checks were made so far."""
 
 
 class CollisionView:

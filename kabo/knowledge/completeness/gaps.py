@@ -126,7 +126,7 @@ class _Gaps:
                 (self.acting if self._matters(instance) else still).append(instance)
             waiting = still
             for instance in self.acting:
-                self.relevant |= self._asked(instance)
+                self.relevant |= self._read_groups(instance)
 
     def _matters(self, instance: ActionInstance) -> bool:
         return instance.call is not None or bool(self._brought_about(instance) & self.relevant)
@@ -144,7 +144,7 @@ class _Gaps:
             found |= group
         return found
 
-    def _asked(self, instance: ActionInstance) -> int:
+    def _read_groups(self, instance: ActionInstance) -> int:
         """The groups that decide whether the action is applicable and which relevant effects it has."""
         beliefs = self.beliefs
         names = beliefs.names(beliefs.conditions_of(instance).reads)

@@ -40,8 +40,8 @@ class ActionInstance(NamedTuple):
     worlds: tuple[WorldUpdate, ...] = ()
 
 
-class ActionSchema:
-    """One action schema, and the parts of it that have been compiled so far."""
+class SchemaGrounder:
+    """Grounds one action schema; keeps the parts of it that have been compiled so far."""
 
     def __init__(self, compiler: Compiler, statics: StaticFacts, action: Action) -> None:
         self.compiler, self.statics, self.declared = compiler, statics, action
@@ -145,7 +145,7 @@ def action_instances(compiler: Compiler, problem: Problem) -> Iterator[ActionIns
     """The instances of all action schemas of a problem, in the order of the file."""
     statics = StaticFacts(compiler)
     for action in problem.domain.actions.values():
-        yield from ActionSchema(compiler, statics, action).instances()
+        yield from SchemaGrounder(compiler, statics, action).instances()
 
 
 def _common(objects: Mapping[str, int], allowed: Sequence[Mapping[str, None]]) -> Iterable[str]:

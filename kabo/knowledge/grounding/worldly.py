@@ -85,7 +85,7 @@ def compile_world_effects(
         yield from _known_outcome(cause, claim, pairs)
         yield from _forgotten(cause, claim)
         others = _Others(cause, claim, pairs, updates)
-        if others.quiet(claim.group.mask, along=claim) != TRUE:
+        if others.untouched_except(claim.group.mask, along=claim) != TRUE:
             compiler.asked |= cause.reads  # more knowledge of it may lead to a contradiction
         if cause.claims:
             yield from _postdiction(compiler, cause, claim, others)
@@ -105,7 +105,7 @@ class _Others:
         self._worlds = [(claim, c.known, c.possible) for c, claim in claimed]
         self._rivals = [(claim, c.known, c.possible) for c, claim in claimed if c is not cause or claim != own]
 
-    def quiet(self, group: int, along: Claim | None = None) -> Query:
+    def untouched_except(self, group: int, along: Claim | None = None) -> Query:
         """The query that no other effect touches the group, except world effects that make the claim `along` true."""
         touching = [condition for touch, condition in self._updates if touch & group]
         for claim, known, possible in self._rivals:
@@ -113,7 +113,7 @@ class _Others:
                 touching += [known, possible]
         return conjunction(negation(condition) for condition in touching)
 
-    def still(self, group: int) -> Query:
+    def untouched(self, group: int) -> Query:
         """The query that no effect of the action touches the group."""
         touching = [condition for touch, condition in self._updates if touch & group]
         for claim, known, possible in self._worlds:
@@ -168,7 +168,7 @@ def _postdiction(compiler: Compiler, cause: _Cause, claim: Claim, others: _Other
     """
     assert cause.claims is not None
     open_ = conjunction([cause.possible, negation(AllOf(claim.holds, claim.holds))])
-    stills = {c.holds: others.still(c.group.mask) for c in cause.claims}
+    stills = {c.holds: others.untouched(c.group.mask) for c in cause.claims}
     moving = [c for c in cause.claims if stills[c.holds] != TRUE]
     all_still = conjunction(stills.values())
     yield from _entries(compiler, conjunction([open_, all_still]), claim, cause.claims, others)
@@ -183,8 +183,8 @@ def _entries(
 ) -> Iterator[Update]:
     """The entries that bind the outcome to these parts of its cause, if no other effect makes or prevents it."""
     group = claim.group.mask
-    sufficient = conjunction([condition, others.quiet(group, along=claim)])
-    necessary = conjunction([condition, others.quiet(group), AllOf(claim.fails, claim.fails)])
+    sufficient = conjunction([condition, others.untouched_except(group, along=claim)])
+    necessary = conjunction([condition, others.untouched_except(group), AllOf(claim.fails, claim.fails)])
     denials = [c.denied for c in causes]
     if len(denials) == 1:
         if necessary != FALSE:

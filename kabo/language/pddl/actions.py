@@ -29,7 +29,7 @@ _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":e
 
 
 @dataclass
-class ActionSchema:
+class PddlAction:
     """An action of a PDDL file, read but not yet built."""
 
     name: str  # kabo's
@@ -41,12 +41,12 @@ class ActionSchema:
     place: f.Place | None = None
 
 
-def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> ActionSchema:
+def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> PddlAction:
     """The parts of `(:action name …)`; what is wrong is reported and left out."""
     parts = _parts_of(document, form)
     shown = form.items[1].text if isinstance(form.items[1], Token) else name
     where = f'in action "{shown}"'
-    schema = ActionSchema(name, resolver_of(document, vocabulary, where), place=document.place(form.items[1]))
+    schema = PddlAction(name, resolver_of(document, vocabulary, where), place=document.place(form.items[1]))
     parameters = parts.get(":parameters")
     if isinstance(parameters, Form):
         bound = read_variables(schema.resolver, parameters.items, split=False)[0]
@@ -149,7 +149,7 @@ class Surmise:
         return not self.unknown & symbols(tree)
 
 
-def build_action(schema: ActionSchema, surmise: Surmise) -> Action:
+def build_action(schema: PddlAction, surmise: Surmise) -> Action:
     """The action in kabo's form; what kabo cannot express is reported."""
     here, vocabulary = schema.resolver, surmise.vocabulary
     sorts: Mapping[str, str] = vocabulary.types_of_objects()

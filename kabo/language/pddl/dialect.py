@@ -19,7 +19,7 @@ class PddlDialect(Dialect):
     """The dialect of PDDL: objects, variables and predicates have namespaces of their own."""
 
     def unknown_term(self, here: NameResolver, node: Expression) -> None:
-        """An unknown variable, object or function."""
+        """Reports an unknown variable, object or function."""
         vocabulary, word = here.vocabulary, node.text
         if node.kind != "call":
             if word.startswith("?"):
@@ -34,14 +34,14 @@ class PddlDialect(Dialect):
             here.report(node, f'unexpected "{here.quote(node)}" {here.where}')
 
     def no_value(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
-        """A predicate with its arguments; its name alone is an unknown object."""
+        """Reports a predicate in the place of a term; its name alone is an unknown object."""
         if node.kind != "call":
             self.unknown_term(here, node)
         else:
             super().no_value(here, node, symbol)
 
     def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """A function, an unknown predicate, or no word at all."""
+        """Reports a function, an unknown predicate or what is no word in the place of an atom."""
         if symbol is not None:
             message = f'"{node.text}" is a function, not a predicate'
             here.report(node, message, f"compare it: (= ({node.text} …) …)")
@@ -53,7 +53,7 @@ class PddlDialect(Dialect):
             here.report(node, f'unexpected "{what}" {here.where}, expected "(predicate …)"')
 
     def wrong_count(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
-        """The number of arguments; each of them is checked as well."""
+        """Reports a wrong number of arguments; checks each of them as well."""
         if node.kind != "call":
             self.unknown_term(here, node)
             return
@@ -62,7 +62,7 @@ class PddlDialect(Dialect):
         super().wrong_count(here, node, symbol)
 
     def operand_fault(self, operator: str, count: int) -> str | None:
-        """Sums and products take several operands, a difference may be a negation."""
+        """The fault of a number of operands: sums and products take several, a difference may be a negation."""
         most = _MOST_OPERANDS if operator in "+*" else 2
         if 1 <= count <= most and (count > 1 or operator == "-"):
             return None
@@ -70,7 +70,7 @@ class PddlDialect(Dialect):
         return f'"{operator}" takes {permitted} operands here, not {count}'
 
     def size_fault(self, term: f.Term) -> str | None:
-        """The number of operators: each level may have many operands."""
+        """The fault of a term with too many operators: each level may have many operands."""
         if sum(isinstance(node, f.Arithmetic) for node in nodes(term)) > _MOST_OPERATORS:
             return f"a term has at most {_MOST_OPERATORS} operators"
         return None

@@ -38,7 +38,7 @@ class Initial:
 
 
 def read_initial(here: NameResolver, section: Form | None) -> Initial:
-    """What `(:init …)` says: a plain list, or one `(and …)`."""
+    """The initial state of `(:init …)`, which holds a plain list, or one `(and …)`."""
     initial = Initial()
     members: list[f.Literal] = []
     for node in [] if section is None else section.rest:
@@ -191,7 +191,7 @@ class _TooMany(Exception):
 
 
 class _NoClause(Exception):
-    """Something that is no disjunction of ground literals; says what."""
+    """Raised for what is no disjunction of ground literals; carries its name."""
 
 
 def _clauses(formula: f.Formula) -> list[tuple[f.Literal, ...]]:

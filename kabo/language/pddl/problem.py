@@ -6,7 +6,7 @@ from kabo.language import formulas as f
 from kabo.language.definitions import Definition
 from kabo.language.findings import Findings
 from kabo.language.names import Names
-from kabo.language.pddl.actions import ActionSchema, Surmise, build_action, read_action
+from kabo.language.pddl.actions import PddlAction, Surmise, build_action, read_action
 from kabo.language.pddl.conditions import read_condition
 from kabo.language.pddl.declarations import read_functions, read_objects, read_predicates, read_types
 from kabo.language.pddl.dialect import resolver_of
@@ -91,7 +91,7 @@ def _required(problem: PddlDefinition, keyword: str) -> Form | None:
     return section
 
 
-def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[ActionSchema]:
+def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[PddlAction]:
     names, seen, schemas = Names(), set(), []
     for form in domain.actions:
         word = form.items[1]
@@ -104,9 +104,7 @@ def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[ActionSchem
     return schemas
 
 
-def _build(
-    vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[ActionSchema], surmise: Surmise
-) -> Domain:
+def _build(vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[PddlAction], surmise: Surmise) -> Domain:
     actions = {schema.name: build_action(schema, surmise) for schema in schemas}
     mentioned = {node.name for node in nodes(tuple(actions.values())) if isinstance(node, f.Constant)}
     constants = {}
@@ -131,7 +129,7 @@ def _position(place: f.Place) -> tuple[int, int]:
     return place.line, place.column
 
 
-def may_be_unknown(schemas: Iterable[ActionSchema], from_start: set[str]) -> frozenset[str]:
+def may_be_unknown(schemas: Iterable[PddlAction], from_start: set[str]) -> frozenset[str]:
     """The predicates and functions of which something may be unknown: at the start, or made so by an effect.
 
     An effect makes its outcome unknown if its condition is about what may be.
@@ -188,7 +186,7 @@ def _cost(here: NameResolver, section: Form | None) -> str | None:
     return None
 
 
-def _asks_for(symbol: str, schemas: Iterable[ActionSchema], goal: tuple[f.Formula, ...]) -> bool:
+def _asks_for(symbol: str, schemas: Iterable[PddlAction], goal: tuple[f.Formula, ...]) -> bool:
     """Whether a condition or another function's value reads the symbol."""
     if symbol in symbols(goal):
         return True
@@ -202,7 +200,7 @@ def _asks_for(symbol: str, schemas: Iterable[ActionSchema], goal: tuple[f.Formul
 
 # ---------------------------------------------------------------------------------------------------------- checks
 def _warn_of_disjunctions(
-    here: NameResolver, schemas: Iterable[ActionSchema], goal: tuple[f.Formula, ...], surmise: Surmise
+    here: NameResolver, schemas: Iterable[PddlAction], goal: tuple[f.Formula, ...], surmise: Surmise
 ) -> None:
     """Warns of conditions that ask for more knowledge than PDDL does: `a or b` may be known when neither is."""
     message = "of what may be unknown, one part must be known here: PDDL asks only that some part holds"

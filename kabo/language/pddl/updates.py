@@ -24,7 +24,7 @@ class Disjunct:
 
 
 class _CannotBeAsked(Exception):
-    """A condition about what may be unknown that no `when` can ask for; says why."""
+    """Raised for a condition on unknown atoms that no `when` can express; carries the reason."""
 
 
 def updates_of(

@@ -15,7 +15,7 @@ class PksDialect(Dialect):
     only_numbers = True
 
     def unknown_term(self, here: NameResolver, node: Expression) -> None:
-        """An unknown variable, function or constant, or what is no term."""
+        """Reports an unknown variable, function or constant, or what is no term."""
         vocabulary, word = here.vocabulary, node.text
         if node.kind == "variable":
             hint = here.findings.near(word, list(here.scope))
@@ -32,7 +32,7 @@ class PksDialect(Dialect):
             here.report(node, f'unexpected "{here.quote(node)}" {here.where}, expected a term')
 
     def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """A function, an unknown predicate, or no atom at all."""
+        """Reports a function, an unknown predicate or what is no atom in the place of one."""
         if symbol is not None:
             remedy = f"compare it: {here.quote(node)} = value"
             here.report(node, f'"{node.text}" is a function, not a predicate', remedy)

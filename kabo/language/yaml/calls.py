@@ -9,7 +9,7 @@ from kabo.language.task_description import ProcedureProperty, spell_signature
 from kabo.language.types import TEST
 from kabo.language.vocabulary import Symbol
 
-TRUTH = ("true", "false")
+TRUTH_VALUES = ("true", "false")
 _FORMS = {"name": "a name", "number": "a number", "boolean": "true or false"}
 
 
@@ -121,11 +121,11 @@ def _check_properties(
 
 
 def _fits(here: NameResolver, piece: Expression, wanted: ProcedureProperty, argument: f.Argument) -> bool:
-    """Whether an argument may fill a property, as far as its form tells; reports if not."""
+    """Whether the form of an argument (name, number, truth value) fits a property; reports if not."""
     given = "name"
     if isinstance(argument.value, f.Number):
         given = "number"
-    elif isinstance(argument.value, f.Constant) and argument.value.name in TRUTH:
+    elif isinstance(argument.value, f.Constant) and argument.value.name in TRUTH_VALUES:
         given = "boolean"
     takes = wanted.kind if wanted.kind in _FORMS else "name"
     if wanted.kind == "any" or given == takes:

@@ -194,7 +194,7 @@ class ConstraintReader:
     def _sensible(
         self, parsed: Parsed, tree: Tree, quantity: Quantity, lower: float | None, upper: float | None
     ) -> tuple[float | None, float | None] | None:
-        """The bounds if they can hold and do not say what another constraint says better."""
+        """The bounds, if they can hold and no other constraint expresses them; else None after a report."""
         place = parsed.place(tree)
         given = [value for value in (lower, upper) if value is not None]
         if any(value < quantity.least or value > quantity.largest + quantity.tolerance for value in given):

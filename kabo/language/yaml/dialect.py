@@ -14,12 +14,12 @@ class YamlDialect(Dialect):
     longest_quote = None
 
     def unknown_term(self, here: NameResolver, node: Expression) -> None:
-        """An unknown name, or an unknown function with its arguments."""
+        """Reports an unknown name or function; checks the arguments."""
         report_unknown(here, node, "name" if node.kind == "name" else "function")
         _check_arguments(here, node)
 
     def no_value(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
-        """A predicate or test, with the way to ask a test."""
+        """Reports a predicate or test in the place of a term; the remedy shows how to ask a test."""
         if symbol.role == "predicate":
             here.report(node.name, f'"{node.text}" is a predicate: it is true or false, and no value')
             return
@@ -27,7 +27,7 @@ class YamlDialect(Dialect):
         here.report(node.name, f'the procedure "{node.text}" is a test: it is true or false, and no value', hint)
 
     def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """A number, an unknown name, or a name that means something else."""
+        """Reports a number, an unknown name or another symbol in the place of an atom."""
         if node.kind not in ("name", "call"):
             here.report(node, "a predicate must stand here, this is a number")
             return
@@ -43,7 +43,7 @@ class YamlDialect(Dialect):
         _check_arguments(here, node)
 
     def no_function(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """What stands in Kv and has no value that could be known."""
+        """Reports what is no function in the place of one, as in Kv(…)."""
         if node.kind in ("name", "call") and symbol is None:
             report_unknown(here, node, "function", "function")
         elif symbol is not None and symbol.role == "predicate":
@@ -55,28 +55,28 @@ class YamlDialect(Dialect):
             here.report(node, "a function must stand here")
 
     def no_number(self, here: NameResolver, node: Expression, kind: Kind) -> None:
-        """What the term is instead."""
+        """Reports the kind of a term that is no number."""
         here.report(node, f"a number must stand here, this is {with_article(kind)}")
 
     def no_size(self, here: NameResolver, node: Expression, part: Expression, kind: Kind) -> None:
-        """What is compared instead of a number."""
+        """Reports the kind of a side that is compared by size and is no number."""
         here.report(part, f'"{node.kind}" compares numbers, this is {with_article(kind)}')
 
     def never_equal(self, here: NameResolver, node: Expression, left: Kind, right: Kind) -> f.Truth | None:
-        """A fault: nobody writes on purpose what can never hold."""
+        """Reports a comparison that can never hold: nobody writes it on purpose."""
         kinds = f"{with_article(left)}, the other {with_article(right)}"
         here.report(node, f"these can never be equal: one side is {kinds}")
         return None
 
     def wrong_count(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
-        """The number of arguments; each of them is checked as well."""
+        """Reports a wrong number of arguments; checks each of them as well."""
         _check_arguments(here, node)
         here.report(node.name, count_fault(node, symbol), here.vocabulary.declared_at(symbol))
 
     def wrong_argument(
         self, here: NameResolver, node: Expression, number: int, symbol: Symbol, kind: Kind
     ) -> None:
-        """The argument, by its number if there are several."""
+        """Reports an argument of a wrong kind, by its number if there are several."""
         what = f"argument {number + 1} of" if len(node.parts) > 1 else "the argument of"
         message = f"{what} {symbol.written} must be {with_article(symbol.arguments[number])}"
         hint = here.vocabulary.declared_at(symbol)

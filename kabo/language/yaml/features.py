@@ -1,4 +1,4 @@
-"""Features: points, directed lines and planes that constraints speak of [docs/files.md#scene]."""
+"""Features: the points, directed lines and planes that constraints relate [docs/files.md#scene]."""
 
 import math
 from collections.abc import Mapping as MappingType

@@ -132,7 +132,7 @@ def _check_calls(
 ) -> None:
     """Reports every argument that a procedure can get and that the scene does not have."""
     domain, findings = problem.domain, vocabulary.findings
-    wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # type, kind of thing, the first call that says so
+    wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # by type and kind of thing: the first call that needs it
     calls = _calls_in((problem.goal, domain.update_rules))
     for action in domain.actions.values():
         calls += _calls_in((action.geometry, action.preconditions, action.effects))

@@ -15,8 +15,8 @@ from kabo.language.source import UnreadableError, read_source
 from kabo.language.task_description import ProcedureProperty, Signature, TaskDescription
 from kabo.language.yaml.task_file import read_task_text
 
-FOLDER = "tasks"
-LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
+TASK_FOLDER = "tasks"
+TASK_LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
 
 
 class ProcedureSignatures(Mapping[str, Signature | None]):
@@ -31,7 +31,7 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
     def __init__(
         self, folder: str | None = None, findings: Findings | None = None, within: Path | None = None
     ) -> None:
-        self._folder = None if folder is None else os.path.join(folder, FOLDER)
+        self._folder = None if folder is None else os.path.join(folder, TASK_FOLDER)
         self._findings, self._within = findings or Findings(), within
         self._read: dict[str, Signature | None] = {}
         self.digests: dict[str, str] = {}  # of the files beside the domain that were read, by their paths
@@ -93,7 +93,7 @@ def _names(folder: str | Path | None) -> list[str]:
 @lru_cache(maxsize=1)
 def library_names() -> tuple[str, ...]:
     """The tasks of the library."""
-    return tuple(sorted(_names(LIBRARY)))
+    return tuple(sorted(_names(TASK_LIBRARY)))
 
 
 @lru_cache
@@ -106,7 +106,7 @@ def library_signature(name: str) -> Signature:
     if name not in library_names():
         raise KeyError(name)
     findings = Findings()
-    task = read_task_text(read_source(LIBRARY / f"{name}.yaml", f"kabo/tasks/library/{name}.yaml"), findings)
+    task = read_task_text(read_source(TASK_LIBRARY / f"{name}.yaml", f"kabo/tasks/library/{name}.yaml"), findings)
     assert task is not None and not findings.errors, findings.diagnostics
     return signature_of(task)
 

@@ -14,7 +14,7 @@ Row = tuple[Value, ...]
 
 
 class ComponentValues:
-    """What every component can be at the start of every node, whose `order` has each before its successors."""
+    """The possible values of every component at the start of every node; `order` is topological."""
 
     def __init__(self, plan: Plan, scene: Scene, order: Sequence[str]) -> None:
         self._plan, self._scene, self._order = plan, scene, order
@@ -32,7 +32,7 @@ class ComponentValues:
         return sorted((q for q in found if isinstance(q, tuple)), key=repr)
 
     def states(self, node: str, name: str) -> list[dict[str, Value]]:
-        """The values of an object and of all that it may hang on, as they can occur together."""
+        """The possible joint values of an object and of everything that it may hang on."""
         names = self._supports(name)
         return [dict(zip(names, row, strict=True)) for row in self._at(node, names)]
 

@@ -1,6 +1,6 @@
 """Where everything is while the motion of a node goes on: robots, what hangs on what, and what stands at several places.
 
-Objects that hang together move as one: whoever is taken becomes the root of its group, the others hang on it.
+Objects that hang together move as one: the object that is taken becomes the root of its group, the others hang on it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -60,7 +60,7 @@ class MotionSituation:
         return made
 
     def end(self, segment: Segment) -> None:
-        """What happens at the end of a segment: it lets go, then it takes, or puts together."""
+        """Applies the end of a segment: first what it detaches, then what it attaches."""
         for name in segment.detach:
             if self._root_parent(name).partition(".")[0] == segment.robot:
                 self._hang(name, "world")
@@ -103,7 +103,7 @@ class MotionSituation:
         return self.hung[self.root(name)][0]
 
     def _hang(self, name: str, parent: str) -> None:
-        """Hangs an object, and with it all of its group, on something else, where it is."""
+        """Hangs an object, with its whole group, on something else, without moving it."""
         world_T, chain = self.pose(name), [name]
         while self.hung[chain[-1]][0] in self.hung:
             chain.append(self.hung[chain[-1]][0])
@@ -124,7 +124,7 @@ def joint_pose(robot: Robot, q: Array, joint: int) -> Array:
 
 
 def key_of(name: str, state: Mapping[str, Value]) -> tuple[object, ...]:
-    """What decides where an object is, in numbers of the plan."""
+    """A key of where an object is, made of numbers of the plan."""
     pose = state[name]
     assert isinstance(pose, ObjectPose)
     parent, dot, _ = pose.parent.partition(".")

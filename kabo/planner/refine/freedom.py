@@ -23,7 +23,7 @@ from kabo.tasks.robots.stages.strokes import MoveRelative
 
 @dataclass(frozen=True)
 class Freedom:
-    """Of one stage's motion; `least` [m] is what must stay of a stroke."""
+    """How one stage's motion may be changed; `least` [m] is the length of a stroke that must be kept."""
 
     kind: Literal["way", "stroke", "fixed"]
     least: float = 0.0
@@ -34,13 +34,13 @@ FIXED, WAY = Freedom("fixed"), Freedom("way")
 
 @dataclass(frozen=True)
 class Freedoms:
-    """Of the stages of a call, by their paths; `anywhere`: the robot may end wherever nothing needs it to be."""
+    """How the stages of a call may be changed, by their paths; `anywhere`: the call's end may be another one."""
 
     by_stage: Mapping[str, Freedom]
     anywhere: bool = False
 
     def of(self, stage: str | None) -> Freedom:
-        """Of a stage; what is not known is fixed."""
+        """How a stage may be changed; an unknown one is fixed."""
         return FIXED if stage is None else self.by_stage.get(stage, FIXED)
 
 
@@ -48,9 +48,9 @@ NONE = Freedoms({})
 
 
 def freedoms(stages: Sequence[RobotStage], bodies: Iterable[Body]) -> Freedoms:
-    """What may be changed of the motion of a task's stages, which is about some bodies.
+    """How the motion of a task's stages may be changed; `bodies` are those that the task is about.
 
-    A task that adds geometry, or times its motion itself, is left alone.
+    A task that adds geometry, or times its motion itself, may not be changed.
     """
     if any(isinstance(stage, (AddGeometry, Pad, Reparameterise)) for stage in stages):
         return NONE
@@ -79,7 +79,7 @@ def _bounded(stage: RobotStage, least: float) -> Freedom:
 
 
 def _least(bodies: Iterable[Body]) -> float:
-    """The most that any family of the bodies asks for at least [m]: by which one it was is not kept."""
+    """The greatest least length [m] that any family of the bodies requires; which one was used is not recorded."""
     strokes: list[Stroke | None] = [LIFT]
     for body in bodies:
         strokes += [stroke for family in body.grasps.values() for stroke in (family.approach, family.lift)]

@@ -1,7 +1,7 @@
-"""Legs: the motion of a plan's node walked once more, each segment with the scene in which it runs and its proof.
+"""Legs: the motion of a plan's node replayed, each segment with the scene in which it runs, so that it can be proven.
 
-What was planned in one situation may be asked about in another one: with other robots elsewhere, with what nobody here
-moves in more or other places.
+A motion may be replayed in another situation than that in which it was planned: with other robots elsewhere, and with
+objects that it does not move at other places, or at several.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,7 +29,7 @@ class Leg:
 
     @property
     def arm(self) -> bool:
-        """Whether the planned joints move, not the gripper's."""
+        """Whether the joints of the arm move, not those of the gripper."""
         return self.part.stretch.group == "arm"
 
     @property
@@ -50,7 +50,7 @@ class Leg:
 def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
     """The legs of a motion from a situation on.
 
-    None where this walk does not follow: several robots, things that hang on things, a start elsewhere.
+    None if this replay does not support it: several robots, objects on objects in a hand, or another start.
     """
     if situation.nested or len({segment.robot for segment in motion}) > 1:
         return None

@@ -1,4 +1,4 @@
-"""Times of a plan's motion within limits of velocity and acceleration: as fast as they allow, at rest where it must be.
+"""Times of a plan's motion: as fast as the limits of velocity and acceleration allow, with rests where necessary.
 
 With toppra (the extra `timing`) phases that follow each other are passed without a stop and corners are rounded, as
 `Reparameterise` does it. Without it, or where a rounded motion is not proven, the motion rests at every way point.
@@ -33,7 +33,7 @@ def limits_of(robot: Robot) -> TimingLimits:
 def timed(
     context: ProcedureContext, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
 ) -> list[Segment]:
-    """A motion with new times, and denser way points; what cannot be timed so keeps its own times.
+    """A motion with new times, and denser way points; segments that cannot be timed keep their times.
 
     Args:
         context: of the geometry server.
@@ -55,12 +55,12 @@ def timed(
 
 
 def duration(motion: Sequence[Segment]) -> float:
-    """How long a motion takes [s]."""
+    """The duration of a motion [s]."""
     return max((segment.times[-1] for segment in motion), default=0.0)
 
 
 def _groups(legs: Sequence[Leg]) -> list[list[Leg]]:
-    """The legs, those together that may be passed without a stop."""
+    """The legs, grouped by which may be passed without a stop."""
     groups: list[list[Leg]] = []
     for leg in legs:
         if groups and _arm_only(groups[-1][-1]) and _arm_only(leg):

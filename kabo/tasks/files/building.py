@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.language import find_task
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.task_description import Entries, Input, Items, PropertyReference, TaskDescription, Word
-from kabo.language.yaml.task_file import find_task
 from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
 from kabo.tasks.files.checking import Recipe, check_task
 from kabo.tasks.files.kinds import KIND_TYPES

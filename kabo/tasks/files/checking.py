@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from kabo.language import STAGE_KEYS, TASK_KEYS
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.task_description import StageDescription, TaskDescription, Word
-from kabo.language.yaml.task_file import STAGE_KEYS, TASK_KEYS
 from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Property, Serial, Stage, Wrapper
 from kabo.tasks.core.model.properties import references
 from kabo.tasks.files import registry

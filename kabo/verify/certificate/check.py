@@ -32,7 +32,7 @@ from kabo.verify.motion.overlaps import Meeting
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.surfaces import encloses
-from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.sweep import Path, SweptBody
 from kabo.verify.report import Finding
 
 Name = tuple[str, tuple[int, ...], tuple[int, ...]]  # node, segments, segments of the node before
@@ -212,7 +212,7 @@ class _Checker:
         made: dict[tuple[int, str | None, int], Side] = {}
         kind = ExactSide if self.paranoid else Side
 
-        def side(frames: Frames, thing: PlacedBody, parts: Parts, robot: str | None, joint: int) -> Side:
+        def side(frames: Frames, thing: SweptBody, parts: Parts, robot: str | None, joint: int) -> Side:
             key = id(thing), robot if joint else None, joint
             if key not in made:
                 made[key] = kind(frames, thing, parts, robot, joint)  # type: ignore[arg-type]
@@ -220,10 +220,10 @@ class _Checker:
 
         return side
 
-    def _parts(self, thing: PlacedBody) -> Parts:
+    def _parts(self, thing: SweptBody) -> Parts:
         return self.parts[thing.surface.digest]
 
-    def _box_gaps(self, things: Sequence[PlacedBody], moving: int, frames: Frames, side: SideOf) -> Array:
+    def _box_gaps(self, things: Sequence[SweptBody], moving: int, frames: Frames, side: SideOf) -> Array:
         """The gaps (M, T) between the boxes of what the moving bodies (M) and all bodies (T) sweep [m]."""
         end = (len(frames.path.configurations) - 1) << 20
         boxes = []
@@ -244,8 +244,8 @@ class _Checker:
     def _margin(
         self,
         pair: ProvenPair,
-        first: PlacedBody,
-        second: PlacedBody,
+        first: SweptBody,
+        second: SweptBody,
         proofs: Sequence[PairProof],
         gap: float,
         frames: Frames,
@@ -303,7 +303,7 @@ def _which(node: str, segments: tuple[int, ...], before: tuple[int, ...] = ()) -
     return f"{text}, beside {', '.join(map(str, before))} of the node before" if before else text
 
 
-def _contained(first: PlacedBody, second: PlacedBody, frames: Frames) -> bool:
+def _contained(first: SweptBody, second: SweptBody, frames: Frames) -> bool:
     """Whether one body begins inside the other; if not, and if they never touch, it never gets inside."""
     start = frames.at(0)
     a, b = first.pose(start), second.pose(start)

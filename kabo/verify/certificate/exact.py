@@ -14,7 +14,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.verify.certificate.pair_proof import POSITIONS_PER_PIECE, Frames, Side
 from kabo.verify.certificate.parts import Parts
-from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.sweep import Path, SweptBody
 
 BITS = 160  # after the binary point
 SLACK = Fraction(1, 10**12)  # [m] the error allowed for, for each metre from the origin and one metre more
@@ -130,9 +130,7 @@ def _along(tree: Any, q: list[Fraction]) -> list[Integers]:
 class ExactSide(Side):
     """One body of a pair along a path, in exact arithmetic."""
 
-    def __init__(
-        self, frames: ExactFrames, thing: PlacedBody, parts: Parts, robot: str | None, joint: int
-    ) -> None:
+    def __init__(self, frames: ExactFrames, thing: SweptBody, parts: Parts, robot: str | None, joint: int) -> None:
         super().__init__(frames, thing, parts, robot, joint)
         self._integers: dict[int, Integers] = {}
         self._vertices: Integers = parts.exact(integers)

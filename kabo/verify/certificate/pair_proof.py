@@ -16,7 +16,7 @@ from kabo.arrays import Array
 from kabo.plan import PairProof
 from kabo.verify.certificate.parts import Parts
 from kabo.verify.motion.chord_bounds import deviations, frame_of, reach
-from kabo.verify.motion.sweep import Path, PlacedBody, Poses
+from kabo.verify.motion.sweep import Path, Poses, SweptBody
 
 POSITIONS_PER_PIECE = 1 << 20  # positions in the path are integers, so many to the piece between two way points
 MAX_HALVINGS = 200  # nested halvings of a claim; a proof needs 20 in time and a few of parts
@@ -58,7 +58,7 @@ class Frames:
 class Side:
     """One body of a pair along a path."""
 
-    def __init__(self, frames: Frames, thing: PlacedBody, parts: Parts, robot: str | None, joint: int) -> None:
+    def __init__(self, frames: Frames, thing: SweptBody, parts: Parts, robot: str | None, joint: int) -> None:
         self.parts, self._frames, self._thing, self._robot, self._joint = parts, frames, thing, robot, joint
         path, mount = frames.path, thing.mount
         radius = 0.0 if mount is None else reach(mount, parts.vertices)
@@ -124,7 +124,7 @@ class Side:
         return float(products.max()) + self.deviation(s0, s1), self.rounding * far * 2.0
 
 
-SideOf = Callable[[Any, PlacedBody, Parts, str | None, int], Side]
+SideOf = Callable[[Any, SweptBody, Parts, str | None, int], Side]
 
 
 class ProvenPair:
@@ -133,9 +133,9 @@ class ProvenPair:
     def __init__(
         self,
         frames: Frames,
-        first: PlacedBody,
-        second: PlacedBody,
-        parts: Callable[[PlacedBody], Parts],
+        first: SweptBody,
+        second: SweptBody,
+        parts: Callable[[SweptBody], Parts],
         side: "SideOf | None" = None,
     ) -> None:
         robot, joint = frame_of(frames.path, first, second)

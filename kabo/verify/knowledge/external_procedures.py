@@ -21,13 +21,13 @@ def with_functions(problem: Problem, functions: Mapping[str, Callable[..., Any]]
         if call.procedure not in functions:
             return True
         if call not in known:
-            known[call] = _asked(problem, functions[call.procedure], call, seed)
+            known[call] = _answer(problem, functions[call.procedure], call, seed)
         return known[call]
 
     return replace(problem, answers=Answers(frozenset(functions), ask))
 
 
-def _asked(problem: Problem, function: Callable[..., Any], call: GroundCall, seed: int) -> Answer:
+def _answer(problem: Problem, function: Callable[..., Any], call: GroundCall, seed: int) -> Answer:
     options = dict(call.options)
     try:
         seeds = [seed + k for k in range(MAX_SEEDS)] if "seed" in inspect.signature(function).parameters else []

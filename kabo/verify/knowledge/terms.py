@@ -30,7 +30,7 @@ Namer = Callable[[Facts], "Symbol | None"]
 
 
 @dataclass(frozen=True)
-class _Nothing:
+class _NothingKnown:
     """A state in which nothing is known, for evaluating constants."""
 
     known: Mapping[Symbol, Value] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class _Nothing:
         return self
 
 
-_NOTHING = _Nothing()
+_NOTHING_KNOWN = _NothingKnown()
 _COMPARE = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 _COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
@@ -120,7 +120,7 @@ def symbol_of(term: Term | Atom, problem: Problem, binding: Binding) -> Symbol |
     name = term.function if isinstance(term, Application) else term.predicate
     readers = [value_of(argument, problem, binding) for argument in term.arguments]
     if all(_is_fixed(argument, binding) for argument in term.arguments):
-        return name, tuple(read(_NOTHING) for read in readers)  # type: ignore[misc]
+        return name, tuple(read(_NOTHING_KNOWN) for read in readers)  # type: ignore[misc]
 
     def find(state: Facts) -> Symbol | None:
         values = tuple(read(state) for read in readers)

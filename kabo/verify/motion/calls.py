@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from kabo.language import ProcedureSignatures
 from kabo.language.formulas import Constant, ProcedureCall, Variable
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
-from kabo.language.yaml.procedures import ProcedureSignatures
 from kabo.plan import Node
 
 KINDS = ("robot", "body", "region")

@@ -9,12 +9,12 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.verify.motion.arms import Mount
-from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.sweep import Path, SweptBody
 
 ROUNDING_FACTOR = 1.0 + 1e-12  # covers the rounding errors of the sums
 
 
-def frame_of(path: Path, first: PlacedBody, second: PlacedBody) -> tuple[str | None, int]:
+def frame_of(path: Path, first: SweptBody, second: SweptBody) -> tuple[str | None, int]:
     """The last joint that carries both bodies, with its robot, so that it moves both alike; joint 0 is the world."""
     a, b = first.mount, second.mount
     if a is None or b is None or a.robot != b.robot:

@@ -11,7 +11,7 @@ from kabo.verify.motion.motion_bounds import closer
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.surfaces import hull_depth
-from kabo.verify.motion.sweep import Contact, Intervals, Pair, Path, PlacedBody, Proof, open_intervals
+from kabo.verify.motion.sweep import Contact, Intervals, Pair, Path, Proof, SweptBody, open_intervals
 from kabo.verify.report import Finding, Least
 
 
@@ -29,8 +29,8 @@ class Tally:
 def check_collision(
     node: str,
     path: Path,
-    moving: Sequence[PlacedBody],
-    standing: Sequence[PlacedBody],
+    moving: Sequence[SweptBody],
+    standing: Sequence[SweptBody],
     permits: Permits,
     world: SceneModel,
     tally: Tally,
@@ -69,8 +69,8 @@ def check_collision(
 
 
 def _pairs(
-    moving: Sequence[PlacedBody], standing: Sequence[PlacedBody], permits: Permits, world: SceneModel
-) -> Iterator[tuple[PlacedBody, PlacedBody]]:
+    moving: Sequence[SweptBody], standing: Sequence[SweptBody], permits: Permits, world: SceneModel
+) -> Iterator[tuple[SweptBody, SweptBody]]:
     for i, first in enumerate(moving):
         for second in (*moving[i + 1 :], *standing):
             names = first.name, second.name

@@ -9,7 +9,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.contacts.strokes import box_corners
-from kabo.verify.motion.sweep import Intervals, Pair, Path, PlacedBody
+from kabo.verify.motion.sweep import Intervals, Pair, Path, SweptBody
 
 
 def closer(pair: Pair, intervals: Intervals) -> tuple[Pair, Intervals]:
@@ -26,7 +26,7 @@ def _place(pair: Pair, made: Pair, s: float) -> float:
     return float(made.ends[piece] + share * (made.ends[piece + 1] - made.ends[piece]))
 
 
-def _lengths(path: Path, thing: PlacedBody) -> Array:
+def _lengths(path: Path, thing: SweptBody) -> Array:
     """The most that any point of a body moves on each piece of a path (K,) [m]."""
     mount = thing.mount
     if mount is None:

@@ -53,7 +53,7 @@ def check_motion(
         if walked is not None:
             walked[node] = walk.motion()
     elif start is not None:
-        yield from _check_still(node, content, call, world, start)
+        yield from _check_motionless(node, content, call, world, start)
 
 
 def _unknown(call: Call, world: SceneModel) -> list[str]:
@@ -65,7 +65,9 @@ def _unknown(call: Call, world: SceneModel) -> list[str]:
     return [*missing, *(str(name) for name in still)]
 
 
-def _check_still(node: str, content: Node, call: Call, world: SceneModel, start: Situation) -> Iterator[Finding]:
+def _check_motionless(
+    node: str, content: Node, call: Call, world: SceneModel, start: Situation
+) -> Iterator[Finding]:
     """The findings about a node without motion: that is right only for sensing in the present configuration."""
     robot = next(iter(call.robots), None)
     if robot is None and call.spec is None:

@@ -19,7 +19,7 @@ from kabo.verify.motion.sweep import (
     Contact,
     Pair,
     Path,
-    PlacedBody,
+    SweptBody,
     stations,
     weights,
 )
@@ -33,7 +33,7 @@ class Sweep:
     """The bodies that move along a path while the segments with these numbers are under way."""
 
     path: Path
-    things: Sequence[PlacedBody]
+    things: Sequence[SweptBody]
     segments: tuple[int, ...] = ()
 
     def since(self, time: float) -> "Sweep | None":
@@ -167,13 +167,13 @@ def _contacts(first: Sweep, second: Sweep, world: SceneModel) -> Iterator[tuple[
                 yield (a.name, b.name), contact
 
 
-def _alone(path: Path, thing: PlacedBody) -> Pair:
+def _alone(path: Path, thing: SweptBody) -> Pair:
     """A body along its path, with bounds of its own motion, whatever the other body."""
-    still = PlacedBody("", thing.surface, np.eye(4))
+    still = SweptBody("", thing.surface, np.eye(4))
     return Pair(path, thing, still, weights(path, thing, still))
 
 
-def _balls(path: Path, thing: PlacedBody) -> tuple[Array, float]:
+def _balls(path: Path, thing: SweptBody) -> tuple[Array, float]:
     """The centres (k, 3) and common radius of balls that cover a body along the whole path."""
     alone = _alone(path, thing)
     steps = stations(path, np.diff(alone.ends))

@@ -11,7 +11,7 @@ from kabo.scene import Mesh, Scene
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.constraints import Role
 from kabo.verify.motion.surfaces import Surface, surface
-from kabo.verify.motion.sweep import PlacedBody
+from kabo.verify.motion.sweep import SweptBody
 
 
 def matrix(pose: ObjectPose) -> Array:
@@ -49,24 +49,24 @@ class SceneModel:
         return self._meet[pair]
 
     @cached_property
-    def fixed(self) -> list[PlacedBody]:
+    def fixed(self) -> list[SweptBody]:
         """The bodies that never move."""
         poses = self.scene.fixed_poses
-        return [PlacedBody(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
+        return [SweptBody(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
 
-    def links(self, robot: str) -> list[PlacedBody]:
+    def links(self, robot: str) -> list[SweptBody]:
         """The links of a robot that moves."""
         links, mounts = self.scene.robots[robot].links, self.arms[robot].mounts
         return [
-            PlacedBody(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
+            SweptBody(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
             for name, link in links.items()
             if link.mesh is not None
         ]
 
-    def links_at(self, robot: str, q: Sequence[float]) -> list[PlacedBody]:
+    def links_at(self, robot: str, q: Sequence[float]) -> list[SweptBody]:
         """The links of a robot that stands still in configuration q."""
         joints = {robot: self.arms[robot].joint_poses(q)}
-        return [PlacedBody(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
+        return [SweptBody(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
 
     def role(self, name: str, world_T: Array) -> Role:
         """A body in this pose, for a role of constraints."""

@@ -15,7 +15,7 @@ from kabo.verify.motion.calls import Call
 from kabo.verify.motion.components import Components, ComponentValue
 from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
 from kabo.verify.motion.scene_model import SceneModel, matrix
-from kabo.verify.motion.sweep import PlacedBody
+from kabo.verify.motion.sweep import SweptBody
 from kabo.verify.report import Finding
 
 _Value = TypeVar("_Value")
@@ -26,7 +26,7 @@ class Situation:
     """The start of a motion: the followed objects with the robots' configurations, and the standing bodies."""
 
     holding: AttachmentTree
-    standing: list[PlacedBody] = field(default_factory=list)
+    standing: list[SweptBody] = field(default_factory=list)
 
 
 class Ambiguous(Exception):
@@ -64,7 +64,7 @@ def situation(
         else:
             own = world.surface_of(scene.bodies[name].mesh)
             places = {where.tobytes(): where for where in (state.pose(name) for state in states[name])}
-            result.standing.extend(PlacedBody(name, own, where) for where in places.values())
+            result.standing.extend(SweptBody(name, own, where) for where in places.values())
     for robot in scene.robots:
         if robot not in moved:
             for (value,) in sorted(components.values(node, (robot,))):

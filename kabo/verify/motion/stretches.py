@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.sweep import Path, SweptBody
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,8 +18,8 @@ class MotionStretch:
     node: str
     segments: tuple[int, ...]
     path: Path
-    moving: Sequence[PlacedBody]
-    standing: Sequence[PlacedBody]
+    moving: Sequence[SweptBody]
+    standing: Sequence[SweptBody]
     permitted: frozenset[frozenset[str]] = frozenset()
     before: tuple[int, ...] = ()
     divide: int = 0

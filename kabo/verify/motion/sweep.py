@@ -24,7 +24,7 @@ MAX_STATIONS = 400  # such places, at most
 
 
 @dataclass(frozen=True)
-class PlacedBody:
+class SweptBody:
     """A body with its pose in the world, or its mount on a robot that moves."""
 
     name: str
@@ -100,7 +100,7 @@ class Proof:
 class Pair:
     """Two bodies along a path; `bound` (n,) is the most that they move relative to each other for each coordinate."""
 
-    def __init__(self, path: Path, first: PlacedBody, second: PlacedBody, bound: Array) -> None:
+    def __init__(self, path: Path, first: SweptBody, second: SweptBody, bound: Array) -> None:
         self.path, self.first, self.second = path, first, second
         self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ bound)])  # metres at every way point
 
@@ -167,7 +167,7 @@ class Pair:
         return Proof(None, least, when, count)
 
 
-def weights(path: Path, first: PlacedBody, second: PlacedBody) -> Array:
+def weights(path: Path, first: SweptBody, second: SweptBody) -> Array:
     """The most that two bodies move relative to each other for each coordinate (n,); joints that move both do not count."""
     total = np.zeros(path.configurations.shape[1])
     for thing, other in ((first, second), (second, first)):
@@ -183,7 +183,7 @@ def weights(path: Path, first: PlacedBody, second: PlacedBody) -> Array:
 
 
 def open_intervals(
-    path: Path, pairs: Sequence[tuple[PlacedBody, PlacedBody]]
+    path: Path, pairs: Sequence[tuple[SweptBody, SweptBody]]
 ) -> tuple[int, list[tuple[Pair, Intervals]]]:
     """The number of pairs that move relative to each other, and for each the intervals that balls do not prove apart.
 
@@ -219,9 +219,7 @@ def stations(path: Path, lengths: Array) -> list[tuple[int, float]]:
     return [*result, (len(lengths) - 1, 1.0)]
 
 
-def _apart(
-    path: Path, pairs: Sequence[tuple[PlacedBody, PlacedBody]], places: Sequence[tuple[int, float]]
-) -> Array:
+def _apart(path: Path, pairs: Sequence[tuple[SweptBody, SweptBody]], places: Sequence[tuple[int, float]]) -> Array:
     """The distances (P, stations) of the balls around the two bodies of each pair."""
     at = [path.poses(*place) for place in places]
     joints = {name: np.array([poses[name] for poses in at]) for name in path.arms}  # (stations, J, 4, 4) each
@@ -235,7 +233,7 @@ def _apart(
     return apart
 
 
-def _centres(thing: PlacedBody, joints: Poses, stations: int) -> Array:
+def _centres(thing: SweptBody, joints: Poses, stations: int) -> Array:
     """The centre of a body's ball at every station (stations, 3)."""
     if thing.mount is None:
         poses = thing.pose({})[None]

@@ -25,7 +25,7 @@ from kabo.verify.motion.recorded import Recorded
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Situation
 from kabo.verify.motion.stretches import MotionStretch
-from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.sweep import Path, SweptBody
 from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.report import Finding
 
@@ -156,7 +156,7 @@ class Walk:
         carried = {name for robot in arms for name in self.holding.carried(robot)}
         return Permits(frozenset(pair for pair in found.loose if not pair & carried), found.shifted)
 
-    def _things(self, path: Path) -> tuple[list[PlacedBody], list[PlacedBody]]:
+    def _things(self, path: Path) -> tuple[list[SweptBody], list[SweptBody]]:
         """The bodies that move along a path, and all other bodies."""
         moving, standing = [], list(self.start.standing)
         for robot in self.moved:
@@ -167,9 +167,9 @@ class Walk:
         for name in self.holding.hung:
             own = self.world.surface_of(self.world.scene.bodies[name].mesh)
             if self.holding.holder(name) in path.arms:
-                moving.append(PlacedBody(name, own, mount=self.holding.mount(name)))
+                moving.append(SweptBody(name, own, mount=self.holding.mount(name)))
             else:
-                standing.append(PlacedBody(name, own, self.holding.pose(name)))
+                standing.append(SweptBody(name, own, self.holding.pose(name)))
         return moving, standing
 
     def _moves_arm(self, segment: Segment) -> bool:
@@ -228,7 +228,7 @@ def check_end(
     if spec.lets_go is not None and spec.takes != "receiver" and name not in changes.let_go:
         yield Finding(node, f"{call} never lets go of {name}", time, (str(name),))
     if spec.takes == "receiver" or spec.mates:
-        yield from _check_gave_away(node, world, changes, time)
+        yield from _check_released(node, world, changes, time)
     if spec.mates and frozenset((str(name), str(call.role("other")))) not in changes.mated:
         text = f"{call} never puts {name} and {call.role('other')} together"
         yield Finding(node, text, time, (str(name), str(call.role("other"))))
@@ -241,7 +241,7 @@ def check_end(
         yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
 
 
-def _check_gave_away(node: str, world: SceneModel, changes: AttachmentChanges, time: float) -> Iterator[Finding]:
+def _check_released(node: str, world: SceneModel, changes: AttachmentChanges, time: float) -> Iterator[Finding]:
     """A finding unless a hand that has let go what it held is open."""
     for robot, names in changes.had.items():
         for name in sorted(names):

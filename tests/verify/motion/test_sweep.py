@@ -9,7 +9,7 @@ from kabo.scene import Mesh
 from kabo.scene.urdf import load_robot
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import surface
-from kabo.verify.motion.sweep import Path, PlacedBody, open_intervals
+from kabo.verify.motion.sweep import Path, SweptBody, open_intervals
 
 SLIDER = """<robot name="slider"><link name="rail"/>
   <link name="block"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
@@ -26,9 +26,9 @@ def prove(tmp_path):
 
     def run(size, place, xs=(-1.0, 1.0)):
         """The proof for a box of this size at this place, and how many pairs moved at all."""
-        block = PlacedBody("s.block", surface(robot.links["block"].mesh), mount=arm.mounts["block"])
+        block = SweptBody("s.block", surface(robot.links["block"].mesh), mount=arm.mounts["block"])
         made = box(size)
-        other = PlacedBody(
+        other = SweptBody(
             "box", surface(Mesh(np.ascontiguousarray(made.vertices), np.asarray(made.faces, np.int64))), np.eye(4)
         )
         other.world_T[:3, 3] = place

@@ -16,9 +16,9 @@ _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 def astar(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A way of least cost to an end.
 
-    Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled
-    search of tasks without sensing. A node that is met at less cost than before is taken up again, for bounds need
-    not fall evenly along a way.
+    A lower bound is computed when the turn of a node comes; until then that of its parent stands in, as in the compiled
+    search of tasks without sensing. A node that is reached at less cost than before is reopened, because the bounds
+    need not be consistent.
     """
     root, numbers = graph.key(start), count(1)
     parents: Parents[Move, Node] = {root: None}

@@ -80,7 +80,7 @@ Algorithm = Callable[[Node, Graph[Node, Move]], SearchOutcome[Node, Move]]
 def expanded(
     waiting: Hashable, node: Node, graph: Graph[Node, Move], parents: Parents[Move, Node], done: set[Hashable]
 ) -> Hashable | None:
-    """The key of a node that is expanded now; None if geometry refuses it, or if that was done before."""
+    """The key of a node to be expanded now; None if geometry refuses it, or if it was expanded before."""
     key = graph.confirmed_key(node)
     if key is None or key in done:
         return None

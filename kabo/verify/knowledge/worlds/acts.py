@@ -124,7 +124,7 @@ class _Performance:
         for symbol, count in disputed.items():
             if count == number:
                 raise NotApplicableError(f"two different effects on {text_of(symbol)}")
-        result, ruled_out = self._as_said(result)
+        result, ruled_out = self._satisfying_entries(result)
         return self._known(result, changed, ruled_out)
 
     def _split(self, worlds: Iterable[World]) -> Iterator[World]:
@@ -226,7 +226,7 @@ class _Performance:
             world.leave_open(symbol, frozenset(range_of(self.problem, symbol) or ()) - values)
 
     # ------------------------------------------------------------------------------------------ entries it adds
-    def _as_said(self, worlds: list[World]) -> tuple[list[World], int]:
+    def _satisfying_entries(self, worlds: list[World]) -> tuple[list[World], int]:
         """The worlds in which the entries hold that the action adds, and how many worlds these entries rule out."""
         result, ruled_out = self._where(worlds, self.updates.entries)
         for claims in self.updates.complete:
@@ -266,11 +266,11 @@ class _Performance:
         after.whether = (kept - set(updates.no_run_time)) | new
         whole = {claims for claims in belief.whole if not any(claim[0] in changed for claim in claims)}
         after.whole = frozenset((whole - set(updates.no_whole)) | set(updates.whole))
-        after.explicit = self._told()
+        after.explicit = self._explicit_after()
         delivered: set[Observable] = {*updates.run_time, *updates.whole, *(after.whether - belief.whether)}
         return After(after, delivered, ruled_out)
 
-    def _told(self) -> dict[Symbol, Value]:
+    def _explicit_after(self) -> dict[Symbol, Value]:
         """The explicit belief after the action: without values that may have changed, with those certainly added."""
         explicit, updates = dict(self.belief.explicit), self.updates
         before = ExplicitBelief(self.belief.explicit)

@@ -76,7 +76,7 @@ class ExplicitBelief:
         symbol = named(name, self)
         return not at_start and symbol is not None and symbol in self.known
 
-    def kept_always(self, number: int) -> bool:
+    def always_held(self, number: int) -> bool:
         """See `Knower`."""
         return False
 
@@ -144,7 +144,7 @@ class Belief:
             symbol in self.whether and unchanged and None not in values
         )
 
-    def kept_always(self, number: int) -> bool:
+    def always_held(self, number: int) -> bool:
         """See `Knower`."""
         return number not in self.broken
 

@@ -33,7 +33,7 @@ from kabo.verify.knowledge.mentions import mentions
 from kabo.verify.knowledge.worlds.acts import Act, NotApplicableError, act_of, observed, perform
 from kabo.verify.knowledge.worlds.belief import Belief, without
 from kabo.verify.knowledge.worlds.initial import NoWorldError, Start, start_of
-from kabo.verify.knowledge.worlds.needs import Needs, only_asks_for_knowledge
+from kabo.verify.knowledge.worlds.needs import Needs, never_hurt_by_knowledge
 from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, required
 from kabo.verify.knowledge.worlds.world import MAX_VALUES, CannotJudgeError, Key, World, every, in_words
 from kabo.verify.report import Finding, WorldReport
@@ -53,7 +53,7 @@ class _Goal:
     mentioned: tuple[Symbol | str, ...]
     temporal: bool  # whether it is about other states than the last
 
-    def stays(self, belief: Belief, asked_later: Callable[[Symbol | str], bool]) -> bool:
+    def stays(self, belief: Belief, read_later: Callable[[Symbol | str], bool]) -> bool:
         """Whether it holds, and no observation will make it false as long as nothing changes what it mentions.
 
         Some formulas are never made false by more knowledge. Others stay true if nothing more can be learned about what
@@ -62,7 +62,7 @@ class _Goal:
         if self.temporal or not self.asked((belief, belief)):
             return False
         return self.only_knowledge or all(
-            thing in belief.known or (not asked_later(thing) and belief.is_free(thing)) for thing in self.mentioned
+            thing in belief.known or (not read_later(thing) and belief.is_free(thing)) for thing in self.mentioned
         )
 
 
@@ -146,7 +146,7 @@ class _WorldsRun:
         for formula, binding in self._conjuncts():
             asked = query(formula, problem, binding, self._temporal)
             mentioned = tuple(dict.fromkeys(mentions(formula, problem, binding)))
-            only, temporal = only_asks_for_knowledge(formula), self._temporals > 0
+            only, temporal = never_hurt_by_knowledge(formula), self._temporals > 0
             self.goals.append(_Goal(formula, asked, only, mentioned, temporal))
             if temporal:
                 self._temporals, throughout = 0, [*throughout, *mentioned]
@@ -217,7 +217,7 @@ class _WorldsRun:
         belief = arrival.belief
         for number, goal in enumerate(self.goals):
             if not belief.settled >> number & 1 and self.needs.done(name, number):
-                stays = goal.stays(belief, lambda thing: self.needs.asked_later(name, thing))
+                stays = goal.stays(belief, lambda thing: self.needs.read_later(name, thing))
                 belief.settled |= int(stays) << number
         keeps, symbols = self.needs.kept(name, belief.settled)
         groups = self.start.unknowns.groups
@@ -256,7 +256,7 @@ class _WorldsRun:
             later = self.plan.nodes.get(successor)
             if later is not None and later.overlap > 0.0 and later.action is not None:
                 for message, _ in self._unmet(successor, self._act(later), belief):
-                    self._wrong(successor, f"begins early, but then {message}", "")
+                    self._add_finding(successor, f"begins early, but then {message}", "")
         if node.action is not None:
             after = self._acted(name, node, belief)
             if after is None:
@@ -273,7 +273,7 @@ class _WorldsRun:
             if not belief.settled >> number & 1 and not required(goal.asked, belief, belief.explicit_belief):
                 text = "the goal does not hold at this leaf" + because(goal.formula)
                 if (name, text) not in self.findings:
-                    self._wrong(name, text, self._shown(goal.asked, belief, goal.mentioned))
+                    self._add_finding(name, text, self._shown(goal.asked, belief, goal.mentioned))
 
     def _act(self, node: Node) -> Act:
         key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0]))
@@ -301,32 +301,32 @@ class _WorldsRun:
     def _acted(self, name: str, node: Node, belief: Belief) -> Belief | None:
         act = self._act(node)
         for message, shown in self._unmet(name, act, belief):
-            self._wrong(name, message, shown)
+            self._add_finding(name, message, shown)
         try:
             after = perform(act, belief)
         except NotApplicableError as error:
-            self._wrong(name, f'"{node.action}" is not applicable: it would mean {error}', "")
+            self._add_finding(name, f'"{node.action}" is not applicable: it would mean {error}', "")
             return None
         self.ruled_out += after.ruled_out
         for text in (*([] if node.on is None else [node.on]), *node.delivers):
             if read_observable(text, self.problem) not in after.delivered:
-                self._wrong(name, f'"{node.action}" does not sense {text}', "")
+                self._add_finding(name, f'"{node.action}" does not sense {text}', "")
         self._watch(after.belief)
         return after.belief
 
     def _branched(self, name: str, node: Node, belief: Belief) -> Iterator[tuple[str, Belief]]:
         thing = read_observable(str(node.on), self.problem)
         if thing is None or not _can_branch(belief, thing):
-            self._wrong(name, f"branches on {node.on}, which is not known at run time here", "")
+            self._add_finding(name, f"branches on {node.on}, which is not known at run time here", "")
             return
         values = self._outcomes(thing, belief)
         if values is None:
-            self._wrong(name, f"branches on {node.on}, whose values cannot be listed", "")
+            self._add_finding(name, f"branches on {node.on}, whose values cannot be listed", "")
             return
         names = [outcome_text(value) for value in values]
         for outcome in node.branches:
             if outcome not in names:
-                self._wrong(name, f'"{outcome}" is no value of {node.on}', "")
+                self._add_finding(name, f'"{outcome}" is no value of {node.on}', "")
         parts = observed(belief, thing)
         for value, outcome in zip(values, names, strict=True):
             if value not in parts:
@@ -336,7 +336,7 @@ class _WorldsRun:
                 yield node.branches[outcome], parts[value]
             else:
                 world = parts[value].worlds[0]
-                self._wrong(name, f"no branch for {node.on} = {outcome}, which is possible", in_words(world))
+                self._add_finding(name, f"no branch for {node.on} = {outcome}, which is possible", in_words(world))
 
     def _outcomes(self, thing: Observable, belief: Belief) -> tuple[Value, ...] | None:
         if not is_symbol(thing):
@@ -347,7 +347,7 @@ class _WorldsRun:
         return (known,) if values is None and known is not None else values
 
     # ------------------------------------------------------------------------------------------------- findings
-    def _wrong(self, name: str, message: str, shown: str) -> None:
+    def _add_finding(self, name: str, message: str, shown: str) -> None:
         self.findings.setdefault((name, message), Finding(name, message + shown))
 
     def _shown(self, asked: Query, belief: Belief, mentioned: Iterable[Symbol | str]) -> str:

@@ -15,13 +15,13 @@ from kabo.verify.knowledge.mentions import mentions
 Named = Iterable[Symbol | str]  # atoms and terms, or names that stand for all of theirs
 
 
-def only_asks_for_knowledge(formula: Formula) -> bool:
+def never_hurt_by_knowledge(formula: Formula) -> bool:
     """Whether more knowledge never makes the formula false."""
     match formula:
         case And(parts=parts) | Or(parts=parts):
-            return all(map(only_asks_for_knowledge, parts))
+            return all(map(never_hurt_by_knowledge, parts))
         case Forall(body=body) | Exists(body=body):
-            return only_asks_for_knowledge(body)
+            return never_hurt_by_knowledge(body)
     return isinstance(formula, Know | KnowWhether | KnowValue | Truth)
 
 
@@ -94,7 +94,7 @@ class Needs:
         """Whether no node from this one on can change what a part of the goal reads."""
         return not self.goals[number] & self._changed[name]
 
-    def asked_later(self, name: str, thing: Symbol | str) -> bool:
+    def read_later(self, name: str, thing: Symbol | str) -> bool:
         """Whether a node from this one on mentions an atom or term, or its symbol as a whole."""
         mask = self._bits.get(thing, 0)
         if not isinstance(thing, str):

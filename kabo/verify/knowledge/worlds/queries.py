@@ -47,7 +47,7 @@ class Knower(Protocol):
     def will_know(self, name: "Symbol | Namer | None", at_start: bool) -> bool:
         """Whether the value of an atom or term is known, or will be known at run time."""
 
-    def kept_always(self, number: int) -> bool:
+    def always_held(self, number: int) -> bool:
         """Whether the `always` goal of this number has held in every state so far."""
 
 
@@ -116,7 +116,7 @@ def query(
             number = temporal(formula, binding)
             if kind == "initially":
                 return query(body, problem, binding, helps=helps, at_start=True)
-            return lambda knowers: knowers[who].kept_always(number)
+            return lambda knowers: knowers[who].always_held(number)
         case Test(call) if problem.scene is None and not isinstance(call, External):
             return lambda knowers: True  # without a scene every geometric test succeeds
     raise CannotJudgeError("a condition asks a procedure, or what is not a matter of knowledge")

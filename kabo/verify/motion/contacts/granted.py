@@ -13,7 +13,7 @@ from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.scene import Scene
 from kabo.verify.motion.surfaces import mesh_distance
-from kabo.verify.motion.sweep import CONTACT_DISTANCE, PlacedBody
+from kabo.verify.motion.sweep import CONTACT_DISTANCE, SweptBody
 
 BodyNames = frozenset[str]
 
@@ -77,7 +77,7 @@ def _exists(scene: Scene, name: str) -> bool:
 
 
 def touching(
-    moved: PlacedBody, pose: Array, others: Sequence[PlacedBody], away: Array, depths: Sequence[float]
+    moved: SweptBody, pose: Array, others: Sequence[SweptBody], away: Array, depths: Sequence[float]
 ) -> float | None:
     """The least of `depths` by which a standing body must be shifted to be clear of its supports; None: it is deeper in.
 
@@ -96,6 +96,6 @@ def touching(
     return None
 
 
-def stands_at(moved: PlacedBody, pose: Array, others: Sequence[PlacedBody]) -> bool:
+def stands_at(moved: SweptBody, pose: Array, others: Sequence[SweptBody]) -> bool:
     """Whether a body is near enough to one of the others to stand on it."""
     return any(mesh_distance(moved.surface, pose, o.surface, o.pose({})) <= MAX_SUPPORT_GAP for o in others)

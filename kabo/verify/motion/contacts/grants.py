@@ -29,7 +29,7 @@ from kabo.verify.motion.contacts.granted import (
 from kabo.verify.motion.contacts.mating import Fitting, fittings
 from kabo.verify.motion.contacts.strokes import Limits, Stroke, box_corners, of_family, of_mate
 from kabo.verify.motion.scene_model import SceneModel
-from kabo.verify.motion.sweep import Path, PlacedBody
+from kabo.verify.motion.sweep import Path, SweptBody
 from kabo.verify.motion.windows import TIME_TOLERANCE, Window, window_path
 
 DEFAULT_LIFT = Described(FeatureName("world", "up"), 1, 0.05, 0.10)  # where no family declares a lift
@@ -51,7 +51,7 @@ class Grants:
     call: Call
     world: SceneModel
     holding: AttachmentTree
-    standing: Sequence[PlacedBody]
+    standing: Sequence[SweptBody]
     segments: Sequence[Segment]
     unmoved: set[str] = field(default_factory=set)
     holds: dict[tuple[str, str], list[GraspFamily]] = field(default_factory=dict)
@@ -158,13 +158,13 @@ class Grants:
         robot = segment.robot
         if name not in self.holding.hung or self.holding.holder(name) != robot:
             raise Unfounded(f"but {robot} does not hold {name}")
-        others = [thing for thing in self._still() if thing.name == below]
+        others = [thing for thing in self._standing_bodies() if thing.name == below]
         if not others:
             raise Unfounded(f"but {below} does not stand")
         mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name].mesh)
         assert mount is not None
         moved, start, end = (
-            PlacedBody(name, own, mount=mount),
+            SweptBody(name, own, mount=mount),
             path.poses(0, 0.0),
             path.poses(len(path.steps) - 1, 1.0),
         )
@@ -189,13 +189,13 @@ class Grants:
             raise Unfounded("but where it stands the two overlap")
         return Permits(shifted={frozenset(grant.bodies): (name, depth * away)})
 
-    def _still(self) -> list[PlacedBody]:
+    def _standing_bodies(self) -> list[SweptBody]:
         """All bodies that stand still, with objects that are attached to nothing that moves in this node."""
         world, found = self.world, [thing for thing in self.standing if "." not in thing.name]
         for name in self.holding.hung:
             if self.holding.holder(name) not in self.moved:
                 own = world.surface_of(world.scene.bodies[name].mesh)
-                found.append(PlacedBody(name, own, self.holding.pose(name)))
+                found.append(SweptBody(name, own, self.holding.pose(name)))
         return found
 
     def _lift(self, robot: str, name: str, by: str | None) -> Described:
@@ -316,8 +316,8 @@ class Grants:
         wrong = Stroke(path, mount, points, away, limits, True, len(points), beside).fault()
         if wrong is not None:
             raise Unfounded(f"but its insertion {wrong.text}")
-        still = PlacedBody(other, self.world.surface_of(self.world.scene.bodies[other].mesh), pose(other))
-        depth = touching(PlacedBody(name, own), pose(name), [still], away, CONTACT_DEPTHS)
+        still = SweptBody(other, self.world.surface_of(self.world.scene.bodies[other].mesh), pose(other))
+        depth = touching(SweptBody(name, own), pose(name), [still], away, CONTACT_DEPTHS)
         if depth is None:
             raise Unfounded("but where they are put together the two overlap")
         return Permits(shifted={frozenset((name, other)): (name, depth * away)})

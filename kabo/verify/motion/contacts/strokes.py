@@ -133,7 +133,7 @@ class Stroke:
         stack: list[tuple[float, float, int]] = [(*ends, 0)]
         while stack:
             nearer, farther, depth = stack.pop()
-            wrong = self._wrong(piece, nearer) or self._wrong(piece, farther)
+            wrong = self._fault_at(piece, nearer) or self._fault_at(piece, farther)
             if wrong is not None:
                 return wrong
             missing = self._unproven(piece, nearer, farther, bend, turning)
@@ -145,7 +145,7 @@ class Stroke:
             stack += [(middle, farther, depth + 1), (nearer, middle, depth + 1)]
         return None
 
-    def _wrong(self, piece: int, share: float) -> Fault | None:
+    def _fault_at(self, piece: int, share: float) -> Fault | None:
         """The fault at one place of a piece; None if there is none."""
         along, aside, turned = self._at(piece, share)
         far = float(along[0])
