@@ -1,8 +1,8 @@
-"""What a solve can be told: one table of options, the fields of `Options`.
+"""The options of a solve: one table, the fields of `Options`.
 
-The arguments of the commands, the fields of a request, the keys of a problem file, the header of a plan and the tables in
-docs/ are made from it. To add an option: a field here, a line in `SolveOptions` for type checkers, and the place that
-uses it.
+The arguments of commands, the fields of a request, the keys of a problem file, the header of a plan and the tables in
+docs/ are made from it. To add an option, add a field there and a line to `SolveOptions`, which type checkers read, and
+use it as `run.options.<name>`.
 """
 
 import inspect
@@ -24,7 +24,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class SolveOptions(TypedDict, total=False):
-    """What somebody says to a solve; None and what is absent is left to the problem, the scene, or the default."""
+    """Options that a caller gives to a solve; absent ones and None are left to the problem, the scene or the default."""
 
     search: Search | None
     seed: int | None
@@ -40,7 +40,7 @@ class SolveOptions(TypedDict, total=False):
 
 
 class ExplainOptions(TypedDict, total=False):
-    """What somebody says to an explanation about looking for motions: as to a solve, and how many changes are tried."""
+    """Options that a caller gives to an explanation: those of a solve for motions, and how many changes are tried."""
 
     seed: int | None
     epsilon: float | None
@@ -49,30 +49,29 @@ class ExplainOptions(TypedDict, total=False):
     changes: int
 
 
+SOLVING = ("solve", "request")
+EVERYWHERE = (*SOLVING, "explain")
+
+
 @dataclass(frozen=True)
 class Option:
-    """One row of the table: what an option means, which values it takes, and where it may be said.
+    """One row of the table: what an option means, which values it takes, and where it can be given.
 
-    A request of the service may say all of them. `name`, `kind` (`str`, `int`, `float` or `bool`), `choices` (empty: any
+    A request of the service can give every option. `name`, `kind` (`str`, `int`, `float` or `bool`), `choices` (empty: any
     value of the kind) and `default` follow from the field.
     """
 
-    help: str  # with Markdown's backticks, which the command line leaves out
+    help: str  # in Markdown; the command line leaves the backticks out
     at_least: float | None = None
     above: float | None = None
     at_most: float | None = None
     unit: str = ""
-    commands: tuple[str, ...] = (
-        "solve",
-        "request",
-    )  # that have it as an argument; none: every command has its own
-    problem_key: str | None = None  # of a problem file's `options`, as `budget.samples`
-    problem_least: int = 0  # that a problem file may say
-    otherwise: str = ""  # in words: what decides if nobody says it, where that is not `default`
-    in_header: Literal["always", "if not default", "never"] = (
-        "never"  # of the plan, which depends on what stands there
-    )
-    of_geometry: bool = False  # it means nothing where no geometry is asked
+    commands: tuple[str, ...] = SOLVING  # that have it as an argument; none if every command has one of this name
+    problem_key: str | None = None  # where a problem file's `options` give it, as `budget.samples`
+    problem_least: int = 0  # the least number that a problem file may give
+    otherwise: str = ""  # a description of the default, where that is not a fixed value
+    in_header: Literal["always", "if not default", "never"] = "never"  # of plans that depend on it
+    of_geometry: bool = False  # without effect where no geometry is asked
     name: str = ""
     kind: type = str
     choices: tuple[str, ...] = ()
@@ -80,7 +79,7 @@ class Option:
 
     @property
     def null_in_header(self) -> bool:
-        """Whether the header of a plan may say null: where no geometry was asked, or of a budget, for no limit."""
+        """Whether the option may be null in a plan file: without geometry, or as a budget without a limit."""
         return self.in_header == "always" and (self.of_geometry or (self.problem_key or "").startswith("budget."))
 
 
@@ -90,12 +89,9 @@ def _option(default: _Default, help: str, **row: Any) -> _Default:
     return made
 
 
-EVERYWHERE = ("solve", "request", "explain")
-
-
 @dataclass(frozen=True)
 class Options:
-    """The options of one run, all decided; and the table of what can be said."""
+    """The options of one run, with all values decided; its fields are the table."""
 
     search: Search = _option(
         "best",
@@ -180,21 +176,21 @@ class Options:
     certificate: bool = _option(True, "include proofs that motions are collision-free")
 
     @classmethod
-    def of(cls, *said: Mapping[str, Any]) -> "Options":
-        """The options as the first says them who says anything of each; the defaults, where nobody does.
+    def of(cls, *sources: Mapping[str, Any]) -> "Options":
+        """The options of a run: each as the first of the sources gives it, otherwise its default.
 
         Raises:
             TypeError: there is no option of such a name.
         """
         chosen: dict[str, Any] = {}
-        for one in said:
+        for one in sources:
             if unknown := one.keys() - OPTIONS.keys():
                 raise TypeError(f"solve() got an unexpected keyword argument {min(unknown)!r}")
             chosen = {name: value for name, value in one.items() if value is not None} | chosen
         return cls(**chosen)
 
     def written(self) -> dict[str, str | float | int | None]:
-        """The options as the plan keeps them: what it depends on."""
+        """The options that the plan depends on, as its file keeps them."""
         header: dict[str, str | float | int | None] = {}
         for name, option in OPTIONS.items():
             value = None if option.of_geometry and self.geometry == "none" else getattr(self, name)
@@ -206,7 +202,7 @@ class Options:
 
 
 def _table() -> dict[str, Option]:
-    """The rows, by name, with what follows from the fields."""
+    """The rows of the table by name, completed by what follows from their fields."""
     hints, rows = get_type_hints(Options), {}
     for each in fields(Options):
         hint = hints[each.name]
@@ -221,9 +217,6 @@ def _table() -> dict[str, Option]:
 
 OPTIONS: Final[Mapping[str, Option]] = _table()
 SEARCHES: Final[tuple[Search, ...]] = get_args(Search)
-GEOMETRIES: Final[tuple[Geometry, ...]] = get_args(Geometry)
-GEOMETRY_ORDERS: Final[tuple[GeometryOrder, ...]] = get_args(GeometryOrder)
-QUALITIES: Final[tuple[Quality, ...]] = get_args(Quality)
 
 
 def takes_options(function: _Function) -> _Function:

@@ -9,7 +9,7 @@ import pytest
 
 import kabo
 from kabo.cli import explain as explain_command
-from kabo.explain.geometry import SAMPLES
+from kabo.explain.geometry import MAX_SAMPLES
 from kabo.options import OPTIONS, Options, SolveOptions
 from kabo.plan import schema
 from kabo.planner.search.algorithms import ALGORITHMS
@@ -82,4 +82,4 @@ def test_every_search_that_can_be_named_is_there():
 
 
 def test_the_command_says_how_many_samples_explain_draws():
-    assert explain_command.SAMPLES == SAMPLES
+    assert explain_command.MAX_SAMPLES == MAX_SAMPLES

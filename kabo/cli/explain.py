@@ -12,7 +12,7 @@ from kabo.cli.terminal import clean_standard_output, interruptible, print_json, 
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
-SAMPLES = 40_000  # drawn at most, if neither the command line nor the problem limits them
+MAX_SAMPLES = 40_000  # as in kabo.explain: samples, if neither the command line nor the problem limits them
 REPORT_S = 0.1  # seconds of the time limit that are kept for writing the explanation
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
@@ -25,7 +25,7 @@ EXIT_CODES = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo explain`."""
     add_problem_argument(parser)
-    add_options(parser, NAME, max_samples=SAMPLES)
+    add_options(parser, NAME, max_samples=MAX_SAMPLES)
     parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
     add_limits(parser, "60")
     parser.set_defaults(cut_off=_cut_off)

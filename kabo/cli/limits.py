@@ -262,11 +262,8 @@ class _Watch:
             code = exit_codes.INTERRUPTED if why == "interrupted" else exit_codes.NO_PLAN
         if self.found is not None:
             body, plan = self.found
-            return int(
-                self.options.finish(
-                    {**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options
-                )
-            )
+            write: Callable[..., int] = self.options.write_found
+            return write({**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options)
         told = getattr(self.options, "cut_off", None)
         if told is not None and spent is not None:
             return int(told(self.options, spent, said))

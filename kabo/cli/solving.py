@@ -20,7 +20,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve"
     add_problem_argument(parser)
     add_options(parser, command)
     add_limits(parser, "the problem's, else 600")
-    parser.set_defaults(cut_off=report_cut_off, finish=finish)
+    parser.set_defaults(cut_off=report_cut_off, write_found=finish)  # at a limit, without a plan or with one
     parser.add_argument(
         "-o",
         dest="output",

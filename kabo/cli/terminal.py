@@ -47,12 +47,10 @@ def shown_text() -> Iterator["Callable[[str], None] | None"]:
 
 
 def _started_bar() -> tuple[Any, Any]:
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich import console, progress  # most commands show no bar, and rich takes a while to load
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    made = Bar(*columns, console=Console(stderr=True), transient=True)
+    columns = (progress.SpinnerColumn(), progress.TextColumn("{task.description}"), progress.TimeElapsedColumn())
+    made = progress.Progress(*columns, console=console.Console(stderr=True), transient=True)
     made.start()
     return made, made.add_task("loading")
 

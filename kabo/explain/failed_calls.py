@@ -49,8 +49,8 @@ def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Findi
 def _rank(call: GroundCall, record: Record, asked: GeometricProcedures) -> tuple[bool, bool, int, int, float]:
     """The order of findings: calls that never succeeded for any robot first; sampled ones before proofs and forecasts."""
     where = record.places[0]
-    told = 1 if where.refusal.proof else 2 if where.effort == FORESEEN else 0
-    return _dispensable(call, asked), record.successes > 0, told, -record.failures, where.refusal.missing or 0.0
+    rank = 1 if where.refusal.proof else 2 if where.effort == FORESEEN else 0
+    return _dispensable(call, asked), record.successes > 0, rank, -record.failures, where.refusal.missing or 0.0
 
 
 def _dispensable(call: GroundCall, asked: GeometricProcedures) -> bool:

@@ -87,10 +87,12 @@ def obstacles(
         TrialBudget(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
         **options,
     )
-    return _told(result, findings, others, surroundings.budget.epsilon)
+    return _summarised(result, findings, others, surroundings.budget.epsilon)
 
 
-def _told(result: Result, findings: list[Finding], others: list[Counterfactual], epsilon: float) -> Obstacles:
+def _summarised(
+    result: Result, findings: list[Finding], others: list[Counterfactual], epsilon: float
+) -> Obstacles:
     verdict: Literal["proved", "exhausted"] = "proved" if result.status == "no_plan" else "exhausted"
     main, reason = main_finding(findings, others), result.reason
     if main is None or reason is None:

@@ -28,27 +28,27 @@ class Unused:
         instances: dict[str, list[GroundAction]] = {}
         for action in self.whole.actions:
             instances.setdefault(action.name, []).append(action)
-        told = []
+        sentences = []
         for name in self.whole.compiler.problem.domain.actions:
             if name in self.mentions.without_instance:
-                told.append(f"{name} has no instance: {self.mentions.without_instance[name]}.")
+                sentences.append(f"{name} has no instance: {self.mentions.without_instance[name]}.")
                 continue
             idle = [action for action in instances[name] if action.index not in used]
-            told += [self._idle(group, len(instances[name])) for group in self._alike(idle)]
-        return told
+            sentences += [self._idle(group, len(instances[name])) for group in self._alike(idle)]
+        return sentences
 
     def rules(self) -> list[str]:
         """A sentence for every update rule that never fires."""
-        compiler, told = self.whole.compiler, []
+        compiler, sentences = self.whole.compiler, []
         compiler.inferring = True
         for number, effect in enumerate(compiler.problem.domain.update_rules, start=1):
             updates = compile_effects(compiler, [effect], {})
             conditions = [update.condition for update in updates if isinstance(update, Update)]
             if not any(condition.possible(self.ones, self.zeros) for condition in conditions):
                 name = rule_name(effect, number)
-                told.append(f"{name[0].upper()}{name[1:]} never fires: {self._why_not(effect, conditions)}.")
+                sentences.append(f"{name[0].upper()}{name[1:]} never fires: {self._why_not(effect, conditions)}.")
         compiler.inferring = False
-        return told
+        return sentences
 
     def never_known(self) -> list[str]:
         """A sentence for all atoms or terms of one symbol that are asked for and can never become known."""

@@ -7,7 +7,19 @@ The kernels of large symbolic searches are called once by themselves.
 from pathlib import Path
 
 import kabo
-from kabo.finite_domain import Effect, FiniteTask, Operator, StateVariable
+from kabo.finite_domain import (
+    CompiledTask,
+    Effect,
+    FiniteTask,
+    Operator,
+    RelaxedOperator,
+    RelaxedTask,
+    StateVariable,
+    astar,
+    bfws,
+    breadth_first,
+)
+from kabo.requests import solve_file
 
 PROBLEMS = (
     Path("doors", "n3.yaml"),  # branches on what is sensed
@@ -23,8 +35,6 @@ _LIGHTS = FiniteTask(
 
 def plan_once() -> None:
     """Plans a small symbolic and a small geometric problem, and runs each compiled search on a task of two lights."""
-    from kabo.requests import solve_file
-
     _search_once()
     for problem in (_domains() / each for each in PROBLEMS):
         if problem.is_file():
@@ -39,8 +49,6 @@ def _domains() -> Path:
 
 
 def _search_once() -> None:
-    from kabo.finite_domain import CompiledTask, RelaxedOperator, RelaxedTask, astar, bfws, breadth_first
-
     for search in (bfws, breadth_first, astar):
         search(CompiledTask(_LIGHTS), plain_work=0)
     RelaxedTask(2, [RelaxedOperator((0,), (1,))], [1], engine="compiled").evaluate([0])

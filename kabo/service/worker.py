@@ -29,6 +29,8 @@ import msgspec
 from kabo.errors import missing_library
 from kabo.frozen_gc import frozen_gc
 from kabo.planner.result import Progress
+from kabo.requests import solve_file
+from kabo.service import inline
 from kabo.service.messages import ProblemFiles, SolveRequest, Unreadable, read, said
 
 STOP = b"stop"
@@ -101,8 +103,6 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
         RequestRefused: the request cannot be read, or names files that it may not.
         Stopped: the job was cancelled, or its deadline has passed.
     """
-    from kabo.requests import solve_file  # here, as the server imports this module, and plans nothing
-
     try:
         message = read(SolveRequest, request)
         with _problem_in(message.problem, root, ticker) as (path, domain):
@@ -130,8 +130,6 @@ def _problem_in(problem: ProblemFiles, root: Path | None, ticker: Ticker) -> Ite
         Unreadable: it is not clear which file is the problem, or a file cannot be written.
         Stopped: the job was cancelled, or its deadline has passed.
     """
-    from kabo.service import inline  # for the same reason
-
     with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as own:
         try:
             if problem.files is not None:
@@ -151,7 +149,7 @@ def _problem_in(problem: ProblemFiles, root: Path | None, ticker: Ticker) -> Ite
 
 def warm_up() -> None:
     """Loads and compiles what requests need, and fills caches of what never changes."""
-    from kabo.service.warming import plan_once
+    from kabo.service.warming import plan_once  # the server imports this module, too, and plans nothing
 
     plan_once()
 

@@ -18,10 +18,9 @@ from kabo.language.yaml.calls import read_call
 from kabo.language.yaml.dialect import YAML, report_unknown
 from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.language.yaml.effects import read_effects
-from kabo.language.yaml.expressions import expression_of
 from kabo.language.yaml.procedures import ProcedureSignatures
 from kabo.language.yaml.queries import read_formula
-from kabo.language.yaml.syntax import parse
+from kabo.language.yaml.syntax import expression_of, parse
 from kabo.language.yaml.values import Reader
 
 DOMAIN_KEYS = (

@@ -26,7 +26,7 @@ class PairChoice:
     """Chooses the pairs to prove; cached, because most stretches move the same bodies on the same joints."""
 
     def __init__(self, never_collide: Callable[[str, str], bool]) -> None:
-        """`never_collide`: whether two things need no proof at all, by their names."""
+        """`never_collide` says whether two things, by their names, need no proof."""
         self.never_collide = never_collide
         self._known: dict[object, tuple[Numbers, Integers, dict[frozenset[str], list[int]]]] = {}
 
@@ -82,7 +82,7 @@ class PairChoice:
 
 
 def _chain(tree: KinematicTree, joint: int) -> dict[int, None]:
-    """The joints from one to the base; the first that is also in another chain is the last that carries both."""
+    """The joints from one to the base, in this order; the first one that two chains share carries both."""
     chain: dict[int, None] = {}
     while joint > 0:
         chain[joint] = None

@@ -1,7 +1,7 @@
 """Makes the certificate of a plan: for every stretch of motion, proofs that what moves stays apart from all else.
 
-It works from the plan alone, as whoever checks it will: what is proven is what was written. Where a component may have
-several values, each of them is a place of its own.
+It works from the plan alone, as the verifier will: what is proven is what was written. Where a component may have
+several values, it counts as standing at all of these places.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -141,9 +141,9 @@ class _Certifying:
                     least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
             for i in sorted(least):
                 margin, between = least[i]
-                told = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
+                clearance = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
                 permitted = node.motion[i].allowed_contacts
-                segments.append(Clearance(name, i, told, None if told is None else between, permitted))
+                segments.append(Clearance(name, i, clearance, None if clearance is None else between, permitted))
         if self.gaps:
             return self.gaps
         bodies = {
@@ -204,7 +204,7 @@ class _Certifying:
                 situation.end(node.motion[i])
 
     def _early(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
-        """Proofs that a motion that begins early never meets the last of the one before, however late either is."""
+        """Proofs that a motion that begins early never meets the rest of the previous one, however late either is."""
         if not node.overlap:
             return
         before = next(other for other in self.order if name in self.plan.nodes[other].successors)
@@ -265,7 +265,7 @@ class _Certifying:
         return replace(proof, before=first.stretch.segments, cut=cut), margin, between
 
     def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
-        """Fingers and bodies that they do not hold, while no hand moves: permitted or not, they must be apart."""
+        """Pairs of fingers and bodies not held by them, while no hand moves: these are proven apart even if permitted."""
         passing: set[frozenset[str]] = set()
         for name in stretch.waypoints:
             robot = self.scene.robots[name]
@@ -295,7 +295,7 @@ class _Certifying:
     def _things(
         self, name: str, situation: MotionSituation, first: Mapping[str, int]
     ) -> tuple[list[Thing], list[Thing]]:
-        """What moves, on the joints of the joined tree, and what stands."""
+        """The moving bodies, on joints of the joined tree, and the standing ones."""
         moving: list[Thing] = []
         standing = list(self._fixed)
         for robot in self.scene.robots:

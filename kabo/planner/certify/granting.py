@@ -45,7 +45,7 @@ def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
 
 @dataclass
 class _Granting:
-    """The segments of one node, in the order of time, with what is held when each of them begins."""
+    """Adds grants to the segments of one node, in the order of time, tracking what is held."""
 
     name: str
     node: Node
@@ -88,7 +88,7 @@ class _Granting:
         return found
 
     def _family(self, situation: MotionSituation, robot: str, name: str) -> str | None:
-        """The first grasp family by which a robot holds an object now, if one declares that hold."""
+        """The first grasp family that declares how a robot holds an object now, or None."""
         chosen, body = self.scene.robots[robot], self.scene.bodies[name]
         roles = {"this": standing_frame(body, situation.pose(name))}
         if chosen.tool is None:

@@ -1,6 +1,6 @@
 """The poses of all things during the motion of a node: robots, attached objects, and objects with several places.
 
-Objects that hang together move as one: whoever is taken becomes the root of its group, the others hang on it.
+Objects that hang together move as one: the object that is taken becomes the root of its group, the others hang on it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -103,7 +103,7 @@ class MotionSituation:
         return self.hung[self.root(name)][0]
 
     def _hang(self, name: str, parent: str) -> None:
-        """Hangs an object, and with it all of its group, on something else, where it is."""
+        """Hangs an object, with its whole group, on something else, without moving it."""
         world_T, chain = self.pose(name), [name]
         while self.hung[chain[-1]][0] in self.hung:
             chain.append(self.hung[chain[-1]][0])

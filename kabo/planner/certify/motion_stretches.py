@@ -1,4 +1,4 @@
-"""The motion of a node cut into stretches: what moves and what is carried is the same all through each.
+"""The motion of a node cut into stretches, in each of which the same bodies move and are carried.
 
 Segments of one robot follow each other; those of different robots may overlap in time, and a stretch then ends
 wherever one of them begins or ends. Configurations are straight between way points and proportional to time.
@@ -27,7 +27,7 @@ class MotionStretch:
 def stretches(
     motion: Sequence[Segment], robots: dict[str, Robot], start: dict[str, Array]
 ) -> Iterator[MotionStretch]:
-    """The stretches of a motion in the order of time; `start` (n,) is where each robot begins, and is moved along."""
+    """The stretches of a motion in the order of time; `start` (n,) is where each robot begins, and is updated."""
     if not _overlapping(motion):
         for i, segment in enumerate(motion):
             own = _whole(segment, robots[segment.robot], start[segment.robot], np.array(segment.waypoints))
@@ -65,7 +65,7 @@ def at_time(segment: Segment, time: float) -> Array:
 
 
 def _overlapping(motion: Sequence[Segment]) -> bool:
-    """Whether two segments are under way at once, or stand in another order than that of time."""
+    """Whether two segments run at the same time, or are not in the order of time."""
     return any(after.times[0] < before.times[-1] for before, after in zip(motion, motion[1:], strict=False))
 
 

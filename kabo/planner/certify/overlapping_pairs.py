@@ -26,7 +26,8 @@ def from_time_on(waypoints: Array, times: Array, time: float) -> Array | None:
 def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: int) -> Course:
     """The course on which each piece of the first path is passed with each piece of the second.
 
-    The second path is gone through forth and back, once for each piece of the first, along which that goes to and fro.
+    The second path is passed forward and backward in turn, once for each piece of the first, which alternates between
+    the two ends of that piece meanwhile.
 
     Args:
         first, second: on trees of their own; their pairs do not matter.

@@ -13,7 +13,7 @@ from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 
 
-def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], ledger: RefusalTable) -> Skeleton | None:
+def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], table: RefusalTable) -> Skeleton | None:
     """The skeleton with the next attempts at the calls responsible for the refusals; None if there are none.
 
     A refused call itself restarts at its first attempt, because its input is another one now.
@@ -27,7 +27,7 @@ def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], ledger: Refus
     failed = {(each.call, each.attempt) for each in refused}
     for each in refused:
         for trace in each.traces:
-            step = ledger.responsible_attempt(each.call, each.refusal, trace)
+            step = table.responsible_attempt(each.call, each.refusal, trace)
             if step is None:
                 return None
             responsible_attempt.add(step)

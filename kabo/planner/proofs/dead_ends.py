@@ -47,15 +47,15 @@ class _DeadEnds:
         """Sentences about outcomes other than the assumed ones, from which the goal is out of reach."""
         way = listed((str(step.action) for step in steps if not isinstance(step, Assume)), "and", SHOWN_STEPS)
         lucky = f"With luck {way} would reach the goal" if way else "With luck the goal would hold already"
-        node, told = self.space.start, False
+        node, explained = self.space.start, False
         for step in steps:
             others = self.space.outcomes(node, step.branching) if isinstance(step, Assume) else []
             for outcome, child in others:
                 if isinstance(step, Assume) and outcome != step.outcome and (why := self.lost(child[0])):
-                    told = True
+                    explained = True
                     yield f"{lucky}; but once {step.branching.fact} turns out to be {outcome}, {why}."
             node = self.space.after(node, step)
-        if not told:
+        if not explained:
             facts = listed((step.branching.fact for step in steps if isinstance(step, Assume)), "and")
             yield f"{lucky}, but no plan does whatever {facts} turns out to be."
 

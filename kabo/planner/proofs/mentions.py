@@ -56,21 +56,21 @@ class Mentions:
     def why_no_achiever(self, meaning: Meaning) -> str:
         """Why no action and no rule achieves a fact, as the rest of a sentence."""
         says = [name for name, spoken in self._actions.items() if _speaks(spoken, meaning)]
-        told = [
+        sentences = [
             f"{name} has no instance ({self.without_instance[name]})"
             for name in says
             if name in self.without_instance
         ]
         idle = [name for name in says if name not in self.without_instance]
         if idle:
-            told.append(f"what never changes rules out every instance of {' or '.join(idle)} that would tell")
+            sentences.append(f"what never changes rules out every instance of {' or '.join(idle)} that would tell")
         for number, effect, spoken in self._rules:
             if _speaks(spoken, meaning):
                 asked = condition_of(effect)
                 why = None if asked is None else self.never(asked)
-                told.append(f"{rule_name(effect, number)} never infers it" + (f" ({why})" if why else ""))
-        if told:
-            return f"and {' and '.join(told)}"
+                sentences.append(f"{rule_name(effect, number)} never infers it" + (f" ({why})" if why else ""))
+        if sentences:
+            return f"and {' and '.join(sentences)}"
         if meaning.role in ("whether", "known", "number"):
             return "and no action adds or senses it"
         return "no action adds or senses it, and no update rule infers it"

@@ -39,14 +39,18 @@ def no_plan(
     if not failures:
         return _beyond(problem) if unreachable_goals(task) else _dead_end(task, deadline)
     text = "no plan reaches the goal: every procedure that was refused was refused by a proof"
-    return Reason("refusals", None, text, _told(failures))
+    return Reason("refusals", None, text, _listed(failures))
 
 
 def _beyond(problem: Problem) -> Reason:
     """Some conjuncts of the goal never hold, even under delete relaxation."""
     goals = unreachable_because(problem)
-    told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME_REASONS)]
-    few = told if len(told) <= SHOWN_SENTENCES else [*told[:SHOWN_SENTENCES], "kabo explain says more"]
+    sentences = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME_REASONS)]
+    few = (
+        sentences
+        if len(sentences) <= SHOWN_SENTENCES
+        else [*sentences[:SHOWN_SENTENCES], "kabo explain says more"]
+    )
     names = listed((goal.text for goal in goals), "and")
     text = f"no plan reaches the goal, whatever geometry says: {names} can never hold, whatever is done"
     return Reason("knowledge", None, text, tuple(few))
@@ -68,25 +72,25 @@ def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Refu
     """
     if verdict.is_proof:
         return None
-    told = [str(gap) for gap in verdict.gaps[:SHOWN_SENTENCES]]
+    sentences = [str(gap) for gap in verdict.gaps[:SHOWN_SENTENCES]]
     if len(verdict.gaps) > SHOWN_SENTENCES:
-        told.append(f"… and {len(verdict.gaps) - SHOWN_SENTENCES} more")
-    return Reason(None, "reasoning", BEYOND, (*told, *_told(failures)))
+        sentences.append(f"… and {len(verdict.gaps) - SHOWN_SENTENCES} more")
+    return Reason(None, "reasoning", BEYOND, (*sentences, *_listed(failures)))
 
 
 def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Refusal]], why: str | None = None) -> Reason:
     """The reason of a spent budget (`why`, if that says it better), with the calls that were refused until then."""
-    return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _told(failures))  # type: ignore[arg-type]
+    return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _listed(failures))  # type: ignore[arg-type]
 
 
-def _telling(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
+def _verbosity(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
     """The order in which refused calls are listed: those with many attempts first, proofs last."""
     return item[1].proof, -item[1].attempts
 
 
-def _told(failures: Sequence[tuple[GroundCall, Refusal]]) -> tuple[str, ...]:
-    ordered = sorted(failures, key=_telling)
-    told = [refused(call, failure) for call, failure in ordered[:SHOWN_REFUSALS]]
+def _listed(failures: Sequence[tuple[GroundCall, Refusal]]) -> tuple[str, ...]:
+    ordered = sorted(failures, key=_verbosity)
+    sentences = [refused(call, failure) for call, failure in ordered[:SHOWN_REFUSALS]]
     if len(failures) > SHOWN_REFUSALS:
-        told.append(f"… and {len(failures) - SHOWN_REFUSALS} more")
-    return tuple(told)
+        sentences.append(f"… and {len(failures) - SHOWN_REFUSALS} more")
+    return tuple(sentences)

@@ -94,16 +94,20 @@ class RootCauses:
         roots = [case for case in reasons.cases if not case.achievers][:MAX_SENTENCES]
         first = reasons.cases[:MAX_SENTENCES]
         shown = [case for case in reasons.cases if case in first or case in roots]
-        told = [self._sentence(case) for case in shown]
+        sentences = [self._sentence(case) for case in shown]
         more = len(reasons.cases) - len(shown)
         if more:
-            told.append(f"{counted(more, 'further step')} between these {'is' if more == 1 else 'are'} left out.")
+            sentences.append(
+                f"{counted(more, 'further step')} between these {'is' if more == 1 else 'are'} left out."
+            )
         texts = [self.meanings.text(fact) for fact in reasons.circular]
         if len(texts) == 1:
-            told.append(f"So {texts[0]} waits for itself, and it does not hold at the start.")
+            sentences.append(f"So {texts[0]} waits for itself, and it does not hold at the start.")
         elif texts:
-            told.append(f"So {listed(texts, 'and')} wait for each other, and none of them holds at the start.")
-        return told
+            sentences.append(
+                f"So {listed(texts, 'and')} wait for each other, and none of them holds at the start."
+            )
+        return sentences
 
     def _rank_all(self, first: Iterable[MissingFact]) -> None:
         """Finds the achievers of these facts, and of all that they need, and how far each fact is from its root causes."""
@@ -160,10 +164,10 @@ class RootCauses:
     # ---------------------------------------------------------------------------------------------- sentences
     def _sentence(self, case: CauseGroup) -> str:
         first, *others = case.members
-        told = self._ways(first, case) if case.achievers else self.nothing(first)
+        sentences = self._ways(first, case) if case.achievers else self.nothing(first)
         if others:
-            told += f" Likewise {listed([self.meanings.text(fact) for fact in others], 'and')}."
-        return told
+            sentences += f" Likewise {listed([self.meanings.text(fact) for fact in others], 'and')}."
+        return sentences
 
     def _ways(self, fact: MissingFact, case: CauseGroup) -> str:
         """A sentence with the achievers of a fact, each with what it lacks."""

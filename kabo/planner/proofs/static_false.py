@@ -31,18 +31,20 @@ def why_false(compiler: Compiler, formula: Formula, binding: Binding) -> Iterato
         return
     match formula:
         case And(parts=parts):
-            told = [s for part in parts for s in why_false(compiler, part, binding)]
-            yield from told or [f"The parts of {spell_bound(formula, binding)} contradict each other."]
+            sentences = [s for part in parts for s in why_false(compiler, part, binding)]
+            yield from sentences or [f"The parts of {spell_bound(formula, binding)} contradict each other."]
         case Forall():
             inner = compiler.instances(formula.variables, binding)
-            told = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
-            yield from _some(told or [f"The instances of {spell_bound(formula, binding)} contradict each other."])
+            sentences = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
+            yield from _some(
+                sentences or [f"The instances of {spell_bound(formula, binding)} contradict each other."]
+            )
         case Or(parts=parts):
             yield from _some([s for part in parts for s in why_false(compiler, part, binding)])
         case Exists():
             inner = compiler.instances(formula.variables, binding)
-            told = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
-            yield from _some(told or [f"There is no object for {spell_bound(formula, binding)}."])
+            sentences = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
+            yield from _some(sentences or [f"There is no object for {spell_bound(formula, binding)}."])
         case _:
             yield _leaf(compiler, formula, binding)
 

@@ -38,7 +38,7 @@ def unreachable_in(causes: RootCauses) -> list[UnreachableGoal]:
     """The conjuncts of the goal that the delete relaxation never reaches, each with why."""
     whole = causes.achievers.whole
     compiler, reach = whole.compiler, whole.reach
-    told: dict[tuple[object, ...], str] = {}
+    first_with: dict[tuple[object, ...], str] = {}
     found: list[UnreachableGoal] = []
     for part, (formula, binding) in zip(whole.goal, conjuncts(compiler, compiler.problem.goal, {}), strict=True):
         if part.query == FALSE:
@@ -47,7 +47,7 @@ def unreachable_in(causes: RootCauses) -> list[UnreachableGoal]:
         elif not part.query.possible(reach.ones, reach.zeros):
             reasons = causes.reasons(part.query)
             kinds = tuple(case.kinds for case in reasons.cases)
-            same = told.setdefault(kinds, part.text)
+            same = first_with.setdefault(kinds, part.text)
             why = tuple(causes.sentences(reasons))
             if same != part.text:
                 why = (f"{SAME_REASONS} {same}.",)

@@ -79,7 +79,7 @@ def _bounded(stage: RobotStage, least: float) -> Freedom:
 
 
 def _least(bodies: Iterable[Body]) -> float:
-    """The most that any family of the bodies asks for at least [m]: by which one it was is not kept."""
+    """The greatest least length [m] that any family of the bodies requires; which one was used is not recorded."""
     strokes: list[Stroke | None] = [LIFT]
     for body in bodies:
         strokes += [stroke for family in body.grasps.values() for stroke in (family.approach, family.lift)]

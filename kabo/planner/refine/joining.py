@@ -90,7 +90,7 @@ def lengths(acts: Sequence[ActMotion]) -> float:
 
 
 def segment_length(segment: Segment) -> float:
-    """The length of a segment's way [rad or m, L2]."""
+    """The length of a segment's path [rad or m, L2]."""
     return float(np.linalg.norm(np.diff(np.array(segment.waypoints), axis=0), axis=1).sum())
 
 
@@ -103,7 +103,7 @@ def _situations(start: Situation, acts: Sequence[ActMotion]) -> list[Situation]:
 
 
 def _runs(context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], robot: str) -> list[Run]:
-    """The runs of loose pieces of a robot in which there is something to choose, in order of time."""
+    """The runs of a robot, in order of time: consecutive loose pieces, at least one of them a free path."""
     runs: list[Run] = [[]]
     for number, (act, situation) in enumerate(zip(acts, _situations(start, acts), strict=False)):
         if not any(segment.robot == robot for segment in act.motion):
@@ -126,7 +126,7 @@ def _runs(context: ProcedureContext, start: Situation, acts: Sequence[ActMotion]
 
 
 def _goes_on(last: _RunPiece, piece: _RunPiece, acts: Sequence[ActMotion], legs: Sequence[Leg]) -> bool:
-    """Whether a piece goes on from the one before under the same constraint."""
+    """Whether a piece begins where the previous one ends, under the same constraint."""
     if np.abs(last.path[-1] - piece.path[0]).max() > 1e-6:
         return False
     before = acts[last.act].motion[last.leg]
@@ -134,7 +134,7 @@ def _goes_on(last: _RunPiece, piece: _RunPiece, acts: Sequence[ActMotion], legs:
 
 
 def _pieces(legs: Sequence[Leg], freedoms: Freedoms, act: int) -> Iterator[_RunPiece]:
-    """The pieces of an act's legs: strokes in two, where a way is on their loose side, or nothing."""
+    """The pieces of an act's legs; a stroke beside a free path is cut into the part to keep and a loose part."""
     kinds = [freedoms.of(leg.segment.stage) if leg.arm else freedoms.of(None) for leg in legs]
     for k, (leg, freedom) in enumerate(zip(legs, kinds, strict=True)):
         after_way = k > 0 and kinds[k - 1].kind == "way"
@@ -158,7 +158,7 @@ def _split(act: int, leg: int, parts: Sequence[tuple[Array, bool]]) -> Iterator[
 
 
 def _cut(leg: Leg, path: Array, least: float) -> tuple[Array, Array]:
-    """A path (m, n) in two: the tool's first `least` metres, and what is left (one way point if that is nothing)."""
+    """A path (m, n) cut after the tool's first `least` metres; the second part is one way point if nothing is left."""
     robot = leg.part.scene.robot(leg.segment.robot)
     if robot.tool is None:
         return path, path[-1:]
@@ -178,7 +178,7 @@ def _cut(leg: Leg, path: Array, least: float) -> tuple[Array, Array]:
 def _replaced(
     context: ProcedureContext, start: Situation, acts: list[ActMotion], run: Run, robot: str, effort: Effort
 ) -> list[ActMotion]:
-    """The acts with a shorter way along a run; as they were, if none is found, or none is proven for all of them."""
+    """The acts with a shorter path along a run; unchanged if none is found, or if it is not proven for all acts."""
     path = _joint(run)
     found = _shorter(context, path, [piece.way for piece in run if piece.way is not None], robot, effort)
     if _length(found) > _length(path) - LEAST_GAIN:
@@ -193,7 +193,7 @@ def _replaced(
 
 
 def _trimmed(context: ProcedureContext, start: Situation, acts: list[ActMotion], robot: str) -> list[ActMotion]:
-    """The acts without what a robot's last stroke has beyond the least, where nothing follows that needs it."""
+    """The acts with a robot's last stroke cut to its least length, where nothing follows it."""
     number = max(k for k, act in enumerate(acts) if any(segment.robot == robot for segment in act.motion))
     legs = legs_of(context, _situations(start, acts)[number], acts[number].motion)
     pieces = [] if legs is None else list(_pieces(legs, acts[number].freedoms, number))
@@ -215,7 +215,7 @@ def _length(path: Array) -> float:
 def _shorter(
     context: ProcedureContext, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort
 ) -> Array:
-    """A path with the same ends, proven in the scenes of all ways, no longer than the one given."""
+    """A path with the same ends, no longer than the one given, and proven in the scenes of all `ways`."""
     part = ways[0]
     n, hand = part.scene.robot(robot).planned, path[0, part.scene.robot(robot).planned :]
 
@@ -249,7 +249,7 @@ def _pairs(path: Array) -> Iterator[tuple[Array, Array]]:
 
 
 def _portions(path: Array, run: Run, acts: Sequence[ActMotion]) -> Iterator[dict[int, Array]]:
-    """Ways to divide a path among the acts of a run; each that has nothing else to move gets some of it."""
+    """Divisions of a path among the acts of a run; an act that moves nothing else gets a part that is not empty."""
     numbers = list(dict.fromkeys(piece.act for piece in run))
     if len(numbers) == 1:
         yield {numbers[0]: path}
@@ -296,7 +296,7 @@ def _with(
     robot: str,
     end: int,
 ) -> list[ActMotion] | None:
-    """The acts with portions of a path for their pieces of a run; None if one before `end` is not proven then."""
+    """The acts with portions of a path in place of a run; None if an act before number `end` is not proven then."""
     made, before = list(acts), _situations(start, acts)
     for number, portion in portions.items():
         legs = legs_of(context, before[number], acts[number].motion)
@@ -313,7 +313,7 @@ def _with(
 
 
 def _rebuilt(legs: Sequence[Leg], freedoms: Freedoms, run: Run, act: int, portion: Array) -> tuple[Segment, ...]:
-    """The segments of an act whose pieces in a run give way to a portion of another path."""
+    """The segments of an act, with a portion of another path in place of its pieces in a run."""
     gone = {piece.leg: piece for piece in run if piece.act == act}
     ways = [k for k, piece in gone.items() if piece.way is not None]
     motion: list[Segment] = []

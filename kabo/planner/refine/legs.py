@@ -1,7 +1,7 @@
 """Legs: the segments of a node's motion, each with the scene in which it is executed, to be proven again.
 
-What was planned in one situation may be asked about in another one: with other robots elsewhere, with what nobody here
-moves in more or other places.
+A motion may be replayed in another situation than that in which it was planned: with other robots elsewhere, and with
+objects that it does not move at other places, or at several.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,7 +29,7 @@ class Leg:
 
     @property
     def arm(self) -> bool:
-        """Whether the planned joints move, not the gripper's."""
+        """Whether the joints of the arm move, not those of the gripper."""
         return self.part.stretch.group == "arm"
 
     @property

@@ -34,7 +34,7 @@ class SituatedMotion:
 def greatest_overlap(
     context: ProcedureContext, first: SituatedMotion, second: SituatedMotion, most: float
 ) -> float:
-    """The greatest time [s] by which the second motion may begin before the first ends: a sum of whole segments.
+    """The greatest time [s] by which the second motion may begin before the first ends; it begins with a segment.
 
     Args:
         context: the context of the geometry server.
@@ -61,7 +61,7 @@ def _of(moved: SituatedMotion) -> tuple[Situation, tuple[Segment, ...]]:
 
 @dataclass(frozen=True)
 class _Body:
-    """What moves on a leg: bodies on joints with their names, the way, and boxes about what each piece sweeps."""
+    """The moving bodies of a leg with their names and motion, and a box around what each sweeps on each piece."""
 
     names: tuple[str, ...]
     motion: Motion
@@ -90,7 +90,7 @@ def _body(leg: Leg) -> _Body:
 
 
 def _box(swept: Any) -> Array:
-    """The box (2, 3) about what a body sweeps on a piece: that of its parts at both ends, grown by their deviation."""
+    """The box (2, 3) around what a body sweeps on a piece: around its parts at both ends, grown by their deviation."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for pose in swept.poses:
         turn, centre = pose[:9].reshape(3, 3), swept.extents[:, :3]
@@ -102,7 +102,7 @@ def _box(swept: Any) -> Array:
 
 
 def _may_meet(context: ProcedureContext, first: _Body, second: _Body) -> bool:
-    """Whether what moves on two legs may meet, each anywhere on its own way."""
+    """Whether the bodies of two legs may meet, each leg at any of its moments."""
     shape = first.low.shape[:2], second.low.shape[:2]
     mine, theirs = (body.low.reshape(-1, 3) for body in (first, second))
     ends = first.high.reshape(-1, 3), second.high.reshape(-1, 3)

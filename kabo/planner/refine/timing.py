@@ -60,7 +60,7 @@ def duration(motion: Sequence[Segment]) -> float:
 
 
 def _groups(legs: Sequence[Leg]) -> list[list[Leg]]:
-    """The legs, those together that may be passed without a stop."""
+    """The legs, grouped by which may be passed without a stop."""
     groups: list[list[Leg]] = []
     for leg in legs:
         if groups and _arm_only(groups[-1][-1]) and _arm_only(leg):

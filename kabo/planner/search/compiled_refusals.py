@@ -28,7 +28,7 @@ class LearntTask:
     whole: bool
 
 
-def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> LearntTask:
+def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], learnt_refusals: LearntRefusals) -> LearntTask:
     """A finite-domain task, whose operators are owned by actions, with the refusals that were learnt.
 
     Args:
@@ -36,15 +36,15 @@ def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntR
         actions: the actions of the knowledge task; operators name their owner by its index in this list.
         book: the refusals, suspicions and provenances.
     """
-    return _Learnt(base, actions, book).made()
+    return _Learnt(base, actions, learnt_refusals).made()
 
 
 class _Learnt:
-    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> None:
-        self.base, self.actions, self.book = base, actions, book
+    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], learnt_refusals: LearntRefusals) -> None:
+        self.base, self.actions, self.learnt_refusals = base, actions, learnt_refusals
         self.whole = True
         named: dict[int, list[int]] = {}
-        for component, number in book.named:
+        for component, number in learnt_refusals.named:
             named.setdefault(component, []).append(number)
         self._variables: list[StateVariable] = []
         self._initial: list[int] = []
@@ -56,7 +56,7 @@ class _Learnt:
             self._value.update({(component, number): 1 + k for k, number in enumerate(numbers)})
             self._initial.append(self._value.get((component, 0), OTHER))
         self._made: dict[tuple[GroundCall, int], list[tuple[Provenance, Pattern]]] = {}
-        for entry, origins in book.origins.items():
+        for entry, origins in learnt_refusals.origins.items():
             for origin in origins:
                 self._made.setdefault((origin.call, origin.attempt), []).append((entry, origin.reads))
         self._sizes = {n: v.size for n, v in enumerate(self._variables, len(base.variables))}
@@ -76,9 +76,9 @@ class _Learnt:
 
     def _with_call(self, plain: Operator, call: GroundCall) -> Iterable[tuple[Operator, int]]:
         """An operator for every attempt that remains, where it is not refused; those without a suspicion come first."""
-        refusals = self.book.refusals.get(call, ())
+        refusals = self.learnt_refusals.refusals.get(call, ())
         often = min(tuning.REFUSAL_PRICE * len(refusals), tuning.MAX_REFUSAL_PRICE)
-        for attempt in range(self.book.attempts):
+        for attempt in range(self.learnt_refusals.attempts):
             before = [{}] if attempt == 0 else [self._holding(p) for p in self._leading(call, attempt - 1)]
             if not before:
                 return
@@ -86,7 +86,7 @@ class _Learnt:
             effects = (*plain.effects, *self._effects(call, attempt))
             cost = plain.cost + tuning.RETRY_PRICE * attempt + often
             free = self._avoiding(before, refused)
-            clear = self._avoiding(free, self.book.suspicions.get(call, ()))
+            clear = self._avoiding(free, self.learnt_refusals.suspicions.get(call, ()))
             for allowed, price in [(each, 0) for each in clear] + [
                 (each, tuning.SUSPICION_PRICE) for each in free if each not in clear
             ]:
@@ -104,7 +104,7 @@ class _Learnt:
         return list(dict.fromkeys(reads for _, reads in self._made.get((call, attempt), ())))
 
     def _effects(self, call: GroundCall, attempt: int) -> Iterable[Effect]:
-        for component in self.book.moves(call):
+        for component in self.learnt_refusals.moves(call):
             number = self._number.get(component)
             if number is None:
                 continue

@@ -51,22 +51,24 @@ class PackedTask:
         if compiled is None:
             return None
         if geometry is None:
-            return self._told(_searched(compiled, search, None, limits), compiled, None, limits)
+            return self._result(_searched(compiled, search, None, limits), compiled, None, limits)
         refused, is_all = geometry.refused_everywhere()
-        book = geometry.learnt()
-        if is_all and (book is None or not book.suspicions):
+        learnt_refusals = geometry.learnt()
+        if is_all and (learnt_refusals is None or not learnt_refusals.suspicions):
             calls = [self.task.actions[operator.owner].call for operator in compiled.task.operators]
             forbidden = [int(call in refused) for call in calls]
-            return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None, limits)
-        if book is None:
+            return self._result(
+                _searched(compiled, search, forbidden, limits, learnt_refusals), compiled, None, limits
+            )
+        if learnt_refusals is None:
             return None
-        learnt = learnt_task(compiled.task, self.task.actions, book)
-        found = _searched(learnt.compiled, search, None, limits, book)
+        learnt = learnt_task(compiled.task, self.task.actions, learnt_refusals)
+        found = _searched(learnt.compiled, search, None, limits, learnt_refusals)
         if found.status == "unsolvable" and not learnt.whole:
             return None
-        return self._told(found, learnt.compiled, learnt.attempts, limits)
+        return self._result(found, learnt.compiled, learnt.attempts, limits)
 
-    def _told(
+    def _result(
         self, found: PackedResult, compiled: CompiledTask, attempts: Sequence[int] | None, limits: SearchLimits
     ) -> SearchResult:
         statistics = SearchStatistics(found.expanded, found.generated, 1, 1)
@@ -94,11 +96,11 @@ def _searched(
     search: Search,
     forbidden: list[int] | None,
     limits: SearchLimits,
-    book: LearntRefusals | None = None,
+    learnt_refusals: LearntRefusals | None = None,
 ) -> PackedResult:
     """The answer of a search by its name; where refusals were learnt, `best` first tries A* for a limited time."""
     budget = SearchBudget(expansions=limits.expansions, stop=limits.deadline)
-    if search == "best" and book is not None:
+    if search == "best" and learnt_refusals is not None:
         most = tuning.MAX_CHEAPEST_EXPANSIONS
         most = most if limits.expansions is None else min(most, limits.expansions)
         found = astar(compiled, forbidden=forbidden, budget=SearchBudget(expansions=most, stop=limits.deadline))

@@ -79,14 +79,14 @@ def shortest(server) -> float:
 def test_a_stretch_takes_the_shortest_of_all_ways_through_its_solutions(table):
     server = Server(table)
     stops, draft = chain(server, len(table))
-    beam, refining_choice.BEAM = refining_choice.BEAM, 100
+    beam, refining_choice.BEAM_WIDTH = refining_choice.BEAM_WIDTH, 100
     try:
         choice = AlternativeChoice(server, stops, draft, 1000)  # type: ignore[arg-type]
         choice.shorten(stops[:-1])
     finally:
-        refining_choice.BEAM = beam
+        refining_choice.BEAM_WIDTH = beam
     event("found the shortest at once" if choice.draft is draft else "shortened")
-    assert choice.draft.cost <= shortest(server) + refining_choice.GAIN
+    assert choice.draft.cost <= shortest(server) + refining_choice.LEAST_GAIN
     assert choice.draft.cost <= draft.cost
 
 

@@ -18,7 +18,7 @@ def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[
 def _depth_limited(
     start: Node, graph: Graph[Node, Move], limit: int
 ) -> tuple[list[tuple[Move, Node]] | None, dict[Hashable, int]]:
-    """Depth-first search to a limit; a node is met again only where more of the limit is left for it.
+    """Depth-first search to a limit; a node is visited again only at a smaller depth than before.
 
     Also returns how far each node is from the start: a node at the limit itself has not been expanded.
     """
