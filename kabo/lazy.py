@@ -1,4 +1,4 @@
-"""Lazy faces of rooms: public names that are written once, in a stub, and load their file when they are first used.
+"""Lazy imports of packages: public names are listed once, in a stub, and import their file when first used.
 
 Beside such a room's `__init__.py` stands an `__init__.pyi`, in which each name has a line of its own:
 
@@ -60,7 +60,7 @@ def lazy_names(
 
 
 def names_of(room: ModuleType) -> list[str]:
-    """The public names of a lazy room, none of which is loaded for that; stubs have no `__all__`."""
+    """The public names of a lazy package, read from its stub without importing any of them."""
     return list(room.__all__)
 
 

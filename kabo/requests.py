@@ -1,4 +1,4 @@
-"""What solve, verify, explain and check mean for files: paths and options in, answers as data out.
+"""Solve, verify, explain and check for files: functions from paths and options to answers as data.
 
 The command line and the workers of the service call these functions and so give the same answers. They differ only in how
 a request arrives and how its answer is shown.

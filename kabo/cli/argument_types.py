@@ -1,4 +1,4 @@
-"""Types of arguments: functions that turn the text of an argument into its value, or say what was expected."""
+"""Types of arguments: functions that convert the text of an argument, or raise an error with what was expected."""
 
 import argparse
 import math

@@ -95,7 +95,7 @@ class Surrounding:
             yield None if show is None else lambda progress: show(described(progress))
 
     def on_found(self) -> OnFound | None:
-        """A function that takes a result and its plan file as soon as a plan is found; None if nobody has to hold them."""
+        """A callback for the result and plan file as soon as a plan is found; None if they need not be kept."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""What `bound` and `decompose` have in common: the mesh, the tolerance, warnings, the output and the picture."""
+"""Arguments and output shared by `bound` and `decompose`: the mesh, the tolerance, warnings and the picture."""
 
 import argparse
 import math
@@ -103,7 +103,7 @@ def at_least(least: int) -> Callable[[str], int]:
 
 
 def scale(text: str) -> float:
-    """Reads metres per unit; for the name of a unit the error says its number."""
+    """Reads a scale in metres per unit; if a unit's name is given, the error proposes its scale."""
     value = _value(text.strip())
     if value is None or value <= 0.0:
         named = {"mm": "0.001", "cm": "0.01", "m": "1", "inch": "0.0254", "in": "0.0254"}.get(text.strip().lower())

@@ -1,4 +1,4 @@
-"""What `solve`, `request` and `explain` have in common: their options, and how an answer is shown and written."""
+"""Arguments and output shared by `solve`, `request` and `explain`."""
 
 import argparse
 from collections.abc import Callable, Mapping

@@ -57,7 +57,7 @@ def _started_bar() -> tuple[Any, Any]:
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
-    """A function that says whether Ctrl-C was pressed, so that the command stops soon; a second Ctrl-C aborts it."""
+    """A function that returns whether Ctrl-C was pressed, so that the command can stop; a second Ctrl-C aborts it."""
     pressed: list[int] = []
 
     def note(number: int, frame: object) -> None:

@@ -65,7 +65,7 @@ def require_vertices(part: Array) -> None:
     """Raises an error unless an array is a valid part for kernels, which do not validate their inputs.
 
     Raises:
-        ValueError: as `Enclosure.packed` says.
+        ValueError: the array is not a valid part, see `Enclosure.packed`.
     """
     if part.dtype != np.float64 or part.ndim != 2 or part.shape[1] != 3 or not 1 <= len(part) <= COLUMNS:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Answers of geometric procedures: a motion and its effects, or a refusal that says why, with the bodies involved."""
+"""Answers of geometric procedures: a motion and its effects, or a refusal with its reason and the bodies involved."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -29,23 +29,23 @@ class Success:
 
 
 class Askable(Protocol):
-    """A question about geometry that an attempt asked before it was refused, and that can be asked again."""
+    """The geometric query on which an attempt was refused, stored so that it can be repeated."""
 
     @property
     def is_search(self) -> bool:
-        """Whether an answer takes a search for a way."""
+        """Whether the query needs a path search to be answered."""
 
     @property
     def streams(self) -> Sequence[Any]:
         """The `Stream`s of candidates from which the attempt was drawn."""
 
     def passes(self, context: Any, without: str | None = None) -> bool:
-        """Whether the answer is yes in another `Context`, or with a body out of the way; all else is the same."""
+        """Whether the query succeeds in another `Context`, or with a body removed; all else is unchanged."""
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why no motion was found: by one attempt of a stage, or by all those of a procedure.
+    """The failure to find a motion: of one attempt of a stage, or of all attempts of a procedure.
 
     Args:
         reason: one of `REASONS`; a stage may have others. Counts are grouped by it.
@@ -81,7 +81,7 @@ class Refusal:
 
 
 def pair_text(pair: Pair) -> str:
-    """Two things that come too close, in a message."""
+    """The text of a pair of things that come too close."""
     return f"{pair[0]} – {pair[1]}"
 
 

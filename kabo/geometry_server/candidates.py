@@ -88,7 +88,7 @@ class Stream:
         return self._candidates(_distinct(found[~nearest if others else nearest]))
 
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
-        """The valid ones of `count` samples from index `first` on, in order; `along` as in `batch`.
+        """The valid samples among `count` from index `first` on, in order; `along` as in `batch`.
 
         In closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and down,
         wrist flipped.
@@ -126,7 +126,7 @@ class Stream:
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
-        """Every candidate with a frame of the tree at a pose (4, 4), by the closed form, or why there is none.
+        """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or the reason why there is none.
 
         None without a closed form, or if it leaves a choice, as for seven axes.
         """

@@ -1,4 +1,4 @@
-"""What every procedure gets beside its arguments: the surroundings, the seed, and how much to try."""
+"""The context of procedure calls: the surroundings, the seed, and the numbers of attempts to make."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ def shared(number: int) -> "ProcedureContext":
 class ProcedureContext:
     """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
 
-    `patience`: how many candidates in a row may be blocked by movable objects; None: any number. `stop` tells
+    `patience`: the number of candidates in a row that movable objects may block; None: any. `stop` returns
     whether time or budget is spent.
     """
 
@@ -49,7 +49,7 @@ class ProcedureContext:
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
+        """The scene of the surroundings."""
         return self.surroundings.scene
 
     def candidates(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:

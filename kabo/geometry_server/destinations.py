@@ -21,7 +21,7 @@ HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a fam
 
 @dataclass(frozen=True)
 class Destination:
-    """Where to place an object: on a support, in a region, or on a support within a region."""
+    """The destination of an object: on a support, in a region, or on a support within a region."""
 
     support: str | None
     region: Region | None

@@ -1,4 +1,4 @@
-"""The geometry server: predicates and samples over one scene, as pure functions with a memory.
+"""The geometry server: predicates and samples over one scene, as pure functions with cached results.
 
 Only caches and counters change: the same question has the same answer, whenever and however often it is asked.
 """

@@ -1,4 +1,4 @@
-"""How far out of reach something is: the shortest displacement of a robot's base that brings it within reach.
+"""The shortest displacement of a robot's base that brings a target within reach.
 
 Three prismatic joints are put before the robot's first joint, so that projection finds displacements of the base
 together with configurations that fulfil all constraints, joint limits included. The shortest displacements of many
@@ -28,7 +28,7 @@ NEGLIGIBLE_SHARE = 2e-3  # of the displacement, not worth another round
 
 @dataclass(frozen=True)
 class Shortfall:
-    """How far out of reach: the displacement `by` (x, y, z) of the base, in the world, and its length [m]."""
+    """The displacement `by` (x, y, z) of a robot's base in the world that brings a target within reach; its length [m]."""
 
     metres: float
     by: tuple[float, float, float]
@@ -132,7 +132,7 @@ class _Base:
 
 
 def gliding(tree: KinematicTree) -> KinematicTree:
-    """The tree with prismatic joints along x, y and z of the world before all its joints; their values come first."""
+    """The tree preceded by prismatic joints along x, y and z of the world, whose values come first in a configuration."""
     turns = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
     slides, before = np.zeros((BASE_SLIDES, 12)), np.eye(3)
     for row, turn in zip(slides, turns, strict=True):
@@ -155,7 +155,7 @@ def gliding(tree: KinematicTree) -> KinematicTree:
 
 
 def glided(rows: Array) -> Array:
-    """The rows of a tree, with joint numbers for the tree of `gliding`; features of the world stay there."""
+    """The rows with their joint numbers adapted to the tree of `gliding`; features fixed in the world stay fixed."""
     moved: Array = rows.copy()
     for column in (FIRST, SECOND):
         moved[:, column] += BASE_SLIDES * (rows[:, column] > 0)

@@ -41,7 +41,7 @@ def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -
 
 
 def why_unsupported(surroundings: SceneSurroundings, situation: Situation, name: str) -> str | None:
-    """Why none of the bodies that an object may touch is known to support it; None if it touches none."""
+    """The reason why none of the bodies that an object may touch is known to support it; None if it touches none."""
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
     own = _standing(surroundings, name, pose)

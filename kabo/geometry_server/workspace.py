@@ -61,7 +61,7 @@ class Workspace:
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
     def relevant(self, permitted: Contacts) -> Contacts:
-        """Those permitted contacts that matter here: they involve a moving thing and are not permitted anyway."""
+        """The given contacts that involve a moving thing and that the scene does not permit already."""
         if not permitted:
             return permitted
         own = self.robot.name + "."

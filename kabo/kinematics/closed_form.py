@@ -42,7 +42,7 @@ class Reached:
 
 @dataclass(frozen=True)
 class OutOfReach:
-    """Why no configuration reaches a pose; fields that do not apply are zero or None.
+    """The reason why no configuration reaches a pose; fields that do not apply are zero or None.
 
     `missing`: by how much the links are too short [m], as measured at the first step that fails: an estimate, no
     bound. `tilt`: the rotation of the end that five axes cannot make [rad]. `joint`: index of the value whose
@@ -77,7 +77,7 @@ class Branches:
     short: Array
 
     def answer(self, i: int, tree: KinematicTree, structure: Structure) -> Reached | OutOfReach:
-        """The configurations of pose i, or why there are none."""
+        """The configurations of pose i, or the reason why there are none."""
         count = int(self.counts[i])
         if count:
             marks = tuple(

@@ -52,7 +52,7 @@ def reaching(
     *,
     hand: tuple[float, ...] = (),
 ) -> Reached | OutOfReach:
-    """As `solutions`, for any frame on a joint of the robot's tree."""
+    """Configurations (N, n) that bring any frame on a joint of the robot's tree to a pose; see `solutions`."""
     goal, base = as_pose(world_T_frame), _base(robot, hand)
     structure = robot.structure
     if not isinstance(structure, Structure) or not is_carried(robot, structure, joint):

@@ -33,7 +33,7 @@ def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, toleran
 def unkept_row(
     tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3
 ) -> int | None:
-    """The index of a row that is not proven to hold along the segment, or None; as `keeps`."""
+    """The index of a row that is not proven to hold along the segment, or None; `keeps` explains the proof."""
     start, end = np.array(q0, np.float64), np.array(q1, np.float64)
     if not start.shape == end.shape == (tree.size,) or not np.all(np.isfinite(start + end)):
         raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")

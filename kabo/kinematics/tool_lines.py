@@ -32,7 +32,7 @@ STORED_DECIMALS = 9  # of joint values in plans: what is proven is what is store
 
 @dataclass(frozen=True)
 class OffLine:
-    """Why the tool cannot follow the line, and how far along it it came [m].
+    """The reason why the tool cannot follow the line, and the distance that it covered [m].
 
     limit: a joint meets its limit (then `joint` is its index in q); out_of_reach: no configuration nearby;
     singular: joints would have to turn without bound.

@@ -46,7 +46,7 @@ class GroundAction:
         return self.precondition.reads | self.effects.reads
 
     def applicable(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the preconditions hold; whether its motion exists is not asked here."""
+        """Whether the preconditions hold; the existence of a motion is not checked here."""
         return self.precondition.holds(state, test)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
@@ -57,7 +57,7 @@ class GroundAction:
         return self.closure.complete(after, state ^ after)
 
     def reasons(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The bits of the state after the effects from which the closure infers something."""
+        """The bits, among those that the effects set, from which the closure infers something."""
         updated = self.effects.after(state, test)
         return 0 if updated is None else _reasons(self.closure, state, updated)
 
@@ -124,7 +124,7 @@ class Branching:
         return needed & ~choice.make & ~self.mask  # the outcome itself sets the bits of its group
 
     def excluded(self, state: int) -> int:
-        """Bits of `state` because of which its impossible outcomes are impossible."""
+        """The bits of `state` that rule out the impossible outcomes."""
         reasons = 0
         for choice in self.choices:
             against = state & choice.against

@@ -9,7 +9,7 @@ Binding = Mapping[str, str]  # variable -> object
 
 
 def object_of(term: Variable | Constant, binding: Binding) -> str:
-    """The object that a variable or a constant stands for."""
+    """The object to which a variable is bound, or that a constant names."""
     return binding[term.name] if isinstance(term, Variable) else term.name
 
 

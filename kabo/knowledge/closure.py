@@ -31,7 +31,7 @@ class UnitPropagator(Protocol):
         ...
 
     def propagate(self, state: int, trace: Trace | None) -> int | None:
-        """The state with all inferences; None if they contradict it."""
+        """The state with all inferences from this source; None if they contradict the state."""
         ...
 
 
@@ -47,7 +47,7 @@ class Rule:
 
     @property
     def watches(self) -> int:
-        """The bits that it reads, and those that it writes, so that forgotten conclusions are drawn again."""
+        """The bits that the rule reads or writes; it watches the latter, so that forgotten conclusions are drawn again."""
         return self.condition.reads | self.clear | self.make
 
 

@@ -82,7 +82,7 @@ class TermBits:
 
     @property
     def mask(self) -> int:
-        """All bits of the term."""
+        """The mask of all bits of the term."""
         return self.known | self.excluded | self.settled | self.whether
 
     def __hash__(self) -> int:
@@ -117,7 +117,7 @@ class NumberBits:
 
     @property
     def mask(self) -> int:
-        """All bits of the term."""
+        """The mask of all bits of the term."""
         return self.field | self.whether
 
     def encode(self, value: float) -> int:
@@ -182,7 +182,7 @@ class BitTable:
         return group
 
     def term(self, name: str, arguments: tuple[str, ...], values: tuple[str, ...], exclusions: bool) -> TermBits:
-        """The bits of a ground term with a finite range; `exclusions` says whether `f != v` can be known."""
+        """The bits of a ground term with a finite range; `exclusions`: whether `f != v` can be known."""
         group = self._groups.get((name, arguments))
         if group is None:
             equal = {value: self.bit() for value in values}
@@ -237,7 +237,7 @@ class BitTable:
         return group.text in self._keys
 
     def bit(self) -> int:
-        """A new bit."""
+        """Allocates a new bit and returns its mask."""
         self._next += 1
         return 1 << (self._next - 1)
 

@@ -22,7 +22,7 @@ COMPARISONS: Final[dict[str, Callable[[float, float], bool]]] = {
 class NumberTerm:
     """A number that may be known: `value` reads the bits `reads` of a state and returns None if it is unknown.
 
-    `asks` says whether an external procedure is called for it.
+    `asks`: whether reading it calls an external procedure.
     """
 
     reads: int
@@ -32,7 +32,7 @@ class NumberTerm:
 
 @dataclass(frozen=True)
 class Compare(Signed):
-    """The query whether two known numbers compare so; with `positive` False, whether they are not known to."""
+    """A query that compares two numbers; with `positive` False it holds unless the comparison is known to hold."""
 
     operator: str
     left: NumberTerm
@@ -48,7 +48,7 @@ class Compare(Signed):
         return self.left.reads | self.right.reads
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether both numbers are known and compare so, or, with `positive` False, not."""
+        """Whether both numbers are known and the comparison holds; with `positive` False the negation of that."""
         left, right = self.left.value(state), self.right.value(state)
         known = left is not None and right is not None and COMPARISONS[self.operator](left, right)
         return known == self.positive

@@ -49,22 +49,22 @@ class Update:
 
     @cached_property
     def is_possible(self) -> bool:
-        """Whether its condition is not the constant FALSE."""
+        """Whether the update can ever happen: its condition is not the constant FALSE."""
         return self.condition != FALSE
 
     @cached_property
     def is_certain(self) -> bool:
-        """Whether it has no condition."""
+        """Whether the update has no condition, so that it always happens."""
         return self.condition == TRUE
 
     @cached_property
     def writes(self) -> int:
-        """All bits that it may change, apart from those of entries that it removes."""
+        """The mask of all bits that the update may change, without those of entries that it removes."""
         return self.clear | self.make
 
     @cached_property
     def reads(self) -> int:
-        """All bits that decide whether and what it changes."""
+        """The mask of all bits that decide whether the update happens, and what it changes."""
         return self.condition.reads | (self.assignment.value.reads if self.assignment else 0)
 
 
@@ -97,13 +97,13 @@ class Effects:
 
     @cached_property
     def writes(self) -> int:
-        """All bits that any update may change."""
+        """The mask of all bits that any update of the action may change."""
         dropped = union(entry.mask for entry in self.entries) | union(c.whether for c in self.conjunctions)
         return union(update.writes for update in self.updates) | dropped
 
     @cached_property
     def reads(self) -> int:
-        """All bits that decide what any update changes."""
+        """The mask of all bits that any update of the action reads."""
         return union(update.reads for update in self.updates)
 
     @cached_property
@@ -172,7 +172,7 @@ class Lexicon:
     _at_odds: dict[int, tuple[int, ...]] = field(default_factory=dict)
 
     def at_odds(self, made: int) -> tuple[int, ...]:
-        """Those masks of `contradictions`, each once, that have some of these bits."""
+        """The masks of contradictory bits that contain some of the given bits, each once."""
         found = self._at_odds.get(made)
         if found is None:
             masks = [mask for bit in bits_of(made) for mask in self.contradictions.get(bit, ())]

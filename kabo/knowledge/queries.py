@@ -41,7 +41,7 @@ class Query(ABC):
 
     @abstractmethod
     def possible(self, ones: int, zeros: int) -> bool:
-        """Whether it can hold if the bits `ones` can be 1 and the bits `zeros` can be 0; False is always right."""
+        """Whether the query can hold if the bits `ones` can be 1 and the bits `zeros` can be 0; True may be wrong."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class AllOf(Query):
 
     @property
     def reads(self) -> int:
-        """All bits tested."""
+        """The mask of all bits that the query tests."""
         return self.mask
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
@@ -78,7 +78,7 @@ class AnyOf(Query):
 
     @property
     def reads(self) -> int:
-        """All bits tested."""
+        """The mask of all bits that the query tests."""
         return self.mask
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
@@ -116,7 +116,7 @@ class GeometricTest(Signed):
 
     @property
     def reads(self) -> int:
-        """0, no bits."""
+        """The empty mask: the test depends on no bit."""
         return 0
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
@@ -124,7 +124,7 @@ class GeometricTest(Signed):
         return test(self.call) == self.positive
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """0, no bits: the answer depends on the geometric state alone."""
+        """The empty mask: the answer depends on the geometric state alone."""
         return 0
 
     def possible(self, ones: int, zeros: int) -> bool:
@@ -305,7 +305,7 @@ def tested_for_zero(query: Query) -> int:
 
 
 def split(query: Query) -> tuple[int, int, Query | None]:
-    """A conjunction as one masked comparison (mask, value) and the remaining query, None if nothing remains."""
+    """A conjunction split into one masked comparison (mask, value) and the remaining query; None if nothing remains."""
     parts = query.parts if isinstance(query, All) else (query,)
     if not isinstance(parts[0], AllOf):
         return 0, 0, query

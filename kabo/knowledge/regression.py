@@ -29,7 +29,7 @@ def before_closure(closure: Closure, trace: Trace, after: int, needed: int) -> i
 
 
 def why_contradiction(trace: Trace) -> int:
-    """The bits before the closure because of which it contradicts itself; the trace ends with the contradiction."""
+    """The bits before the closure that cause the contradiction with which the trace ends."""
     needed = trace[-1][1]
     for written, reason in reversed(trace[:-1]):
         if needed & written:

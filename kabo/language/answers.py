@@ -1,4 +1,4 @@
-"""What external procedures may answer, checked where it comes in: a wrong answer must not look like a missing plan."""
+"""Checks the answers of external procedures on receipt, so that a wrong answer is not mistaken for a missing plan."""
 
 import math
 from typing import Any

@@ -54,7 +54,7 @@ class ConstraintKind:
 
     @property
     def needs_directions(self) -> bool:
-        """Whether no feature of it can be a point."""
+        """Whether the constraint relates only lines and planes, never points."""
         return not any("point" in pair for pair in self.shapes)
 
 

@@ -22,7 +22,7 @@ class Definition(Protocol):
 
     @property
     def source(self) -> SourceFile:
-        """The file."""
+        """The file that contains the definition."""
 
     @property
     def place(self) -> Place:

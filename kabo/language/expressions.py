@@ -16,11 +16,11 @@ class Span(Protocol):
 
     @property
     def start(self) -> int:
-        """Where it begins."""
+        """The offset of the first character."""
 
     @property
     def end(self) -> int:
-        """Where it has ended."""
+        """The offset behind the last character."""
 
 
 @dataclass(eq=False, slots=True)
@@ -48,6 +48,6 @@ class Expression:
 
     @property
     def name(self) -> "Expression":
-        """The name alone, without what it is applied to."""
+        """The name alone, without arguments."""
         start = self.start if self.name_at is None else self.name_at
         return Expression("name", self.text, start, start + len(self.text))

@@ -1,7 +1,7 @@
 """Formula trees: terms, claims, formulas, facts, effects and procedure calls, as plain values.
 
 The parser makes them, the checker has resolved every name, the knowledge planner compiles them. Two trees are
-equal when they say the same; the place in the file is carried along and does not count.
+equal when they have the same content; places in the file are not compared.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from typing import Literal as OneOf
 
 @dataclass(frozen=True)
 class Place:
-    """Where something stands in a file; line and column count from 1."""
+    """A position in a file; line and column count from 1."""
 
     file: str
     line: int
@@ -33,7 +33,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Variable:
-    """A parameter of an action, or what a quantifier binds."""
+    """A parameter of an action, or a variable that a quantifier binds."""
 
     name: str
     type: str
@@ -332,7 +332,7 @@ class ProcedureCall:
 
 @dataclass(frozen=True)
 class GroundCall:
-    """A procedure call without variables: what the planner asks and the geometry server answers."""
+    """A procedure call without variables, which the planner makes and the geometry server answers."""
 
     procedure: str
     arguments: tuple[str | float, ...] = ()

@@ -24,7 +24,7 @@ class Names:
         self.originals: dict[str, str] = {}  # kabo's name -> the name in the file
 
     def take(self, original: str) -> str:
-        """A free name, which is taken from now on."""
+        """A name not yet in use, derived from that of the file; reserves it."""
         name = self.free(original)
         self._taken.add(name)
         self.originals[name] = original

@@ -1,7 +1,7 @@
 """Names and types of formulas: from expressions as they are written to terms, atoms and comparisons.
 
-One resolver for all syntaxes; a `Dialect` says what a syntax permits and in which words it tells what is wrong. A
-method returns None after a report, and goes on with the parts beside the wrong one.
+One resolver for all syntaxes; a `Dialect` defines what a syntax permits, and the wording of its messages. A
+method returns None after reporting an error, and still checks the other parts of the expression.
 """
 
 import math
@@ -40,11 +40,11 @@ class Dialect:
         here.report(node, f'"{node.text}" is a predicate: it is true or false, and no value')
 
     def no_atom(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
-        """Reports what is no predicate in the place of an atom; `symbol` is what it is instead."""
+        """Reports anything but a predicate in the place of an atom; `symbol` is the symbol of that name, if any."""
         raise NotImplementedError
 
     def no_function(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
-        """Reports what is no function where one must stand; `symbol` is what it is instead."""
+        """Reports anything but a function in the place of one; `symbol` is the symbol of that name, if any."""
         raise NotImplementedError
 
     def no_number(self, here: "NameResolver", node: Expression, kind: Kind) -> None:
@@ -73,11 +73,11 @@ class Dialect:
         here.report(part, message, here.vocabulary.declared_at(symbol))
 
     def operand_fault(self, operator: str, count: int) -> str | None:
-        """What is wrong with the number of operands, if the syntax permits others than the grammar of terms."""
+        """The message for a wrong number of operands; None if the syntax permits it."""
         return None
 
     def size_fault(self, term: f.Term) -> str | None:
-        """Why a term of arithmetic is too large, if it is."""
+        """The message for an arithmetic term that is too large; None if it is not."""
         return None
 
 
@@ -89,7 +89,7 @@ def count_fault(node: Expression, symbol: Symbol) -> str:
 
 
 def one_of(kind: Kind) -> str:
-    """A kind as its types, any of which is right: `truck or plane`."""
+    """The types of a kind as text, joined by `or`: `truck or plane`."""
     return str(kind) if isinstance(kind, Values) else " or ".join(kind)
 
 
@@ -131,7 +131,7 @@ class NameResolver:
         self.findings.add(self.place(piece), message, hint, warning=warning)
 
     def place(self, piece: Span) -> f.Place:
-        """Where the piece stands."""
+        """The place of the piece in the file."""
         return self.source.place(piece.start, piece.end)
 
     def quote(self, piece: Span) -> str:
@@ -273,7 +273,7 @@ class NameResolver:
         return tuple(terms) if len(terms) == len(found) else None
 
     def application(self, node: Expression) -> f.Application | None:
-        """A function with its arguments, as Kv takes it."""
+        """A function applied to its arguments, the operand of Kv."""
         symbol = self.find(node.text) if node.kind in ("name", "call") else None
         if symbol is None or symbol.role != "function":
             self.dialect.no_function(self, node, symbol)
@@ -292,7 +292,7 @@ class NameResolver:
         return None if arguments is None else f.Atom(symbol.name, arguments, self.place(node))
 
     def claim(self, node: Expression) -> f.Claim | f.Truth | None:
-        """A literal or a comparison; for the dialect, sides that can never be equal are a fault, or just false."""
+        """A literal or a comparison; the dialect decides whether sides that can never be equal are an error or false."""
         if node.kind in COMPARISONS:
             return self.comparison(node)
         inner = node.parts[0] if node.kind == "!" else node

@@ -72,7 +72,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class GraspFamily:
-    """How a body may be grasped; roles `tool`, `this`, `world`. `robots` None: all that have the features used."""
+    """A family of grasps of a body by roles `tool`, `this`, `world`; `robots` None: all that have the features used."""
 
     name: str
     constraints: tuple[Constraint, ...]
@@ -84,7 +84,7 @@ class GraspFamily:
 
 @dataclass(frozen=True)
 class PlacementFamily:
-    """How a body may be put down; roles `this`, `support`, `region`, `world`."""
+    """A family of placements of a body; its constraints may use the roles `this`, `support`, `region`, `world`."""
 
     name: str
     constraints: tuple[Constraint, ...]
@@ -93,7 +93,7 @@ class PlacementFamily:
 
 @dataclass(frozen=True)
 class Shape:
-    """What a body is made of: a mesh file with a scale, or a primitive with whole side lengths [m]."""
+    """The shape of a body: a mesh file with a scale, or a primitive with full side lengths [m]."""
 
     kind: Literal["mesh", "box", "cylinder", "sphere"]
     path: Path | None = None
@@ -169,9 +169,9 @@ class RobotDescription:
 
 @dataclass(frozen=True)
 class Mate:
-    """How one part goes onto another; roles `moving`, `fixed`.
+    """The constraints by which one part is joined to another; roles `moving`, `fixed`.
 
-    `tolerance`: how far any point of the moving part may leave the straight way of its insertion [m].
+    `tolerance`: the greatest distance of any point of the moving part from its straight insertion path [m].
     """
 
     name: str

@@ -56,7 +56,7 @@ class SourceFile:
         return Place(self.name, line, start - starts[line - 1] + 1, max(1, end - start))
 
     def bounds(self, number: int) -> tuple[int, int]:
-        """Where the line `number` (from 1) begins and ends, without its line break."""
+        """The offsets at which the line `number` (from 1) begins and ends, without its line break."""
         begin = self._starts[number - 1]
         end = self._starts[number] if number < len(self._starts) else len(self.text)
         while end > begin and self.text[end - 1] in "\r\n":

@@ -12,11 +12,11 @@ from kabo.language import formulas as f
 
 @dataclass(frozen=True)
 class Manner:
-    """How a tree is spelled.
+    """Options for writing a tree as text.
 
     Attributes:
-        names: what stands in the place of a variable, by its name; others stand for themselves.
-        explicit: every compound part stands in parentheses, and calls as they are asked: options sorted by name.
+        names: the replacement of each variable by its name; variables not listed are written as they are.
+        explicit: whether every compound part gets parentheses, and calls have their options sorted by name.
     """
 
     names: Mapping[str, str]
@@ -36,7 +36,7 @@ def spell(tree: object) -> str:
 
 
 def spell_bound(tree: object, binding: Mapping[str, str]) -> str:
-    """One instance of a tree as text: variables replaced by what they are bound to, compound parts in parentheses.
+    """One instance of a tree as text: bound variables replaced by their values, compound parts in parentheses.
 
     Raises:
         TypeError: `tree` is none that `spell` takes.
@@ -45,7 +45,7 @@ def spell_bound(tree: object, binding: Mapping[str, str]) -> str:
 
 
 def spell_number(value: float) -> str:
-    """A number as people write it: `2` for 2.0, else Python's `repr`."""
+    """A number as text: `2` for 2.0, else Python's `repr`."""
     return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 

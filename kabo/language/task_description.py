@@ -1,6 +1,6 @@
 """A task file as plain data with places: the tree of its stages, and the values that stand beside them [T 3.7].
 
-What a scalar means is decided by the stage that gets it, which this room does not know: values stay as written.
+The meaning of a scalar depends on the stage that has the property, unknown in this package: values stay text.
 """
 
 from collections.abc import Iterator, Mapping
@@ -59,7 +59,7 @@ Value = str | int | float | bool | None
 
 @dataclass(frozen=True)
 class Input:
-    """A property that a task declares: what a call of the task may fill, in this order.
+    """A property that a task declares; the inputs of a task, in order, are the arguments of its calls.
 
     Attributes:
         kind: one of `KINDS` (`any` where the file only names the property); None if it says none, which was reported.
@@ -76,10 +76,10 @@ class Input:
 
 @dataclass(frozen=True)
 class StageDescription:
-    """A stage as it is written.
+    """A stage as described in a task file.
 
     Attributes:
-        type: what `stage` says; None if that is missing (which was reported).
+        type: the value of the key `stage`; None if that is missing (which was reported).
         stages: the children of a container; None for what has no key `stages`.
         wrapped: the child of a wrapper.
         properties: every other key; `keys` are their places.

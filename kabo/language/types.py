@@ -60,7 +60,7 @@ class Types:
         return kind == ancestor or ancestor in self.ancestors(kind)
 
     def fits(self, kind: Kind, wanted: Kind) -> bool:
-        """Whether a term of `kind` may stand where `wanted` is asked for."""
+        """Whether a term of `kind` may be used where kind `wanted` is required."""
         if kind == wanted or ANY in (kind, wanted):
             return True
         if isinstance(kind, Values) or isinstance(wanted, Values):
@@ -112,5 +112,5 @@ def type_of(kind: Kind) -> str:
 
 
 def types_of(kind: Kind) -> tuple[str, ...]:
-    """The types of a kind, any of which is right."""
+    """The types of a kind; a value of any of them belongs to the kind."""
     return () if isinstance(kind, Values) else kind

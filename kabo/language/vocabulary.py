@@ -47,7 +47,7 @@ class Symbol:
 
     @property
     def written(self) -> str:
-        """The name as files have it."""
+        """The name of the symbol in the file."""
         return self.name if self.original is None else self.original
 
     @property
@@ -57,11 +57,11 @@ class Symbol:
 
     @property
     def variable(self) -> Variable:
-        """The variable that it is."""
+        """The symbol as a variable."""
         return Variable(self.name, self.type, self.place)
 
     def term(self, place: Place | None) -> Constant | Variable:
-        """The term that a symbol other than a predicate, function or procedure stands for."""
+        """The symbol as a term: an object, constant or variable, without arguments."""
         if self.role in ("parameter", "run-time variable", "variable"):
             return Variable(self.name, self.type, place)
         return Constant(self.name, place)
@@ -72,7 +72,7 @@ class Vocabulary:
     """All names of a domain, and of a problem on top of it.
 
     Attributes:
-        findings: where findings go.
+        findings: the collection that receives findings.
         types: the types.
         names: the map from names in kabo to the original names of the file, where they differ.
         symbols: predicates and functions by their names in the file; in YAML files all other names, too.
@@ -157,7 +157,7 @@ class Vocabulary:
 
     # ---------------------------------------------------------------------------------------------------- remedies
     def signature(self, symbol: Symbol) -> str:
-        """How a symbol was declared: `robot_grasps(robot, bottle)`."""
+        """The declaration of a symbol as text: `robot_grasps(robot, bottle)`."""
         kinds = ", ".join(self.types.common(kind) or "?" for kind in symbol.arguments)
         return f"{symbol.written}({kinds})" if kinds else symbol.written
 

@@ -25,7 +25,10 @@ def findings(
     """A diagnostic for everything that lies too far away, and for gripper values beyond their joints' limits.
 
     Args:
-        description: the scene as its files describe it. robots: the loaded robots. meshes: those of the bodies. poses: world_T_body of the bodies.
+        description: the scene as described in its files.
+        robots: the loaded robots.
+        meshes: the meshes of the bodies.
+        poses: world_T_body of the bodies.
     """
     for name, mesh in meshes.items():
         far = float(np.linalg.norm(poses[name][:3, 3]) + np.linalg.norm(mesh.vertices, axis=1).max())

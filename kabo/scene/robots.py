@@ -49,7 +49,7 @@ class Gripper:
 
 @dataclass(frozen=True)
 class Actuation:
-    """How a configuration drives pinocchio's joints: joint j takes ratio[j] * q[source[j]] + shift[j]."""
+    """The map from a configuration to pinocchio's joint values: joint j takes ratio[j] * q[source[j]] + shift[j]."""
 
     source: tuple[int, ...]
     ratio: tuple[float, ...]

@@ -39,7 +39,7 @@ _Made = TypeVar("_Made")
 
 @dataclass(frozen=True)
 class Body:
-    """An object or fixed body: its mesh in its own frame [m], and what the scene file says of it."""
+    """An object or fixed body: its mesh in its own frame [m], and its entry in the scene file."""
 
     name: str
     mesh: Mesh

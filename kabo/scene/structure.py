@@ -52,7 +52,7 @@ class Structure:
 
 @dataclass(frozen=True)
 class NoStructure:
-    """Why an arm has no known closed form, in a few words about its axes."""
+    """The reason why an arm has no known closed form, as a phrase about its axes."""
 
     reason: str
 

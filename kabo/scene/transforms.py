@@ -69,7 +69,7 @@ def flat(matrix: Matrix) -> Matrix:
 
 
 def unflat(numbers: Matrix) -> Matrix:
-    """The 4x4 transform of 12 numbers."""
+    """The 4x4 transform given by 12 numbers, the inverse of `flat`."""
     result = np.eye(4)
     result[:3, :3] = np.asarray(numbers[:9]).reshape(3, 3)
     result[:3, 3] = numbers[9:]

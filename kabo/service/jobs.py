@@ -19,7 +19,7 @@ BYTES_PER_JOB = 1024  # what a stored outcome costs beside its bytes
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a job ended: with a reply (`code` None) and the plan file's bytes if there is a plan, or with an error."""
+    """The outcome of a job: a reply (`code` None) with the plan file's bytes if there is a plan, or an error."""
 
     code: str | None
     body: bytes
@@ -36,7 +36,7 @@ Deliver = Callable[[Outcome], None]
 
 @dataclass(eq=False)
 class SolveJob:
-    """A request that was let in: `deadline` on the monotonic clock [s], `digest` of its problem and options."""
+    """An accepted request: `deadline` on the monotonic clock [s], `digest` of its problem and options."""
 
     identifier: str
     request: bytes
@@ -75,7 +75,7 @@ class JobStore:
         self._max_request_bytes, self._request_bytes = max_request_bytes, 0
 
     def admit(self, job: SolveJob, deliver: Deliver, enqueue: Callable[[SolveJob], str | None]) -> str | None:
-        """Lets a request in: it joins an equal job, gets a stored outcome, or becomes a new job in the queue.
+        """Accepts a request: it joins an equal job, gets a stored outcome, or becomes a new job in the queue.
 
         Returns:
             None, or the code of the error with which it is refused (that of `enqueue`, `busy` or `id_reused`).

@@ -97,7 +97,7 @@ class Envelope(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     options: msgspec.Raw = msgspec.Raw(b"{}")
 
     def digest(self) -> bytes:
-        """A hash of what the id belongs to: problem and options, but not the deadline."""
+        """A hash of the problem and options to which the request's id is bound; the deadline is not included."""
         digest = hashlib.sha256(len(memoryview(self.problem)).to_bytes(8, "big"))
         digest.update(self.problem)
         digest.update(self.options)

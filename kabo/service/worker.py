@@ -50,7 +50,7 @@ class RequestRefused(Exception):
 
 
 class Ticker:
-    """What a job calls periodically: sends its progress, and says whether to stop; looks every 20 ms at most."""
+    """The callbacks of a job: send its progress, and check at most every 20 ms whether it has to stop."""
 
     def __init__(self, connection: Connection, remaining_s: float) -> None:
         self._connection = connection

@@ -39,7 +39,7 @@ class TaskCall:
 
     @property
     def sentence(self) -> str:
-        """The beginning of the sentence that says why it fails: `right cannot place bottle_4 in dishwasher`."""
+        """The beginning of the message about a failure of the call: `right cannot place bottle_4 in dishwasher`."""
         kinds = {each.name: each.kind for each in self.file.inputs}
         named = [
             (kinds[name], str(value)) for name, value in self.arguments.items() if kinds[name] in _PREPOSITIONS
@@ -132,7 +132,7 @@ class Bindings:
         return self._looked[call.procedure].stages(arguments)
 
     def refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """Those of these stages that can find out without sampling that the call fails."""
+        """The stages among the given ones that can prove without sampling that the call fails."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
 

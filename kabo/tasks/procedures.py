@@ -65,7 +65,7 @@ class GeometricProcedures:
     # ------------------------------------------------------------------------------------- the server beneath
     @property
     def scene(self) -> Scene:
-        """The scene."""
+        """The scene in which calls are answered."""
         return self.server.scene
 
     @property
@@ -233,7 +233,7 @@ class GeometricProcedures:
         return len(task.plan(TaskScene.of(self.server.context(effort), situation), attempt + 1, stop=enough))
 
     def wanted(self, call: GroundCall, situation: Situation) -> list[Stream]:
-        """The streams that the stages of a call would sample in a situation, also out of reach."""
+        """The streams that the stages of a call would sample in a situation, including targets out of reach."""
         context = self.server.context()
         return [stream for stage in self.stages(call) for stream in stage.wanted(context, situation)]
 
@@ -247,7 +247,7 @@ class GeometricProcedures:
         return None
 
     def refuted(self, call: GroundCall) -> Refusal | None:
-        """Why a call fails wherever the components it reads are as at the start, if that is known before any search."""
+        """The failure of a call, proven before any search, wherever its components have their start values; or None."""
         start, bound = Situation.of(self.scene.start), self.bind(call)
         found = self._refuted(call, start)
         if found is None:

@@ -1,4 +1,4 @@
-"""From refused attempts of stages to the refusal of a procedure: reasons, pairs, and on what it rests."""
+"""Sums up the refused attempts of stages into the refusal of a procedure: reasons, pairs, and its dependencies."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from kabo.tasks.core.model.results import Refused
 
 
 def refusal_of(failure: Refused) -> Refusal:
-    """The refusal of a robot stage as it is; that of any other stage with its reason and comment alone."""
+    """The refusal of an attempt: unchanged from a robot stage, from other stages only with its reason and comment."""
     if isinstance(failure, Refusal) and failure.reason in REASONS:
         return failure
     known = failure if isinstance(failure, Refusal) else Refusal(failure.reason, failure.comment)

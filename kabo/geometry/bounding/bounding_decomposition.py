@@ -40,11 +40,11 @@ class Triangles(Protocol):
 
     @property
     def vertices(self) -> Array:
-        """(V, 3) [m]."""
+        """The vertices (V, 3) [m]."""
 
     @property
     def faces(self) -> Integers:
-        """(F, 3) indices of vertices."""
+        """The faces (F, 3) as indices of vertices."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,7 +58,7 @@ class Net(NamedTuple):
 
 
 class Star(NamedTuple):
-    """Scratch for one star of at most S faces."""
+    """The scratch arrays for one star of at most S faces."""
 
     faces: Integers  # (S,)
     corners: Integers  # (S,)
@@ -108,7 +108,7 @@ class Queue(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch of many kernels."""
+    """The scratch arrays that several kernels share."""
 
     pieces: Array  # (64, 16)
     found: Integers  # (F,)
@@ -150,7 +150,7 @@ def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: I
 
 
 def star_of(faces: int) -> Star:
-    """Scratch for stars of at most so many faces."""
+    """Allocates scratch arrays for stars of at most the given number of faces."""
     s = min(faces, MAX_STAR_FACES)
     return Star(
         faces=_zeros(s),
@@ -171,7 +171,7 @@ def star_of(faces: int) -> Star:
 
 
 def carried_of(faces: int, nodes: int) -> Carried:
-    """Room for so many nodes on so many faces; the original has as many faces."""
+    """Allocates the lists of carried triangles, for the given numbers of nodes and faces."""
     return Carried(
         heads=_zeros(faces),
         items=_zeros(nodes),
@@ -186,12 +186,12 @@ def carried_of(faces: int, nodes: int) -> Carried:
 
 
 def draft_of(faces: int, moves: int) -> CarriedDraft:
-    """Room for so many moves in a mesh of so many faces."""
+    """Allocates a draft for the given numbers of moves and faces."""
     return CarriedDraft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
 
 
 def work_of(faces: int) -> Work:
-    """Scratch for a mesh of so many faces."""
+    """Allocates the scratch arrays for a mesh of the given number of faces."""
     return Work(
         np.empty((64, 16)),
         _zeros(faces),
@@ -203,10 +203,10 @@ def work_of(faces: int) -> Work:
 
 
 def queue_of(edges: int) -> Queue:
-    """A heap with room for so many entries."""
+    """Allocates a heap for the given number of entries."""
     return Queue(np.empty(edges), np.empty((edges, 3), np.int64))
 
 
 def refused_of(edges: int) -> Integers:
-    """Room for so many refused edges, a row each: both ends, the time of refusal, the stamp."""
+    """Allocates the list of refused edges, a row each: both ends, the time of refusal, the stamp."""
     return np.zeros((edges, 4), np.int64)

@@ -106,7 +106,7 @@ def proven_near(solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHE
 def near_or_witness(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
-    """As `proven_near`; if refuted, also a point (3,) of the part that is farther away."""
+    """The answer of `proven_near`; if it is False, also a point (3,) of the part that is farther away."""
     hull = ConvexHull(part)
     if (far := _far_sample(solid, hull, limit)) is not None:
         return False, far

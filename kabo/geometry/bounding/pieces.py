@@ -1,4 +1,4 @@
-"""Parts from convex pieces known to a designer: quicker than searching for cuts, and proven like all other parts.
+"""Enclosing parts from convex pieces that a designer provides: faster than searching cuts, and equally proven.
 
 Each piece is enclosed by a part of at most 24 vertices, or halved until that is possible; the solid outside all
 parts is computed cell by cell, and must be empty.

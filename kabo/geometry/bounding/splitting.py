@@ -43,7 +43,7 @@ class Creases:
     weights: Array
 
     def within(self, chosen: NDArray[np.bool_] | Integers) -> "Creases":
-        """The chosen creases."""
+        """The creases that a mask selects."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
 
     def nearest(self, point: Array) -> "Creases":
@@ -71,7 +71,7 @@ def split_solid(
     """Cells that together contain the solid, with hulls that appear to be within `limit` [m] of it.
 
     Args:
-        most: how many cells are allowed.
+        most: the greatest number of cells.
         sight: how far a line of sight may leave the solid [m]; decides where cells are cut.
         begun: cells to start from, instead of the whole solid.
 
@@ -100,7 +100,7 @@ def _whole(solid: Solid, sight: float) -> HulledCell:
 
 
 def cut_in_two(solid: Solid, hulled: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
-    """Both parts of a cell that is cut by the best plane.
+    """The two parts into which the best plane cuts a cell.
 
     Args:
         limit: how far lines of sight may leave the solid [m].

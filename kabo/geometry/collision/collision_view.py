@@ -25,7 +25,7 @@ UNUSABLE = -2  # the answer of kernels for an invalid configuration
 
 @dataclass
 class Counters:
-    """How many checks a view made."""
+    """The numbers of checks that a view made."""
 
     configuration_checks: int = 0
     sweep_checks: int = 0
@@ -34,24 +34,24 @@ class Counters:
 
 
 class CollisionChecker(Protocol):
-    """What can say which pair of bodies may collide: a `CollisionView`, or an `ExactView` on the original meshes."""
+    """The interface of collision checks: a `CollisionView` on convex parts, or an `ExactView` on the original meshes."""
 
     def configuration_hit(self, q: Array) -> int:
         """-1 if all pairs are free at q (n,), else the number of the first pair that is not."""
 
     def configurations_hit(self, configurations: Array) -> Integers:
-        """`configuration_hit` of every row (N, n)."""
+        """The result of `configuration_hit` for every row (N, n)."""
 
     def segment_hit(self, start: Array, end: Array) -> int:
         """-1 if all pairs are proven free on the whole straight segment, else the number of a pair that is not."""
 
     @property
     def counters(self) -> Counters:
-        """How many checks were made so far."""
+        """The numbers of checks that were made so far."""
 
 
 class CollisionView:
-    """Which pair of bodies may collide, at a configuration or along a straight joint-space segment."""
+    """Finds the pair of bodies that may collide, at a configuration or along a straight joint-space segment."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class CollisionView:
         return found
 
     def configurations_hit(self, configurations: Array) -> Integers:
-        """`configuration_hit` of every row (N, n).
+        """The result of `configuration_hit` for every row (N, n).
 
         Raises:
             ValueError: as `configuration_hit`.
@@ -135,7 +135,7 @@ class CollisionView:
 
     @property
     def counters(self) -> Counters:
-        """The counts so far."""
+        """The numbers of checks that were made so far."""
         pairs, _, _, _, checks, sweeps, positive, _ = self._counts.tolist()
         return Counters(checks, sweeps, pairs, positive)
 

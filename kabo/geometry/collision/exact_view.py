@@ -83,7 +83,7 @@ def surrounds(outer: Surface, points: Array) -> bool:
 
 
 class ExactView:
-    """Which pair of bodies collides, at a configuration or along a straight joint-space segment; for one thread."""
+    """Finds the pair of bodies that collides, at a configuration or along a joint-space segment; for one thread only."""
 
     def __init__(
         self,
@@ -145,7 +145,7 @@ class ExactView:
         return self._counted(self._hit(self._configuration(q)))
 
     def configurations_hit(self, configurations: Array) -> Integers:
-        """`configuration_hit` of every row (N, n)."""
+        """The result of `configuration_hit` for every row (N, n)."""
         return np.array([self.configuration_hit(q) for q in configurations], np.int64)
 
     def segment_hit(self, start: Array, end: Array) -> int:

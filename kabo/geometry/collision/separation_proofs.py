@@ -114,7 +114,7 @@ class Prover:
         self._stack = np.zeros((STACK_DEPTH, 6), np.int64)
 
     def radius(self, body: PlacedBody) -> float:
-        """How far the parts of a body reach from the joint that carries it [m]."""
+        """The greatest distance of a body's parts from the joint that carries it [m]."""
         key = body.mesh, body.joint_T_body.tobytes()
         if key not in self._radii:
             low, high = self.ranges[body.mesh]

@@ -91,7 +91,7 @@ def outside(q, joints, source, lower, upper):
 
 @lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, i8, tree x 6 -> f8
 def miss(q, goal, world_T, joint, parent, kind, source, ratio, shift, placement):
-    """The largest difference of an entry between the pose at q, by forward kinematics of the tree, and the goal."""
+    """The largest absolute difference between entries of the goal and of the pose at q by forward kinematics."""
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
     worst = 0.0
     for k in range(12):

@@ -128,7 +128,7 @@ def bring_within_limits(q, seed, lower, upper, free, turning, policy):
 def descend(
     q, seed, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy
 ):
-    """Moves q until every row holds within its own tolerance and q is within its limits; returns how far it got.
+    """Moves q until every row holds within its own tolerance and q is within its limits; returns the outcome.
 
     ARRIVED, OUTSIDE (the rows held, but not within the limits) or LOST (they never did).
 

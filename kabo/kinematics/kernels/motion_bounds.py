@@ -84,7 +84,7 @@ def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
 
 @kernel  # (n,) f8 x 2, f8, (R, W) f8, tree x 6, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
 def look(q0, q1, share, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors):
-    """Writes the vector of every row at a fraction of the segment."""
+    """Writes the vector `relative` of every row at a fraction of the segment."""
     for j in range(q.shape[0]):
         q[j] = q0[j] if share == 0.0 else q1[j] if share == 1.0 else q0[j] + share * (q1[j] - q0[j])
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)

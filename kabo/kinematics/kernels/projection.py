@@ -52,7 +52,7 @@ def restricted(rows, parent, kind, source, ratio, shift, placement):
 
 @kernel  # i8, (J,) i8, (J,) i8, (J,) f8 -> (n,) bool
 def find_turning(size, kind, source, ratio):
-    """Which values of q may change by whole turns: those that drive only revolute joints, with ratio 1."""
+    """Marks the values of q that may change by whole turns: those that drive only revolute joints, with ratio 1."""
     turning = np.zeros(size, np.bool_)
     for j in range(1, kind.shape[0]):
         turning[source[j]] = True

@@ -75,7 +75,7 @@ class Beliefs:
         )
 
     def unknown_under(self, names: int, *queries: Query) -> int:
-        """Those of the groups that may be unknown in a state where all queries hold."""
+        """The subset of the groups that may be unknown in a state where all queries hold."""
         found = 0
         for name in bits_of(names & self.unknown):
             mask = self.groups[name].mask
@@ -85,7 +85,7 @@ class Beliefs:
         return found
 
     def condition(self, instance: ActionInstance) -> Condition:
-        """The condition that the preconditions of a ground action state."""
+        """The preconditions of a ground action as a `Condition`."""
         domain = self.compiler.problem.domain
         formulas = domain.actions[instance.name].preconditions
         if not domain.worldly or not any(_has_choice(formula) for formula in formulas):
@@ -93,7 +93,7 @@ class Beliefs:
         return self.condition_of(formulas, {name: str(value) for name, value in instance.arguments.items()})
 
     def condition_of(self, formulas: Iterable[Formula], binding: Binding) -> Condition:
-        """The condition that formulas about the world state."""
+        """Formulas about the world as a `Condition`."""
         plain: list[Query] = []
         choices: list[Query] = []
         for formula, bound in conjuncts(self.compiler, tuple(formulas), binding):

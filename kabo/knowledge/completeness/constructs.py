@@ -1,6 +1,6 @@
-"""Language constructs whose very form kabo's knowledge cannot represent when they speak of unknown things, with places.
+"""Finds, with their places, language constructs that kabo's knowledge cannot represent if they concern unknown facts.
 
-Some constructs go beyond kabo's knowledge whenever they speak of something unknown: sums of unknown numbers, sensed
+Some constructs cannot be represented whenever an atom or term in them is unknown: sums of unknown numbers, sensed
 numbers, copies of unknown values, terms inside terms. Other gaps are found on bits; this file finds their places.
 """
 
@@ -39,14 +39,14 @@ from kabo.language.problem import Action
 
 @dataclass(frozen=True)
 class Construct:
-    """A construct that speaks of something unknown: its place in the files, and what it is."""
+    """A construct with unknown atoms or terms: its place in the files, and its description."""
 
     place: Place | None
     text: str
 
 
 class Constructs:
-    """The constructs of one problem that speak of relevant groups that may be unknown."""
+    """The constructs of one problem that mention relevant atoms or terms that may be unknown."""
 
     def __init__(self, compiler: Compiler, open_: int) -> None:
         self.compiler, self.problem = compiler, compiler.problem
@@ -59,7 +59,7 @@ class Constructs:
 
     # ------------------------------------------------------------------------------------------------ by form
     def of(self, actions: Iterable[str]) -> Iterator[Construct]:
-        """The constructs in the goal and in these actions whose form goes beyond kabo's knowledge."""
+        """The constructs in the goal and in these actions that kabo's knowledge cannot represent."""
         names = set(actions)
         for declared in self.problem.domain.actions.values():
             if declared.name in names:
@@ -152,7 +152,7 @@ class Constructs:
         return declared.place
 
     def together(self, names: int) -> Place | None:
-        """The place where the initial knowledge says something of several of the groups together."""
+        """The place of an initial fact that relates several of the groups."""
         keys = {(self._symbol[name], self._arguments[name]) for name in bits_of(names) if name in self._symbol}
         wanted = {symbol for symbol, _ in keys}
         found: Place | None = None

@@ -31,7 +31,7 @@ MAX_NAMED = 4  # atoms that the text of a gap names
 
 @dataclass(frozen=True)
 class Gap:
-    """Something that kabo's knowledge cannot represent: its place in the files, and what it is."""
+    """A construct or fact that kabo's knowledge cannot represent: its place in the files, and its description."""
 
     place: Place | None
     text: str
@@ -59,7 +59,7 @@ class Verdict:
 
 
 def verdict_of(problem: Problem) -> Verdict:
-    """Whether an exhausted search on knowledge proves that there is no plan, and the gaps because of which it does not.
+    """The verdict whether an exhausted search on knowledge proves that there is no plan, with the gaps that prevent it.
 
     Raises:
         InputError: as `ground` does.

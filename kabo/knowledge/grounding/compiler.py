@@ -1,4 +1,4 @@
-"""From formula trees to queries on bits: variables are bound, quantifiers unrolled, static knowledge is evaluated.
+"""Compiles formula trees into queries on bits: binds variables, unrolls quantifiers, evaluates static knowledge.
 
 `Compiler` is the dictionary between the two: it allocates bits on first mention and knows which symbols are static.
 """

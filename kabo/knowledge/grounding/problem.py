@@ -28,7 +28,7 @@ from kabo.language.problem import Problem
 
 @dataclass(frozen=True)
 class Grounding:
-    """A grounded problem that still has what can never happen in it, for explanations.
+    """A grounded problem that still contains unreachable actions and facts, for explanations.
 
     `actions` are all actions whose static preconditions hold; `asked` are the bits that conditions of effects read.
     """
@@ -84,7 +84,7 @@ def ground(problem: Problem) -> GroundedTask:
 
 
 def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
-    """Grounds a problem without leaving out what the delete relaxation cannot reach; it is quicker without `by_layers`.
+    """Grounds a problem, including actions and facts that the delete relaxation cannot reach; faster without `by_layers`.
 
     Raises:
         InputError: as `ground` does.

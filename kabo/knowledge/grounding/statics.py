@@ -25,7 +25,7 @@ class StaticFacts:
         self._tables: dict[tuple[str, tuple[bool, ...]], dict[Arguments, dict[str, None]]] = {}
 
     def join(self, formula: Formula) -> Literal | None:
-        """The literal, if the formula is one whose symbol is static and which holds for listed objects only; else None."""
+        """The formula as a literal if its symbol is static and it holds for listed objects only; else None."""
         if not isinstance(formula, Know) or not isinstance(formula.claim, Literal) or not formula.claim.positive:
             return None
         atom = formula.claim.atom

@@ -1,4 +1,4 @@
-"""Refuses what kabo does not support, by name and place, so that nothing is ignored silently."""
+"""Reports every unsupported part of a problem with name and place, so that nothing is ignored silently."""
 
 from collections.abc import Iterable, Iterator
 from functools import cache

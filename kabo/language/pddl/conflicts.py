@@ -1,7 +1,7 @@
 """Addition wins: PDDL's rule for an action that adds and deletes the same atom, made part of the conditions.
 
-In kabo adding p and adding (not p) at once is a contradiction. So every deletion is told where it does not apply:
-not where its arguments are those of an addition that happens. Most often that is a mere inequality of arguments.
+In kabo adding p and adding (not p) at once is a contradiction. So every deletion gets a condition that excludes it
+where an addition of the same atom happens. Most often that is a mere inequality of arguments.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -25,7 +25,7 @@ class ConflictContext:
         types: the types of the domain.
         sorts: the type of every object.
         assumed: the action's preconditions.
-        known: tells conditions of which nothing can be unknown.
+        known: a predicate on conditions: whether everything in them is always known.
         report: called with a deletion that may meet an addition while nobody knows whether it does; True: it
             cannot be expressed, False: it is left as it is.
     """
@@ -48,12 +48,12 @@ class ConflictContext:
         return one is None or other is None or self.types.is_a(one, other) or self.types.is_a(other, one)
 
     def narrower(self, first: f.Term, variable: f.Variable) -> bool:
-        """Whether `first` is always an instance of the variable."""
+        """Whether every value of `first` is one that the variable can have."""
         sort = self.sort(first)
         return sort is not None and self.types.is_a(sort, variable.type)
 
     def different(self, first: f.Term, second: f.Term) -> bool:
-        """Whether the preconditions say that the terms differ."""
+        """Whether the preconditions imply that the terms differ."""
         both = ((first, second), (second, first))
         return any(f.Know(f.Comparison("!=", one, other)) in self.assumed for one, other in both)
 

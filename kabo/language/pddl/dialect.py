@@ -41,7 +41,7 @@ class PddlDialect(Dialect):
             super().no_value(here, node, symbol)
 
     def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """Reports a function, an unknown predicate or what is no word in the place of an atom."""
+        """Reports a function, an unknown predicate or anything but a word in the place of an atom."""
         if symbol is not None:
             message = f'"{node.text}" is a function, not a predicate'
             here.report(node, message, f"compare it: (= ({node.text} …) …)")
@@ -108,7 +108,7 @@ def _called(vocabulary: Vocabulary, node: Node) -> Expression:
 
 
 def read_term(here: NameResolver, node: Node) -> Typed | None:
-    """A term, and what its values are."""
+    """A term and the kind of its values."""
     return here.term(expression_of(here.vocabulary, node))
 
 

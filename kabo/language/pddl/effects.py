@@ -34,7 +34,7 @@ class ConditionalEffect:
         condition: the condition in the state before the action.
         outcome: a literal, or `f = v`.
         changes: the outcome is `f = f + v`, f - v, f * v or f / v.
-        place: where it stands.
+        place: its place in the file.
     """
 
     variables: tuple[f.Variable, ...]
@@ -45,7 +45,7 @@ class ConditionalEffect:
 
     @property
     def symbol(self) -> str:
-        """The predicate or function that it changes."""
+        """The predicate or function that the effect changes."""
         if isinstance(self.outcome, f.Literal):
             return self.outcome.atom.predicate
         assert isinstance(self.outcome.left, f.Application)
@@ -53,7 +53,7 @@ class ConditionalEffect:
 
     @property
     def arguments(self) -> tuple[f.Term, ...]:
-        """The arguments of what it changes."""
+        """The arguments of the changed predicate or function."""
         if isinstance(self.outcome, f.Literal):
             return self.outcome.atom.arguments
         assert isinstance(self.outcome.left, f.Application)

@@ -29,7 +29,7 @@ class Token:
 
 @dataclass(eq=False, slots=True)
 class Form:
-    """What stands between a pair of parentheses."""
+    """A list in parentheses: words and further forms."""
 
     items: list["Token | Form"]
     start: int
@@ -43,7 +43,7 @@ class Form:
 
     @property
     def rest(self) -> list["Token | Form"]:
-        """What follows the first item."""
+        """The items behind the first one."""
         return self.items[1:]
 
 
@@ -52,14 +52,14 @@ Node = Token | Form
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A file of forms, and where findings about it go."""
+    """A file of forms, with the collection that receives findings about it."""
 
     source: SourceFile
     findings: Findings
     forms: list[Form]
 
     def place(self, node: Node) -> Place:
-        """Where a node stands (its first line)."""
+        """The place of a node, up to the end of its first line."""
         return self.source.place(node.start, node.end)
 
     def report(self, node: Node, message: str, hint: str | None = None, *, warning: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""PDDL's initial states as initial knowledge: what is not mentioned is false, and known to be.
+"""Translates PDDL's initial states into initial knowledge: atoms that are not mentioned are known to be false.
 
 The initial effects are ordered: first all instances of every predicate become false, then the knowledge of the atoms
 declared unknown is removed, then facts are added, and last the disjunctions about unknown atoms: exactly one of them
@@ -34,7 +34,7 @@ class Initial:
     at_least_one: list[f.Change] = field(default_factory=list)
 
     def unknown_symbols(self) -> set[str]:
-        """The predicates of which some atom is not known."""
+        """The predicates with an atom that is unknown in the initial state."""
         return {atom.predicate for atom in self.unknown}
 
 
@@ -242,7 +242,7 @@ def _value(here: NameResolver, initial: Initial, form: Form, members: list[f.Lit
 
 # -------------------------------------------------------------------------------------------------------- building
 def build_initial(vocabulary: Vocabulary, initial: Initial, left_out: str | None) -> tuple[f.Effect, ...]:
-    """The initial updates, applied one after the other; `left_out` is a function that is only a cost."""
+    """The initial updates, to be applied in this order; `left_out` is a function that only counts costs."""
     effects: list[f.Effect] = [_all_false(vocabulary, each) for each in vocabulary.all_of("predicate")]
     forgotten = [f.Literal(atom, False, literal.place) for atom, literal in initial.unknown.items()]
     effects += _together("del", forgotten)

@@ -46,7 +46,7 @@ def read_pddl(
     Args:
         domain: the domain's definition.
         problem: the problem's, if there is one.
-        findings: where everything that is wrong goes; if there are errors, the result is of no use.
+        findings: the collection that receives all errors; if there are any, the result must not be used.
         files: the value for `Problem.files`.
     """
     vocabulary = Vocabulary(findings)
@@ -132,7 +132,7 @@ def _position(place: f.Place) -> tuple[int, int]:
 def may_be_unknown(schemas: Iterable[PddlAction], from_start: set[str]) -> frozenset[str]:
     """The predicates and functions of which something may be unknown: at the start, or made so by an effect.
 
-    An effect makes its outcome unknown if its condition is about what may be.
+    An effect makes its outcome unknown if its condition depends on something that may be unknown.
     """
     unknown = set(from_start)
     edges = [

@@ -1,4 +1,4 @@
-"""The sections of PDDL definitions: what a `(define …)` form is, and what kabo has no place for, by name."""
+"""The sections of PDDL definitions: parses `(define …)` forms, and reports sections that kabo does not support."""
 
 from dataclasses import dataclass, field
 
@@ -49,17 +49,17 @@ class PddlDefinition:
 
     @property
     def source(self) -> SourceFile:
-        """The file."""
+        """The file that contains the definition."""
         return self.document.source
 
     @property
     def place(self) -> Place:
-        """Where its name stands."""
+        """The place of the definition's name in the file."""
         return self.document.place(self.named_at)
 
     @property
     def wanted(self) -> tuple[str, Place] | None:
-        """The domain that a problem names, and where."""
+        """The domain that a problem names, and the place of that name; None for a domain."""
         section = self.first(":domain")
         word = None if section is None or len(section.items) != 2 else section.items[1]
         return (word.text, self.document.place(word)) if isinstance(word, Token) else None

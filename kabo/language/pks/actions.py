@@ -35,7 +35,7 @@ def read_action(
 
     Args:
         here: the names of the domain.
-        markup: the file.
+        markup: the parsed file.
         element: the element <action>.
         name: its name in the file.
         statements: gives the statements in an element's text.

@@ -95,8 +95,8 @@ def read_symbols(
     """Declares predicates or functions.
 
     Args:
-        markup: the file.
-        vocabulary: where they go.
+        markup: the parsed file.
+        vocabulary: the vocabulary that receives the symbols.
         element: the list.
         role: "predicate" or "function".
         numeric: untyped functions whose values are numbers.
@@ -184,7 +184,7 @@ def _declare(markup: Markup, vocabulary: Vocabulary, token: Expression, symbol: 
 
 # --------------------------------------------------------------------------------------------- functions of numbers
 def numeric_functions(expressions: Iterable[Expression], constants: frozenset[str]) -> frozenset[str]:
-    """The names that stand where only numbers may: computed, compared by size, or equal to what is a number.
+    """The names used as numbers: in arithmetic, in comparisons by size, or equated with a number.
 
     Numbers among `constants` are names of objects.
     """

@@ -33,9 +33,9 @@ def read_effects(here: NameResolver, node: Expression, *, conditional: bool = Tr
     """The updates of an expression, as kabo writes them: `forall(…) (query => updates)`.
 
     Args:
-        here: names and scope; what is wrong is reported and left out.
+        here: the resolver of names in scope; wrong parts are reported and left out.
         node: the expression.
-        conditional: whether `query => …` may stand here.
+        conditional: whether a conditional update `query => …` is permitted here.
     """
     updates: list[f.Effect] = []
     pieces = _pieces(here, node, (), f.Truth(True), conditional)

@@ -53,7 +53,7 @@ def tokens_of(markup: Markup, start: int, end: int) -> list[Expression]:
 
 
 def place_of(markup: Markup, piece: Span) -> Place:
-    """Where a piece of the text stands."""
+    """The place of a piece of the text in the file."""
     return markup.source.place(piece.start, piece.end)
 
 

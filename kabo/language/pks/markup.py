@@ -1,6 +1,6 @@
-"""The markup of PKS files, read as people write it: raw `&` and `<` in the text, either quotes, no declaration.
+"""Parser of the markup of PKS files, which are not valid XML: raw `&` and `<` in the text, and no declaration.
 
-No XML parser takes such files. A tag is what looks like a whole tag; everything else is text. Comments become blanks
+XML parsers reject such files. A tag is what looks like a whole tag; everything else is text. Comments become blanks
 and entities their characters padded with blanks, so that every offset stays that of the file.
 """
 
@@ -51,7 +51,7 @@ class Markup:
     roots: list[Element] = field(default_factory=list)
 
     def place(self, element: Element) -> Place:
-        """Where the name of an element stands."""
+        """The place of an element's name in the file."""
         return self.source.place(element.start + 1, element.start + 1 + element.name_length)
 
     def report(self, element: Element, message: str, hint: str | None = None) -> None:

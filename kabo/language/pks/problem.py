@@ -48,17 +48,17 @@ class PksDefinition:
 
     @property
     def source(self) -> SourceFile:
-        """The file."""
+        """The file that contains the definition."""
         return self.markup.source
 
     @property
     def place(self) -> f.Place:
-        """Where its element stands."""
+        """The place of the definition's element in the file."""
         return self.markup.place(self.element)
 
     @property
     def wanted(self) -> tuple[str, f.Place] | None:
-        """The domain that a problem names; one that names none wants whatever there is."""
+        """The domain that a problem names; None for a domain, and for a problem that accepts any domain."""
         if "domain" not in self.element.attributes:
             return "", self.place
         name, start = self.element.attributes["domain"]

@@ -38,7 +38,7 @@ _FEATURE = re.compile(r"([a-z][a-z0-9_]*)\.([a-z][a-z0-9_]*)")
 
 @dataclass(frozen=True)
 class PartialBody:
-    """A body or model half read: its shape, pose and features, not yet its grasps and placements."""
+    """A partially read body or model: its shape, pose and features, without grasps and placements."""
 
     name: str
     mapping: Mapping
@@ -66,7 +66,7 @@ class BodyReader:
     def part(
         self, name: str, mapping: Mapping, model: str | None, *, movable: bool, complete: bool
     ) -> PartialBody:
-        """The first half of a body; if not `complete` (a model), the shape may be missing."""
+        """The shape, pose and features of a body; if not `complete` (a model), the shape may be missing."""
         reader = self.reader
         shape = self.shape(mapping, required=complete, what="a body")
         own = read_features(reader, mapping.get("features"))

@@ -24,7 +24,7 @@ def read_test(here: NameResolver, node: Expression, symbol: Symbol) -> f.Externa
 
 
 def read_call(here: NameResolver, node: Expression) -> f.ProcedureCall | None:
-    """A call as `geometry:` has it: the procedure's name, and arguments that it has room for."""
+    """The procedure call under the key `geometry:`, its arguments checked against the procedure's signature."""
     name, procedures = node.text, here.vocabulary.procedures
     symbol = here.find(name)
     if symbol is not None and symbol.role == "procedure":

@@ -1,4 +1,4 @@
-"""Constraints between features: their rules [K Table 5.1, docs/sampling.md], and whose features they may name."""
+"""Reads and checks constraints between features [K Table 5.1, docs/sampling.md], whose owners are named by roles."""
 
 import math
 from collections.abc import Mapping, Sequence

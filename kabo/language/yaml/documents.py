@@ -33,7 +33,7 @@ class YamlNode:
 
     @property
     def place(self) -> Place:
-        """Where the piece stands."""
+        """The place of the piece in the file."""
         return self.source.place(self.start, self.end)
 
 
@@ -47,7 +47,7 @@ class Scalar(YamlNode):
 
     @property
     def empty(self) -> bool:
-        """Whether nothing is written here: `key:` and no more."""
+        """Whether the scalar is empty, as in `key:` without a value."""
         return not self.text and not self.style and not self.refused
 
 
@@ -72,7 +72,7 @@ class Mapping(YamlNode):
         return None if entry is None else entry[1]
 
     def key(self, key: str) -> Scalar:
-        """The key itself, for its place."""
+        """The scalar of the key itself, which has its place."""
         return self.entries[key][0]
 
 

@@ -239,7 +239,7 @@ def read_parsed(
     read: Callable[[NameResolver, Expression], _Read],
     scope: MappingType[str, Symbol] | None = None,
 ) -> _Read | None:
-    """What `read` makes of the formula in `scalar`, with the variables in `scope`; None if it does not parse."""
+    """The result of `read` for the formula in `scalar`, with the variables in `scope`; None if it does not parse."""
     parsed = parse(scalar, start, vocabulary.findings)
     if parsed is None:
         return None

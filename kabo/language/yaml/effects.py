@@ -26,10 +26,10 @@ def read_effects(
     """The effects of one string; those that are wrong are reported and left out.
 
     Args:
-        here: names and scope.
+        here: the resolver of names in scope.
         node: the expression.
-        world: whether `when … then …` may stand here.
-        conditional: whether `query => …` may stand here.
+        world: whether an update `when … then …` is permitted here.
+        conditional: whether a conditional update `query => …` is permitted here.
     """
     if node.kind == "updates":
         effects = [read_effects(here, part, world=world, conditional=conditional) for part in node.parts]

@@ -83,7 +83,7 @@ def check_frames(
         things: everything that has a pose, robots included.
         robots: the robots of the scene.
         regions: the regions; they are no frames.
-        findings: where reports go.
+        findings: the collection that receives findings.
     """
     for name, thing in things.items():
         owner, dot, _ = thing.frame.partition(".")

@@ -92,7 +92,7 @@ def _names(folder: str | Path | None) -> list[str]:
 
 @lru_cache(maxsize=1)
 def library_names() -> tuple[str, ...]:
-    """The tasks of the library."""
+    """The names of the task files in the library."""
     return tuple(sorted(_names(TASK_LIBRARY)))
 
 

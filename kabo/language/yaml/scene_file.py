@@ -39,7 +39,7 @@ _CONTACT = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
 
 @dataclass
 class SceneReading:
-    """A scene while it is read, and afterwards the facts about it that problems are checked against."""
+    """A scene being read, and the facts about it against which problems are checked afterwards."""
 
     findings: Findings
     reader: Reader
@@ -66,7 +66,7 @@ def read_scene(
     Args:
         root: the scene file.
         additions: the problem file, if there is one.
-        findings: where reports go.
+        findings: the collection that receives findings.
         within: if given, no mesh or URDF outside of this folder is accepted.
     """
     reading = SceneReading(findings, Reader(findings, within))

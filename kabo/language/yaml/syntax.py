@@ -67,7 +67,7 @@ class Parsed:
         return begin + piece.meta.start_pos, begin + piece.meta.end_pos
 
     def place(self, piece: Tree | Token) -> Place:
-        """Where a piece of the tree stands in the file."""
+        """The place of a piece of the tree in the file."""
         return self.scalar.source.place(*self.span(piece))
 
 

@@ -48,7 +48,7 @@ class Reader:
             yield key, scalar, value
 
     def keys(self, mapping: Mapping, allowed: Collection[str], what: str) -> None:
-        """Reports the keys of `mapping` that `what` does not have."""
+        """Reports the keys of `mapping` that are not allowed in `what`."""
         for key, (scalar, _) in mapping.entries.items():
             if key in allowed:
                 continue
@@ -70,7 +70,7 @@ class Reader:
         return node
 
     def items(self, node: YamlNode | None, what: str) -> list[YamlNode]:
-        """The items of a list; a single one may stand without brackets, nothing is an empty list."""
+        """The items of a list; a single item may be written without brackets, an absent node is an empty list."""
         if node is None or (isinstance(node, Scalar) and node.empty):
             return []
         if isinstance(node, Sequence):
@@ -81,7 +81,7 @@ class Reader:
         return [node]
 
     def formulas(self, node: YamlNode | None, what: str) -> list[Scalar]:
-        """The formulas of a list; one that the commas of a flow list cut in two is reported as that."""
+        """The formulas of a list; a formula split by the commas of a flow list is reported with this cause."""
         found: list[Scalar] = []
         open_parentheses = 0
         flow = isinstance(node, Sequence) and node.flow
@@ -238,7 +238,7 @@ class Reader:
         return scalar.text == "true"
 
     def choice(self, node: YamlNode | None, options: Collection[_Word], what: str) -> _Word | None:
-        """One of some words."""
+        """The text of a scalar that must be one of the given words."""
         scalar = self.scalar(node, what)
         if scalar is None:
             return None

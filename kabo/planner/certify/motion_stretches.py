@@ -77,7 +77,7 @@ def _whole(segment: Segment, robot: Robot, start: Array, rows: Array) -> Array:
 
 
 def joined(trees: Sequence[KinematicTree]) -> tuple[list[int], KinematicTree]:
-    """Several kinematic trees as one with their configurations concatenated, and the offset of each tree's joints."""
+    """The offset of each tree's joints in the joined tree, and that tree; configurations are concatenated."""
     if len(trees) == 1:
         return [0], trees[0]
     shifts, parents, sources = [], [np.zeros(1, np.int64)], [np.zeros(1, np.int64)]

@@ -21,7 +21,7 @@ def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], table: Refusa
     Args:
         skeleton: the skeleton in which calls were refused.
         refused: these calls, already recorded in the table.
-        ledger: the refusal table, which knows the call that produced each component.
+        table: the refusal table, which knows the call that produced each component.
     """
     responsible_attempt: set[tuple[GroundCall, int]] = set()
     failed = {(each.call, each.attempt) for each in refused}

@@ -67,7 +67,7 @@ def joined(
         start: the situation in which the first act begins.
         acts: one after the other, with nothing in between.
         effort: the number of attempts for each run.
-        pinned: whether the robots have to end where they do; else strokes at the very end are as short as may be.
+        pinned: whether the robots have to end where they do; else a last stroke is cut to its least length.
     """
     made = list(acts)
     robots = dict.fromkeys(segment.robot for act in acts for segment in act.motion)

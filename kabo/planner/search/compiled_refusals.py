@@ -34,7 +34,7 @@ def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], learnt_refusa
     Args:
         base: the task without geometry.
         actions: the actions of the knowledge task; operators name their owner by its index in this list.
-        book: the refusals, suspicions and provenances.
+        learnt_refusals: the refusals, suspicions and provenances.
     """
     return _Learnt(base, actions, learnt_refusals).made()
 

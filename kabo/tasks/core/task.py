@@ -180,11 +180,11 @@ class Task(Serial):
 
     @property
     def statistics(self) -> dict[str, StageStatistics]:
-        """What each stage did, by path, in order of time."""
+        """The figures of every stage by path, in order of time."""
         return {stage.path: self.figures(stage) for stage in self.walk()}
 
     def figures(self, stage: Stage) -> StageStatistics:
-        """What one stage did; unlike `statistics`, this distinguishes stages that have the same path."""
+        """The figures of one stage; unlike `statistics`, this distinguishes stages that have the same path."""
         node = None if self._planning is None else self._planning.nodes.get(stage)
         return StageStatistics() if node is None else node.statistics
 

@@ -38,12 +38,12 @@ class TaskFile:
 
     @property
     def max_solutions(self) -> int | None:
-        """The number of solutions at which planning ends, as the file says; None: it does not."""
+        """The number of solutions at which planning ends, as given in the file; None if it gives none."""
         return self.description.max_solutions
 
     @property
     def timeout(self) -> float | None:
-        """The seconds after which planning ends with the solutions found so far, as the file says; None: no limit."""
+        """The seconds after which planning ends with the solutions found so far, as given in the file, or None."""
         return self.description.timeout
 
     @cached_property

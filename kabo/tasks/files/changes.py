@@ -9,7 +9,7 @@ _MAX_SCENE_CHARACTERS = 120  # characters of a scene that is shown as it is
 
 
 def scene_change(solution: Solution) -> list[str]:
-    """What a solution changes in its scene, a line each; empty if one of the scenes is unknown."""
+    """The changes that a solution makes to its scene, a line each; empty if one of the scenes is unknown."""
     if solution.start is None or solution.end is None:
         return []
     return list(changes(solution.start.scene, solution.end.scene))

@@ -23,7 +23,7 @@ ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a stage is made: its class, and the values of its properties."""
+    """The recipe for creating a stage: its class, and the values of its properties."""
 
     kind: type[Stage]
     name: str

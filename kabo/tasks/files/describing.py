@@ -122,7 +122,7 @@ _REASON_WORDS = {
 
 
 def said(reason: str) -> str:
-    """A reason in words."""
+    """A failure reason as words for users."""
     return _REASON_WORDS.get(reason, reason.replace("_", " "))
 
 

@@ -69,7 +69,7 @@ def named_stages(task: Task) -> Iterator[tuple[str, Stage]]:
 
 
 def structure(file: TaskFile, task: Task, flows: Mapping[Stage, Flow]) -> dict[str, Any]:
-    """What a task file contains, before any run: declared properties, limits, stages with their flows."""
+    """The content of a task file, independent of runs: declared properties, limits, stages with their flows."""
     inputs = [
         {"name": each.name, "type": each.kind, "required": each.required, "default": plain(default_of(each))}
         for each in file.inputs

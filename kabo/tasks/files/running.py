@@ -30,7 +30,7 @@ class TaskRun:
 
 @dataclass(frozen=True)
 class PlanningOptions:
-    """How to plan: `repeat` runs with seeds counted from `seed`, each until `max_solutions` or `timeout` [s] is reached."""
+    """Planning options: `repeat` runs with seeds from `seed` on, each until `max_solutions` or `timeout` [s] is reached."""
 
     max_solutions: int | None = None
     timeout: float | None = None

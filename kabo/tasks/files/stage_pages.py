@@ -49,7 +49,7 @@ def _default(value: Any) -> str | None:
 
 
 def describe_stage(name: str, page: StagePage) -> str:
-    """The page as text."""
+    """A stage's page as text."""
     lines = [name, *(f"  {line}" if line else "" for line in page["doc"].splitlines())]
     if page["monitors"]:
         lines += ["", "  monitors: the path of the stage whose successes trigger it"]

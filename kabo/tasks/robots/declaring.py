@@ -1,4 +1,4 @@
-"""What robot stages declare besides their properties: the components of the state that they move and read.
+"""The base class of robot stages, which declare the components of the state that they move and read.
 
 From this follow the moves and reads of a procedure, and which calls can be refuted without sampling.
 """
@@ -58,7 +58,7 @@ class RobotStage(Stage):
         return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterable[str]:
-        """Property values that make no sense in the scene, a sentence each, as far as known before planning.
+        """Messages for property values that are invalid in the scene, as far as known before planning.
 
         `start` is the situation in which the whole task begins, if known.
         """
@@ -69,11 +69,11 @@ class RobotStage(Stage):
         return None
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """Why the stage will probably fail, whatever stages come before it; asked once, before the search."""
+        """The reason why the stage will probably fail whatever precedes it, or None; called once, before the search."""
         return None
 
     def wanted(self, context: ProcedureContext, situation: Situation) -> Sequence[Stream]:
-        """The streams that it would sample in a situation, also out of reach; used to explain by how much they are."""
+        """The streams that the stage would sample in a situation, used to explain by how much targets are out of reach."""
         return ()
 
     def known(self, name: str) -> Any:
@@ -146,7 +146,7 @@ def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
 
 
 def keep_faults(stage: RobotStage, start: Situation | None) -> Iterator[str]:
-    """Faults of a stage's property `keep`, as far as known before planning: nothing is ever held that it could be about."""
+    """Messages for a property `keep` that applies to nothing the robot can hold, as far as known before planning."""
     given, robot = stage.known("keep"), stage.known("robot")
     if not given or start is None or robot not in start.robots or start.carried(robot):
         return

@@ -28,7 +28,7 @@ def _depth(x, y, z, known, away, boxes, children, triangles, stack):
 
 @lean_kernel  # f8 x 5 [m], (5,) f8, (M,) f8, (M,) i8, tree, (64,) i8 -> i8
 def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """What the octree shows of a ball: all of it is near (ALL_NEAR), its centre is far (MIDDLE_FAR), or UNDECIDED.
+    """The octree's answer for a ball: all of it is near (ALL_NEAR), its centre is far (MIDDLE_FAR), or UNDECIDED.
 
     The frame is the root's centre, half its side, and the number of nodes; a depth of NaN is not computed yet; the
     eight children of a node are consecutive from `firsts` on, 0 if it has none.

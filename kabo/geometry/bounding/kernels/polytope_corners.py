@@ -128,7 +128,7 @@ def least_beyond_planes(planes, weights, count, x, y, z, size, rows, found, tria
 
 @lean_kernel
 def outside_distance(boxes, children, triangles, x, y, z, stack):
-    """How far a point is from the solid; 0 inside."""
+    """The distance of a point from the solid; 0 inside."""
     squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, np.inf, stack)
     return 0.0 if inside(boxes, children, triangles, x, y, z, stack) else np.sqrt(squared)
 

@@ -145,7 +145,10 @@ def _circle(cells, top):
 
 @lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
 def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
-    """As `reaches_beyond`, for triangles: a row is three corners and the same two numbers."""
+    """Whether triangles reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+
+    A row is three corners, and the two numbers of `reaches_beyond`.
+    """
     enough = limit * limit
     for _ in range(most):
         if top == 0:

@@ -102,7 +102,7 @@ def set_new_corner(pieces, n, corner, squared, t):
 def triangle_bound(pieces, limit, tree, hint, stack, budget):
     """A proven bound, at most `limit`, of the squared distance of any point of a triangle from the mesh; inf if not proven.
 
-    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: how many pieces may still be tested; it is
+    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: the number of pieces that may still be tested; it is
     decreased. Also returns a triangle of the mesh near the middle, as a hint for the next call.
     """
     triangles, top = tree.triangles, 1

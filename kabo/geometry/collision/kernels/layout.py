@@ -26,7 +26,7 @@ def after(start, count):
 
 @lean_kernel  # i8 -> i8
 def words_for(groups):
-    """How many integers hold a bit for each of so many groups."""
+    """The number of integers that hold a bit for each of the given number of groups."""
     return (groups + GROUPS_PER_WORD - 1) // GROUPS_PER_WORD
 
 

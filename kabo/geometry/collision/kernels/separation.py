@@ -19,7 +19,7 @@ MAX_ITERATIONS = 48  # real scenes need 13 at most; "not apart" if still undecid
 
 @leaf_kernel  # f8 -> f8
 def rounding(offset):
-    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` as for `support`."""
+    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` is that passed to `support`."""
     return offset * 2.0**-44
 
 

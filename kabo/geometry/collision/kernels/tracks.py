@@ -57,7 +57,7 @@ def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
 
 @lean_kernel  # f8, f8 [m] -> i8
 def level_for(deviation, enough):
-    """How often the segment is halved, at most to the coarse grid, until the deviation is at most `enough`."""
+    """The number of halvings of the segment, at most to the coarse grid, until the deviation is at most `enough`."""
     level = 0
     while deviation > enough and level < COARSE_LEVELS:
         deviation *= 0.25
@@ -90,7 +90,7 @@ def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags
 
 @lean_kernel  # (J, 12) f8, i8, i8 -> writes row of (.., 12) f8
 def pose_in(world_T, joint, frame, poses, row):
-    """Writes frame_T_joint."""
+    """Writes the pose frame_T_joint of a joint in the frame of another."""
     if frame == 0:
         for i in range(12):
             poses[row, i] = world_T[joint, i]

@@ -1,4 +1,4 @@
-"""Whether two swept volumes meet, at any times: the third predicate of [K Def. 1]; standing bodies sweep themselves.
+"""Whether two swept volumes meet, at any times [K Def. 1.3]; a standing body's swept volume is the body itself.
 
 Unlike in `sweep`, where two bodies move in step, every interval of one motion is compared with every interval of
 the other. Both answers are proven as in `sweep`; how far a hull of two poses sticks out of the volume swept

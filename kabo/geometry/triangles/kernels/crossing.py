@@ -224,7 +224,7 @@ def triangles_cross(pair, shared, scratch):
 
 @lean_kernel  # (V, 3) f8 [m], i8 x 6, (6, 3) f8, (SCRATCH,) f8 -> bool
 def faces_cross(vertices, i, j, k, m, n, o, pair, scratch):
-    """`triangles_cross` of faces i, j, k and m, n, o; `pair` is overwritten."""
+    """The result of `triangles_cross` for faces i, j, k and m, n, o; overwrites `pair`."""
     scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5] = i, j, k, m, n, o
     shared = 0
     for a in range(3):

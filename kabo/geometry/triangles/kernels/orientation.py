@@ -74,7 +74,7 @@ def _exact_orientation(scratch):
 
 @lean_kernel  # 12 f8 [m] -> i8
 def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
-    """As `orientation` if rounding cannot change the sign, else 0, which means "unsure"."""
+    """The sign that `orientation` computes if rounding cannot change it, else 0 for "undecided"."""
     adx, ady, adz = ax - dx, ay - dy, az - dz
     bdx, bdy, bdz = bx - dx, by - dy, bz - dz
     cdx, cdy, cdz = cx - dx, cy - dy, cz - dz

@@ -169,7 +169,7 @@ def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cell
 
 @lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) f8
 def surface_distances(points, boxes, children, triangles, stack, distances):
-    """`surface_distance` of many points."""
+    """Writes the result of `surface_distance` for many points."""
     for i in range(points.shape[0]):
         distances[i] = surface_distance(
             boxes, children, triangles, points[i, 0], points[i, 1], points[i, 2], 0.0, stack
@@ -178,6 +178,6 @@ def surface_distances(points, boxes, children, triangles, stack, distances):
 
 @lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) bool
 def insides(points, boxes, children, triangles, stack, answers):
-    """`inside` of many points."""
+    """Writes the result of `inside` for many points."""
     for i in range(points.shape[0]):
         answers[i] = inside(boxes, children, triangles, points[i, 0], points[i, 1], points[i, 2], stack)

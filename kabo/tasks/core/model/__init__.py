@@ -1,1 +1,1 @@
-"""What a task is: stages, containers, properties, states and solutions [T 3.2, 3.3]."""
+"""The data model of tasks: stages, containers, properties, states and solutions [T 3.2, 3.3]."""

@@ -1,4 +1,4 @@
-"""What stage functions return: results and failures, plain values that can be pickled."""
+"""Return values of stage functions: results and failures, plain values that can be pickled."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field

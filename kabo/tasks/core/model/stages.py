@@ -67,7 +67,7 @@ class Generator(Stage):
         return frozenset((Flow.GENERATE,))
 
     def generate(self, scene: Any, properties: Values, seed: int) -> Answers:
-        """The scenes that it proposes."""
+        """The scenes that the generator proposes, as results."""
         raise NotImplementedError
 
 
@@ -137,9 +137,9 @@ class Connector(Stage):
         return frozenset((Flow.CONNECT,))
 
     def mismatch(self, start: Any, end: Any, properties: Values) -> str | None:
-        """Why two scenes can never be joined, whatever path is taken; None if they may be."""
+        """The reason why two scenes can never be joined, by any path; None if they may be."""
         return None
 
     def connect(self, start: Any, end: Any, properties: Values, seed: int) -> Answers:
-        """The ways from the scene `start` to the scene `end`."""
+        """The connections from the scene `start` to the scene `end`, as results."""
         raise NotImplementedError

@@ -26,7 +26,7 @@ INFINITE = float("inf")
 
 @dataclass
 class StageStatistics:
-    """What a stage did in one run: jobs and their seconds, successes and their costs, failures and mismatches by reason."""
+    """The figures of a stage in one run: jobs and their seconds, successes and costs, failures and mismatches by reason."""
 
     calls: int = 0
     seconds: float = 0.0

@@ -1,1 +1,1 @@
-"""What robot stages share: paths of arms, motion constraints, targets, costs of motion."""
+"""Modules shared by robot stages: paths of arms, motion constraints, targets, costs of motion."""

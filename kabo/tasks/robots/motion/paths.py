@@ -35,9 +35,9 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
 def straight(
     scene: TaskScene, robot: str, shift: Array, exactly: tuple[float, float] = (LINE_DEVIATION, LINE_TILT)
 ) -> list[Array] | Refusal:
-    """The way of a robot's tool from where it is straight by a `shift` (3,) [m], or why it cannot be moved so.
+    """A straight motion of a robot's tool from its present pose by a `shift` (3,) [m], or the failure.
 
-    `exactly`: how far it may leave the line [m], and how far it may turn [rad].
+    `exactly`: the greatest distance of the tool from the line [m], and its greatest rotation [rad].
     """
     moved = scene.robot(robot)
     found = line(moved, scene.configuration(robot), tool_frame(moved), shift, *exactly)
@@ -47,7 +47,7 @@ def straight(
 
 
 def blocked(scene: TaskScene, robot: str, path: Sequence[Array]) -> Refusal | None:
-    """What is in the way of a robot on a path; None if it is proven free."""
+    """The pair of things that keeps a robot's path from being proven free; None if it is proven free."""
     hit = scene.workspace(robot).path_hit(path)
     return None if hit is None else Refusal.collision(hit, question=along(scene, robot, *path))
 

@@ -39,7 +39,7 @@ class MotionQuestion:
 
     @property
     def is_search(self) -> bool:
-        """Whether an answer takes a search for a way."""
+        """Whether the question needs a path search to be answered."""
         return self.search is not None
 
     @property
@@ -50,7 +50,7 @@ class MotionQuestion:
         return [stream] if isinstance(stream, Stream) else []
 
     def passes(self, context: ProcedureContext, without: str | None = None) -> bool:
-        """Whether the answer is yes in another context, or with the body `without` removed; everything else is the same."""
+        """Whether the motion is free in another context, or with the body `without` removed; all else is unchanged."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:
             links = (f"{self.robot}.{link}" for link in scene.robot(self.robot).links)
@@ -66,7 +66,7 @@ class MotionQuestion:
 
 
 def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:
-    """What the hand alone would hit where a target wants it, whatever the arm does; None: nothing."""
+    """The pair in which the hand alone collides at a target, whatever the arm does; None if there is none."""
     hit = target.blocked(scene)
     if hit is None:
         return None

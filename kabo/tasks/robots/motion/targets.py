@@ -35,7 +35,7 @@ FIRST_BATCHES = (16, 48, 192)  # samples in the first batches for one pose; ofte
 
 
 class Target(Protocol):
-    """Something that a robot is to reach, such as all grasps of a family or a pose."""
+    """A goal for inverse kinematics, such as all grasps of a family, or one pose."""
 
     @property
     def robot(self) -> str:
@@ -51,7 +51,7 @@ class Target(Protocol):
         ...
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Why a configuration that satisfies the constraints is not acceptable; None if it is."""
+        """The reason why a configuration is not acceptable although it satisfies the constraints; None if it is."""
         ...
 
 
@@ -93,7 +93,7 @@ class PlacementTarget:
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Why the placement is not acceptable: the object is not proven to lie inside the region."""
+        """The message if the object is not proven to lie inside the region; None if it is."""
         if self.region is None:
             return None
         region = scene.context.scene.regions[self.region]
@@ -131,7 +131,7 @@ class PoseTarget:
             first += count
 
     def unreached(self) -> OutOfReach | None:
-        """Why the pose is out of the robot's reach, if a closed form can tell."""
+        """The refusal if closed-form inverse kinematics proves the pose out of reach; else None."""
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         return every if isinstance(every, OutOfReach) else None
 

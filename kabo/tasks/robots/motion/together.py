@@ -42,7 +42,7 @@ class Track:
 
     @property
     def seconds(self) -> float:
-        """Its duration [s]."""
+        """The duration of the track [s]."""
         return max((segment.times[-1] for _, segment in self.line), default=0.0)
 
     @cached_property
@@ -66,11 +66,11 @@ class Track:
 
     @property
     def moves(self) -> tuple[str, ...]:
-        """Its robots and objects."""
+        """The robots and objects that the track moves or changes."""
         return (*self.robots, *self.objects)
 
     def at(self, robot: str, moments: Array) -> Array:
-        """The configurations (m, n) of one of its robots at some times [s]; the robot stands still before and after."""
+        """The configurations (m, n) of one robot at some times [s]; the robot stands still before and after the track."""
         times, rows = [0.0], [np.array(self.before.situation.configuration(robot))]
         for stretch, segment in self.line:
             if stretch.robot == robot:

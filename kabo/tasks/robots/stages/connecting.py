@@ -27,7 +27,7 @@ class Connect(RobotStage, Connector):
     PROPERTIES = {"robot": ROBOT, "keep": KEEP}
 
     def mismatch(self, start: TaskScene, end: TaskScene, properties: Values) -> str | None:
-        """What differs besides the arm: the first object, joint, contact or added body; None if nothing does."""
+        """The first difference of the scenes besides the arm: an object, joint, contact or added body; or None."""
         if start.situation is end.situation and start.permitted == end.permitted and start.extras == end.extras:
             return None
         return (
@@ -48,11 +48,11 @@ class Connect(RobotStage, Connector):
         return [found] if isinstance(found, Refusal) else [Result(motion=(found,), cost=length((found,)))]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A constraint to keep that nothing held could be subject to."""
+        """Messages for a property `keep` that applies to nothing the robot can hold."""
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """What the robot holds, if a constraint on it is kept."""
+        """The held object, if the motion keeps a constraint on it."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 

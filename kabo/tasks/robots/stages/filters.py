@@ -88,14 +88,14 @@ class PredicateFilter(RobotStage, Wrapper):
         return [Result(cost=solution.cost, comment=solution.comment)]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """No predicate is given."""
+        """A message if no predicate is given."""
         keys = ("attached", "inside", "free_hand", "free", "lets_go", "predicate")
         given = {key: self.undecided(key) or self.known(key) for key in keys}
         if not any(given.values()):
             yield f"nothing is asked: it says none of {', '.join(keys)}"
 
     def names(self) -> tuple[tuple[str, str], ...]:
-        """The things that its predicates are about."""
+        """The arguments of the predicates, as (kind of thing, name)."""
         attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         asked = [*zip(("body", "robot"), attached, strict=False), *zip(("body", "region"), inside, strict=False)]
         asked += zip(("body", "robot"), left, strict=False)
@@ -103,7 +103,7 @@ class PredicateFilter(RobotStage, Wrapper):
         return tuple((kind, str(name)) for kind, name in asked)
 
     def reads(self) -> tuple[str, ...]:
-        """What its predicates are about, with the robot that holds a body: its pose depends on that robot."""
+        """The arguments of the predicates, and the robots that hold them, since a held body's pose depends on its robot."""
         attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         found = [
             *attached[:1],

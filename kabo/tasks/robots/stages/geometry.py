@@ -34,7 +34,7 @@ class AddGeometry(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A parent that the scene lacks."""
+        """A message if the scene lacks the parent."""
         yield from _unknown(self.known("parent"), scene, ("world",))
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -77,7 +77,7 @@ class Pad(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Things that the scene lacks."""
+        """Messages for things that the scene lacks."""
         for name in self.known("things") or ():
             yield from _unknown(str(name), scene)
 

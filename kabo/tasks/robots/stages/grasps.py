@@ -64,7 +64,7 @@ class SampleGrasp(RobotStage, Monitor):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, once for each family; inverse kinematics finds out how the robot reaches it."""
+        """One result for each grasp family, with the family as target; inverse kinematics chooses the grasp later."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         refused = _refuted(scene.context, scene.situation, robot, name, properties["family"])
         if refused is not None:
@@ -83,7 +83,7 @@ class SampleGrasp(RobotStage, Monitor):
         ]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A grasp family that the object does not have."""
+        """A message for a grasp family that the object lacks."""
         yield from family_faults(self, scene, "grasps")
 
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
@@ -106,7 +106,7 @@ class SampleGrasp(RobotStage, Monitor):
 
 
 def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
-    """A family (of `grasps` or `placements`) that is named and that the object does not have, if the object is known."""
+    """A message if the object is known and lacks the named family (of `grasps` or `placements`)."""
     name, family = stage.known("object"), stage.known("family")
     if name not in scene.bodies or family in (None, ANY):
         return

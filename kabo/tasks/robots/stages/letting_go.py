@@ -17,7 +17,7 @@ from kabo.tasks.robots.stages.grasps import held_properties
 
 
 def letting_go(scene: TaskScene, name: str, robot: str) -> Refusal | None:
-    """Why a robot's gripper cannot open and retreat from an object that stands where it is held; None if it can.
+    """The refusal if a robot's gripper cannot open and retreat from the object put down where it is held; or None.
 
     It retreats along the approach of the grasp family, all of it or as little as permitted.
     """

@@ -122,7 +122,7 @@ class SampleMeeting(RobotStage, Monitor):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A mate without a part, a part without a mate, or a family that the object does not have."""
+        """Messages for a mate without a part, a part without a mate, or a family that the object lacks."""
         part, mate = self.known("part"), self.known("mate")
         if (part is None) != (mate is None) and not any(map(self.undecided, ("part", "mate"))):
             yield "a `part` and its `mate` go together: the other robot takes the object, or brings it a part"
@@ -130,7 +130,7 @@ class SampleMeeting(RobotStage, Monitor):
             yield from family_faults(self, scene, "grasps")
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, once for each grasp family, or once for the mate."""
+        """One result with the scene for each grasp family, or one for the mate."""
         robot, partner, name = (properties[key] for key in ("robot", "partner", "object"))
         for each, holder in ((name, robot), (properties["part"], partner)):
             if each is not None and scene.holder(each) != holder:

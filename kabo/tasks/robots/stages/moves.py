@@ -77,7 +77,7 @@ class MoveTo(RobotStage, Propagator):
         return [replace(a, motion=_reversed(a.motion)) if isinstance(a, Result) else a for a in answers]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A frame `of` without a pose, or a constraint to keep that only the gripper or nothing held is subject to."""
+        """Messages for a frame `of` without a pose, or a `keep` that applies to the gripper's motion or to nothing held."""
         goal, keep = self.known("goal"), self.known("keep")
         if self.known("of") is not None and goal is not None and not _is_pose(goal):
             yield "`of` says what is to be at a pose or a point, and the goal is neither"
@@ -86,7 +86,7 @@ class MoveTo(RobotStage, Propagator):
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """What the robot holds, if a constraint on it is kept."""
+        """The held object, if the motion keeps a constraint on it."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 

@@ -94,7 +94,7 @@ class SamplePlacement(RobotStage, Monitor):
         return Refusal("out_of_reach", text, proof=True, missing=missing)
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """That no grasp of the object was found anywhere in the region."""
+        """The refusal if no grasp of the object was found anywhere in the region; else None."""
         known = self._known(context)
         if known is None:
             return None

@@ -52,7 +52,7 @@ class Reparameterise(RobotStage, Wrapper):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Limits of joints that no robot has."""
+        """Messages for limits of joints that no robot has."""
         given = self.known("acceleration")
         joints = {joint for robot in scene.robots.values() for joint in robot.planned_joints}
         for joint in given if isinstance(given, Mapping) else ():

@@ -87,7 +87,7 @@ class MoveRelative(RobotStage, Propagator):
         return [self._stroke(scene, properties, -1)]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Bounds that are crossed or given for joints, no distance at all, or a constraint that applies to nothing held."""
+        """Messages for crossed bounds, bounds of joints, no distance, or a constraint that applies to nothing held."""
         given, low, high = (self.known(key) for key in ("direction", "min_distance", "max_distance"))
         if low is not None and high is not None and low > high:
             yield f"the least distance, {low:g} m, is above the greatest, {high:g} m"

@@ -73,7 +73,7 @@ class GraspPoses(RobotStage, Monitor):
             yield f"{name} has no line {about!r} to turn about; it has {', '.join(lines) or 'none'}"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """The scene, once for each pose."""
+        """One result with the scene for each pose."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         frame, body = frame_for(scene, robot.name, properties["of"]), scene.context.scene.bodies[name]
         axis, written = body.features.get(properties["about"]), {}
@@ -120,7 +120,7 @@ class PlacePoses(RobotStage, Monitor):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """The scene, once for each pose, the given pose first."""
+        """One result with the scene for each pose, the given pose first."""
         robot, name = properties["robot"], properties["object"]
         if scene.holder(name) != robot:
             yield Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
@@ -147,7 +147,7 @@ def stands_on(scene: TaskScene, support: str, name: str, pose: Array) -> bool:
 
 
 def symmetry(body: Body) -> int | None:
-    """How many rotations about its z axis leave a body unchanged: None if all do, 1 if none is known."""
+    """The number of rotations about its z axis that leave a body unchanged; None if all do, 1 if none is known."""
     shape = body.shape
     if shape.kind in ("cylinder", "sphere"):
         return None
