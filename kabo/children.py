@@ -1,4 +1,4 @@
-"""Child processes that can be killed: for code that looks at no stop flag, as in libraries, and for whole commands.
+"""Child processes that can be killed: for code that checks no stop flag, as in libraries, and for whole commands.
 
 A child never outlives its parent: on Linux the system kills it when the parent ends, in whatever way.
 """

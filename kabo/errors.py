@@ -42,7 +42,7 @@ class KaboError(Exception):
 
 
 class InputError(KaboError):
-    """What a person wrote cannot be used: carries every diagnostic found, sorted by place (exit code 2)."""
+    """The error for unusable input: carries every diagnostic found, sorted by place (exit code 2)."""
 
     exit_code = 2
 
@@ -60,9 +60,9 @@ class MeshError(InputError):
 
 
 class CutOff(KaboError):
-    """Work ended before it had an answer, because a budget was spent or somebody asked to stop (exit code 4).
+    """Work ended without an answer, because a budget was spent or the caller asked to stop (exit code 4).
 
-    Raised wherever a stop flag is looked at and says so. Nothing follows from it but that there is no answer: it is no
+    Raised wherever a stop flag is checked and set. It means only that there is no answer: it is no
     refusal, and nothing is proven by it. The flag says which budget it was.
     """
 

@@ -102,7 +102,7 @@ def _asks_for_json(given: Sequence[str]) -> bool:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of the command line; the attribute `run` of what it parses runs the command."""
+    """The parser of the command line; the attribute `run` of its result is the function that runs the command."""
     top = _CommandParser(
         prog="kabo",
         description="Combined task and motion planning on the knowledge level, with bounded geometric predicates.",

@@ -48,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser, command: str, **defaults: objec
 
 
 def argument_of(option: Option) -> str:
-    """An option as it is written on the command line."""
+    """The name of an option's argument on the command line."""
     return "--" + option.name.replace("_", "-")
 
 

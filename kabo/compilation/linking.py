@@ -82,7 +82,7 @@ def part_compiler() -> Any:
 
 
 def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
-    """A kernel whose whole is linked from the parts of what it calls, and stored on disk if `stored`.
+    """A kernel linked from the separately compiled parts of all kernels that it calls; stored on disk if `stored`.
 
     Calls with constants use the code for any number; otherwise each combination of constants would be compiled.
     """

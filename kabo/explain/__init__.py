@@ -1,1 +1,1 @@
-"""Why there is no plan, and what would help: failed calls are examined, and changes of the scene are tried."""
+"""Explains why there is no plan and what would help: examines failed calls, and tries changes of the scene."""

@@ -1,4 +1,4 @@
-"""Why a problem has no plan, and which parts of it are useless, as sentences for people.
+"""Explains, as sentences for users, why a problem has no plan, and which parts of it are useless.
 
 `explain` grounds the whole problem and uses the delete relaxation first: conjuncts of the goal that it does not reach are
 proven to be out of reach, whatever geometry says, and have root causes. Otherwise it searches; and only if there is a
@@ -53,7 +53,7 @@ class Explanation:
     `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or neither (`exhausted`: the budget was
     spent, or kabo would have to reason by cases);
     `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
-    relaxation; `reachable` says whether all of the goal is in the last one. `findings` tell of procedures that failed,
+    relaxation; `reachable` says whether all of the goal is in the last one. `findings` describe procedures that failed,
     `counterfactuals` of changes that were tried. Where kabo's knowledge is not `complete`, what can never be known
     is so only as far as kabo's knowledge goes.
     """
@@ -106,7 +106,7 @@ def explain(
     geometry: bool = True,
     **options: "Unpack[ExplainOptions]",
 ) -> Explanation:
-    """Why a problem has no plan, or that it has one, and which parts of it are useless.
+    """The explanation why a problem has no plan, or that it has one, and which parts of it are useless.
 
     Args:
         problem: a problem whose names have been checked.

@@ -1,4 +1,4 @@
-"""Why calls failed: each is repeated, and every refused attempt is examined.
+"""Finds out why calls failed: repeats each of them and examines every refused attempt.
 
 Calls are repeated at the least effort: its samples are the first ones of greater effort, so all were refused as well.
 Each attempt that a body blocked is checked again with the original meshes, and with one body after the other taken out.

@@ -34,7 +34,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Finding:
-    """Why one call failed: attempts that were examined, answers with a motion, failures by reason and pair.
+    """The reasons why one call failed: examined attempts, answers with a motion, failures by reason and pair.
 
     `proof`: no number of samples would help. `dispensable`: another robot could do it. `freed`: for each body that
     blocked, the number of attempts that pass without it. `nearer`: moves of the base of `robot` that bring the target

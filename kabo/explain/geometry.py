@@ -1,4 +1,4 @@
-"""Why a symbolic plan has no motions: solves with geometry, examines the failed calls, and tries single changes."""
+"""Explains why a symbolic plan has no motions: solves with geometry, examines failed calls, tries single changes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

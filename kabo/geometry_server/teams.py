@@ -63,7 +63,7 @@ class Team:
 
     @cached_property
     def moving(self) -> npt.NDArray[np.bool_]:
-        """Which values of a configuration may change (n,): all but the grippers'."""
+        """The mask (n,) of the values of a configuration that may change: all but the grippers'."""
         parts = [np.arange(robot.tree.size) < robot.planned for robot in self.robots]
         return np.concatenate([*parts, np.ones(FREE_BODY.size * len(self.free), np.bool_)])
 

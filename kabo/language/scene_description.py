@@ -120,7 +120,7 @@ class BodyDescription:
 
 @dataclass(frozen=True)
 class RegionDescription:
-    """A closed convex volume, and the body that carries what is put there."""
+    """A closed convex volume, and the body that supports objects placed in it."""
 
     name: str
     shape: Shape

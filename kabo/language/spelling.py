@@ -54,7 +54,7 @@ def spelling(tree: object, how: Manner) -> str:
     """The text of a tree; a room that adds a kind of tree registers its spelling here.
 
     Raises:
-        TypeError: nobody has registered such a tree.
+        TypeError: no spelling is registered for this kind of tree.
     """
     raise TypeError(f"{type(tree).__name__} is no formula, term, effect or procedure call")
 

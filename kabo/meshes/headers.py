@@ -29,7 +29,7 @@ _GLB_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mes
 
 
 def misleading(kind: str, data: bytes) -> str | None:
-    """Why a file must not be read, as the end of a sentence that begins with its name; None if nothing is wrong."""
+    """The reason why a file must not be read, as the end of a sentence that begins with its name; None if there is none."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
     return MESH_FORMATS[kind].check(data)

@@ -1,4 +1,4 @@
-"""What a mesh must fulfil before geometry relies on it; if it does not, one sentence gives the counts and the remedy.
+"""Requirements on meshes before geometry relies on them; errors are one sentence with the counts and the remedy.
 
 Two levels: `require_closed` is what winding numbers need; `require_solid` is what edge contraction needs: every
 edge between two faces that are oriented alike, every component the right way round.

@@ -31,7 +31,7 @@ SECONDS = ("collision_s", "geometric_s", "load_s", "symbolic_s", "total_s")
 
 @dataclass(frozen=True)
 class Reason:
-    """Why there is no plan.
+    """The reason why there is no plan.
 
     `proved`: `knowledge` (unreachable whatever geometry says), `refusals` (every refusal was a proof), or None;
     `budget`: what ran out, if nothing is proved (`reasoning`: everything was tried, but a plan may need reasoning by

@@ -1,4 +1,4 @@
-"""One run of the planner: its options and limits, what it has done so far, and its result if there is no plan."""
+"""One run of the planner: its options, limits and statistics, and its result if there is no plan."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -36,7 +36,7 @@ OnProcedures = Callable[["GeometricProcedures"], None]
 
 @dataclass
 class SolveRun:
-    """One run of the planner: its options, the flag that says when to stop, and what it did so far."""
+    """One run of the planner: its options, its stop flag, and its figures so far."""
 
     problem: Problem
     options: Options

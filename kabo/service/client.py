@@ -85,7 +85,7 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """Closes the session; requests under way end without an answer."""
+        """Closes the session; pending requests end without an answer."""
         self._watch.undeclare()
         self._session.close()
 

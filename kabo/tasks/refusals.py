@@ -47,7 +47,7 @@ class Refusals:
         return sum(n for (_, other), n in self.reasons.items() if other == reason)
 
     def movable(self, scene: Scene) -> frozenset[str]:
-        """The components that were in the way of an attempt."""
+        """The robots and movable objects that blocked an attempt."""
         met = {owner for pair in self.pairs for owner in owners(pair)}
         return frozenset(met & {*scene.robots, *scene.movable})
 

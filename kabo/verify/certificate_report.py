@@ -11,7 +11,7 @@ MAX_SHOWN_OBJECTS = 12  # objects that the report's text names
 class ObjectClearance:
     """The clearance of one object: it may be displaced by less than `distance` [m] in any direction before a proof fails.
 
-    `distance` is None where it exceeds what the proofs look at (`CertificateReport.near`). A rotation about the object's
+    `distance` is None where it exceeds the range of the proofs (`CertificateReport.near`). A rotation about the object's
     origin counts as its angle times `radius` [m].
     """
 

@@ -34,7 +34,7 @@ class RelaxedOperator(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """The cost of a relaxed plan, and what it suggests to do."""
+    """The cost of a relaxed plan, the operators with which it begins, and the facts that it achieves."""
 
     value: int | None  # its cost; None: the goal is out of reach even relaxed
     preferred: tuple[int, ...]  # owners of its operators that are applicable now, if need be by axioms; sorted

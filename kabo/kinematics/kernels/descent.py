@@ -21,7 +21,7 @@ EXTRA_ITERATIONS = 8  # for the other joints, each time that some were returned 
 
 @kernel  # i8, i8, i8 -> tuple of arrays
 def scratch(rows, joints, size):
-    """The scratch arrays of `descend`, for so many rows, joints and values of q."""
+    """Allocates the scratch arrays of `descend` for the given numbers of rows, joints and values of q."""
     world_T = np.zeros((joints, 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
     return (

@@ -93,7 +93,7 @@ def meeting_point(first, second):
 
 @lean_kernel  # f8, f8, f8 -> i8, f8, f8, f8
 def cosine_angles(a, b, value):
-    """The angles x with a cos x + b sin x = value: their count, both angles, and what is missing to a solution (or 0).
+    """The angles x with a cos x + b sin x = value: their count, both angles, and the distance from solvability (or 0).
 
     Count -1: a and b vanish, and every angle is a solution.
     """

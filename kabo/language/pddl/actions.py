@@ -1,4 +1,4 @@
-"""PDDL actions as kabo's: parameters, preconditions, effects, what is sensed, cost.
+"""Translates PDDL actions into kabo's: parameters, preconditions, effects, sensed facts, cost.
 
 Two steps, because an effect is about knowledge or about the world depending on what *any* action may make unknown:
 `read_action` collects, `build_action` decides.

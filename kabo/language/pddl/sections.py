@@ -70,7 +70,7 @@ class PddlDefinition:
 
 
 def definitions_of(document: Document) -> list[PddlDefinition]:
-    """The domains and problems that a file defines; what is no section of one is reported."""
+    """The domains and problems that a file defines; anything else in the file is reported."""
     found = []
     for form in document.forms:
         definition = _definition(document, form)

@@ -15,7 +15,7 @@ class PksDialect(Dialect):
     only_numbers = True
 
     def unknown_term(self, here: NameResolver, node: Expression) -> None:
-        """Reports an unknown variable, function or constant, or what is no term."""
+        """Reports an unknown variable, function or constant, or anything else that is not a term."""
         vocabulary, word = here.vocabulary, node.text
         if node.kind == "variable":
             hint = here.findings.near(word, list(here.scope))
@@ -32,7 +32,7 @@ class PksDialect(Dialect):
             here.report(node, f'unexpected "{here.quote(node)}" {here.where}, expected a term')
 
     def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """Reports a function, an unknown predicate or what is no atom in the place of one."""
+        """Reports a function, an unknown predicate or anything else in the place of an atom."""
         if symbol is not None:
             remedy = f"compare it: {here.quote(node)} = value"
             here.report(node, f'"{node.text}" is a function, not a predicate', remedy)
@@ -49,7 +49,7 @@ PKS = PksDialect()
 def resolver_of(
     markup: Markup, vocabulary: Vocabulary, where: str, free: dict[str, Symbol] | None = None
 ) -> NameResolver:
-    """The resolver of a part of a file, without variables; `free` collects those that nobody binds."""
+    """The resolver of a part of a file, without variables; `free` collects the unbound ones."""
     return NameResolver(markup.source, markup.text, vocabulary, where, PKS, free=free)
 
 

@@ -43,7 +43,7 @@ class YamlDialect(Dialect):
         _check_arguments(here, node)
 
     def no_function(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
-        """Reports what is no function in the place of one, as in Kv(…)."""
+        """Reports anything but a function where one is required, as in Kv(…)."""
         if node.kind in ("name", "call") and symbol is None:
             report_unknown(here, node, "function", "function")
         elif symbol is not None and symbol.role == "predicate":
@@ -63,7 +63,7 @@ class YamlDialect(Dialect):
         here.report(part, f'"{node.kind}" compares numbers, this is {with_article(kind)}')
 
     def never_equal(self, here: NameResolver, node: Expression, left: Kind, right: Kind) -> f.Truth | None:
-        """Reports a comparison that can never hold: nobody writes it on purpose."""
+        """Reports a comparison that can never hold as an error."""
         kinds = f"{with_article(left)}, the other {with_article(right)}"
         here.report(node, f"these can never be equal: one side is {kinds}")
         return None

@@ -1,4 +1,4 @@
-"""Which pairs of bodies a certificate has to prove apart along a stretch, and in the frame of which joint."""
+"""Chooses the pairs of bodies that a certificate has to prove apart along a stretch, and the joint frame of each."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

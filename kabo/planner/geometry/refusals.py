@@ -152,7 +152,7 @@ class RefusalTable:
         return known
 
     def after(self, call: GroundCall, attempt: int, trace: Provenances) -> Provenances:
-        """The trace after a call, if it succeeds: what it moves gets a provenance from the call and what that reads."""
+        """The trace after a successful call: moved components get a provenance made of the call and its inputs."""
         reads = frozenset((i, trace[i]) for i in self.reads(call))
         result = list(trace)
         for i in self.moves(call):

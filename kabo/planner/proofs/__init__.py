@@ -1,1 +1,1 @@
-"""Why a goal is out of reach, as proofs and sentences: root causes, dead ends, facts that nothing achieves."""
+"""Proofs and explanations that a goal is out of reach: root causes, dead ends, facts without achievers."""

@@ -1,4 +1,4 @@
-"""Why no plan reaches a goal that the delete relaxation reaches: dead ends, or sensing outcomes without a plan."""
+"""Explains why no plan reaches a goal that the delete relaxation reaches: dead ends, or outcomes without a plan."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Which actions and update rules mention a symbol, and which of these never apply because of static facts."""
+"""Finds the actions and update rules that mention a symbol, and those that never apply because of static facts."""
 
 from collections.abc import Iterable, Iterator
 from itertools import islice
@@ -54,7 +54,7 @@ class Mentions:
         ]
 
     def why_no_achiever(self, meaning: Meaning) -> str:
-        """Why no action and no rule achieves a fact, as the rest of a sentence."""
+        """The reason why no action and no rule achieves a fact, as the rest of a sentence."""
         says = [name for name, spoken in self._actions.items() if _speaks(spoken, meaning)]
         sentences = [
             f"{name} has no instance ({self.without_instance[name]})"
@@ -76,7 +76,7 @@ class Mentions:
         return "no action adds or senses it, and no update rule infers it"
 
     def never(self, formula: Formula) -> str | None:
-        """Why static facts make a condition false for all objects; None if they do not."""
+        """The reason why static facts make a condition false for all objects; None if they do not."""
         compiler = self.whole.compiler
         for part in formula.parts if isinstance(formula, And) else ():
             why = self.never(part)

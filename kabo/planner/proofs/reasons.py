@@ -1,4 +1,4 @@
-"""The reasons why there is no plan, as sentences for people."""
+"""The reasons why there is no plan, as sentences for users."""
 
 from collections.abc import Callable, Sequence
 

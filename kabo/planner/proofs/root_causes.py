@@ -1,4 +1,4 @@
-"""Why something can never be known, down to the root causes: its achievers, and the facts that block each of them.
+"""Explains why a fact can never be known, down to root causes: its achievers, and the facts that block each of them.
 
 Of everything that blocks an achiever only the fact nearest to a root cause is reported. Similar facts are reported
 once: those of the same symbol with the same kinds of achievers, blocked by the same kinds of facts, form one group.
@@ -207,7 +207,7 @@ class RootCauses:
         return f"{said}: {self.why_nothing(meaning)}."
 
     def why_nothing(self, meaning: Meaning) -> str:
-        """Why neither the start nor an action nor a rule makes a fact known, as the end of a sentence."""
+        """The reason why neither the start nor an action nor a rule makes a fact known, as the end of a sentence."""
         return f"{self._at_the_start(meaning)}, {self.mentions.why_no_achiever(meaning)}"
 
     def _at_the_start(self, meaning: Meaning) -> str:

@@ -1,4 +1,4 @@
-"""Why a formula is false in every state because of static facts: which part of it, and why."""
+"""Explains why static facts make a formula false in every state: the false part, and the reason."""
 
 from collections.abc import Iterable, Iterator
 

@@ -1,4 +1,4 @@
-"""Which conjuncts of a goal can never hold, even under delete relaxation, and why, in sentences."""
+"""Finds the goal conjuncts that can never hold, even under delete relaxation, and explains why in sentences."""
 
 from dataclasses import dataclass
 

@@ -144,7 +144,7 @@ def entry_text(entry: Entry) -> str:
 
 
 def listed(texts: Iterable[str], word: str, shown: int = SHOWN_ITEMS) -> str:
-    """Texts as a list for people: `a, b and 5 more`; each text once."""
+    """Texts as a list for messages: `a, b and 5 more`; each text once."""
     every = list(dict.fromkeys(texts))
     if len(every) > shown + 1:
         every = [*every[:shown], f"{len(every) - shown} more"]
@@ -152,7 +152,7 @@ def listed(texts: Iterable[str], word: str, shown: int = SHOWN_ITEMS) -> str:
 
 
 def where(place: Place) -> str:
-    """A place for people: `domain.yaml:31`."""
+    """A place as messages show it: `domain.yaml:31`."""
     return f"{PurePath(place.file).name}:{place.line}"
 
 

@@ -1,4 +1,4 @@
-"""Which parts of a task's motion may be changed afterwards without changing the task.
+"""The parts of a task's motion that refinement may change without changing the task.
 
 A free motion between two configurations may take any path. Of a stroke, the least length that its family requires is
 kept; the rest was optional. Everything else stays as its stage made it.

@@ -85,7 +85,7 @@ def refine(
 
 
 def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
-    """Which parts of a node's motion may be changed."""
+    """The permitted changes of a node's motion."""
     if stop.call is None:
         return NONE
     bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())

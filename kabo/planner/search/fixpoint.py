@@ -1,4 +1,4 @@
-"""Every node that can be reached, each expanded once; then what is solved, from the goals backwards, to a fixpoint.
+"""Expands every reachable node once, then marks solved nodes backwards from the goals until nothing changes.
 
 Following one weak plan after the other finds plans soon, but proves failures slowly: each failure holds only below the
 ancestors that it names, and in strongly connected spaces there are exponentially many sets of ancestors. Here a node is

@@ -88,7 +88,7 @@ class SearchSpace:
         return self._form(self._reduced(node[0]))
 
     def confirmed_key(self, node: Node) -> Hashable | None:
-        """The key of a node, after geometry has answered what it has not been asked yet; None if it refuses the node.
+        """The key of a node after its pending procedure calls were made; None if one is refused.
 
         Called when a node is about to be expanded, or to end a search.
         """
@@ -102,7 +102,7 @@ class SearchSpace:
         """Whether the goal holds; while sensed results are still open, whether it holds for all of them.
 
         An exclusive-or of queries may hold only as long as an open result is not branched on [K Table 6.1: a full
-        bottle must not be washed]. Where branching may wait, the state as it is counts.
+        bottle must not be washed]. Where branching may be postponed, only the present state is tested.
         """
         if not self.task.is_goal(node[0], self.oracle(node[1])):
             return False

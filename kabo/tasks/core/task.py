@@ -194,7 +194,7 @@ class Task(Serial):
         return ([], []) if node is None else (list(node.solutions), list(node.failures))
 
     def explain(self) -> Explanation:
-        """Why there is no solution (yet): the first stage that failed, and its reasons."""
+        """The explanation why there is no solution (yet): the first stage that failed, and its reasons."""
         kept = {stage: self.found(stage)[1] for stage in self.walk()}
         return explain(self, {stage: self.figures(stage) for stage in self.walk()}, kept)
 

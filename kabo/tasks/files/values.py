@@ -81,7 +81,7 @@ def _word(word: Word, kinds: Collection[Any]) -> Any:
 
 
 def looked_at(word: Word) -> str | int | float | bool:
-    """The value of a word by what it looks like: a truth value, a number, or text."""
+    """The value of a word by its form: a truth value, a number, or text."""
     if word.quoted:
         return word.text
     number = number_of(word.text)

@@ -187,7 +187,7 @@ class Stretch:
         return np.array(self.waypoints)
 
     def reversed(self) -> "Stretch":
-        """The stretch in reverse; what it attaches and detaches stays, because stages of their own reverse that."""
+        """The stretch in reverse; its attachments are kept as they are, because other stages reverse them."""
         times = tuple(round(self.times[-1] - t, 6) for t in reversed(self.times))
         return replace(self, waypoints=self.waypoints[::-1], times=times)
 

@@ -48,7 +48,7 @@ def check_certificate(
     *,
     paranoid: bool = False,
 ) -> tuple[list[Finding], CertificateReport | None]:
-    """The first thing that is wrong with the certificate, if any, and a report of what it proves; None without proofs.
+    """The first fault of the certificate, if any, and a report of its proofs; None for a certificate without proofs.
 
     Args:
         plan: the plan with its certificate.

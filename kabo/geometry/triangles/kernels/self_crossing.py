@@ -1,4 +1,4 @@
-"""Which faces of a mesh cross another face: each face is compared with near faces of a lower index."""
+"""Finds the faces of a mesh that cross another face: compares each face with near faces of a lower index."""
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.triangles.kernels.crossing import faces_cross

@@ -5,7 +5,7 @@ from difflib import get_close_matches
 
 
 class TaskError(ValueError):
-    """A task cannot be planned as it is written."""
+    """A task that cannot be planned because of an error in its definition."""
 
 
 class UndeclaredProperty(TaskError):

@@ -4,7 +4,7 @@ from enum import Enum
 
 
 class Flow(Enum):
-    """Which interfaces a stage reads and writes; the value shows the arrows at its start and at its end."""
+    """The interfaces that a stage reads and writes; the value shows the arrows at its start and at its end."""
 
     GENERATE = "← →"
     FORWARD = "→ →"

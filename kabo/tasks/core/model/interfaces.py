@@ -205,7 +205,7 @@ def _given(stage: Stage) -> dict[str, object]:
 
 
 def shown(value: object) -> str:
-    """A property value as text for people: `{min: 0.1, by: [1, 2]}`."""
+    """A property value as text for users: `{min: 0.1, by: [1, 2]}`."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{k}: {shown(v)}" for k, v in value.items()) + "}"
     if isinstance(value, (list, tuple)):

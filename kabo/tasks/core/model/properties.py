@@ -49,7 +49,7 @@ class Property:
         return isinstance(value, kinds) or (float in kinds and isinstance(value, int))
 
     def fault(self, value: Any) -> str | None:
-        """Why a value of the declared type is invalid, or None; references are not resolved here."""
+        """The reason why a value of the declared type is invalid, or None; references are not resolved here."""
         if self.wrong is None or value is None or any(references(value, "")):
             return None
         return self.wrong(value)

@@ -1,4 +1,4 @@
-"""Why a task has no solution: the first stage without successes, and the reasons of its failures [T 3.1]."""
+"""Explains why a task has no solution: the first stage without successes, and the reasons of its failures [T 3.1]."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -35,7 +35,7 @@ def call(function: Callable[..., Answers], arguments: tuple[Any, ...]) -> Answer
 
 @dataclass(slots=True, eq=False)
 class StageJob:
-    """One call of a stage function. `subject` is what it is for: a state, a pair of states, or a solution.
+    """One call of a stage function. `subject` is the state, pair of states or solution to which it is applied.
 
     `asked` counts how often it has run without coming to its end. A function that yields gives one success each time.
     """

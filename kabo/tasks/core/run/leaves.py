@@ -79,7 +79,7 @@ class MonitorNode(GeneratorNode):
             self.queue(StageJob(solution, given))
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often the job has run, then the cost of the solution that triggered it."""
+        """The sort key: the number of runs of the job, then the cost of the solution that triggered it."""
         return job.asked, job.subject.cost
 
     def best(self) -> StageJob | None:
@@ -137,7 +137,7 @@ class PropagatorNode(Leaf):
             self.unpark([self.parked[state]])
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often the job has run, then the best path to its state: the longest, then the cheapest."""
+        """The sort key: the number of runs of the job, then the best path to its state, longest and then cheapest first."""
         return (job.asked, *job.subject.order[self._near])
 
     def runnable(self, job: StageJob) -> bool:
@@ -252,7 +252,7 @@ class ConnectorNode(Joining, Leaf):
             self.unpark(self.open.get(state, ()))
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often the job has run, then the sum of both path lengths (the longest first), then of both costs."""
+        """The sort key: the number of runs of the job, the sum of both path lengths (longest first), then of both costs."""
         start, end, _ = job.subject
         first, second = start.order[LEFT], end.order[RIGHT]
         return job.asked, first[0] + second[0], first[1] + second[1]

@@ -76,7 +76,7 @@ class MergerNode(Leaf):
         self.planning.recheck(state, self._far)
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often the job has run, then the best path to its state, its cost added to those of the solutions."""
+        """The sort key: the number of runs of the job, then the best path to its state, with the solutions' costs added."""
         state, *chosen = job.subject
         depth, cost = state.order[self._near]
         return job.asked, depth, cost + sum(s.cost for s in chosen)

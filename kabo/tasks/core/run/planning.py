@@ -134,7 +134,7 @@ class Planning:
 
     # ------------------------------------------------------------------------------------------ the scheduler
     def follow(self, *strategies: Strategy) -> None:
-        """Picks jobs by these strategies from now on, one strategy after the other; an exhausted run goes on."""
+        """Picks jobs by these strategies from now on, one strategy after the other; an exhausted run is resumed."""
         self._turns = self._scheduled(strategies)
 
     def _scheduled(self, strategies: Sequence[Strategy]) -> Iterator[Turn]:

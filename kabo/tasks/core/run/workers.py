@@ -166,7 +166,7 @@ class StageWorkers:
         self._answers[worker.asked.pop(0)] = loads(said)  # noqa: S301 from a fork of this process
 
     def close(self) -> None:
-        """Ends the processes; jobs that they have begun continue where they were when they are picked again."""
+        """Ends the processes; unfinished jobs resume where they were interrupted when they are picked again."""
         for worker in self._workers:
             worker.connection.close()
             worker.process.kill()

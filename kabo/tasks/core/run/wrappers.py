@@ -1,4 +1,4 @@
-"""The nodes of wrappers: each solution of the child is transformed; a limit passes on only so many."""
+"""The nodes of wrappers: each solution of the child is transformed; a limit passes on only the first ones."""
 
 from collections.abc import Callable
 from typing import Any
@@ -60,7 +60,7 @@ class WrapperNode(Holder, Leaf):
         """Does nothing: the child orders its jobs by the states inside the wrapper, not by this one."""
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often the job has run, then length and cost of the paths to states that came in, and the solution's cost."""
+        """The sort key: the number of runs of the job, then length and cost of the paths through the solution."""
         solution: Solution = job.subject
         depth, cost = 0, solution.cost
         if self.reads[LEFT] and solution.start is not None:

@@ -1,4 +1,4 @@
-"""Where two robots meet: one brings what it holds to where the other can grasp it or mate a part with it.
+"""Samples configurations at which one robot can grasp what another one holds, or mate a part with it.
 
 Both robots' configurations are sampled together, subject to the constraints of a mate or of a grasp family between
 their tools; the path of the second robot to its configuration is planned by later stages.

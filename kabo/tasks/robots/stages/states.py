@@ -1,4 +1,4 @@
-"""Where a task begins: the current state, a given state, or configurations of a robot."""
+"""Stages with which a task begins: the current state, a given state, or configurations of a robot."""
 
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -130,7 +130,7 @@ class Relevance:
         return self._kept[name, settled]
 
     def leave(self, name: str) -> None:
-        """Frees what is kept for a node that will not be asked about again."""
+        """Frees the cached data of a node that is no longer needed."""
         for key in [key for key in self._kept if key[0] == name]:
             del self._kept[key]
 

@@ -131,7 +131,7 @@ class Belief:
         return all(map(claim, self.worlds))
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
-        """See `Knower`."""
+        """Whether the symbol's value is the same in every world, or will be known at run time."""
         worlds = self.worlds
         symbol = named(name, worlds[0])
         if symbol is None or (callable(name) and any(name(world) != symbol for world in worlds)):
@@ -145,7 +145,7 @@ class Belief:
         )
 
     def always_held(self, number: int) -> bool:
-        """See `Knower`."""
+        """Whether the `always` goal of this number has held in every state so far."""
         return number not in self.broken
 
     def is_free(self, thing: Symbol | str) -> bool:
