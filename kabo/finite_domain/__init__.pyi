@@ -1,5 +1,6 @@
 from kabo.finite_domain.compiled_task import CompiledTask as CompiledTask
 from kabo.finite_domain.compiled_task import SearchBudget as SearchBudget
+from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound as LandmarkBound
 from kabo.finite_domain.heuristics.relaxation import Estimate as Estimate
 from kabo.finite_domain.heuristics.relaxation import RelaxedOperator as RelaxedOperator
 from kabo.finite_domain.heuristics.relaxation import RelaxedTask as RelaxedTask

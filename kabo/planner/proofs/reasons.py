@@ -6,9 +6,7 @@ from kabo.geometry_server.answers import Refusal
 from kabo.knowledge import GroundedTask, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
-from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.refused_calls import refused
-from kabo.planner.proofs.unreachable import SAME_REASONS, unreachable_because
 from kabo.planner.proofs.wording import listed
 from kabo.planner.result import Reason
 
@@ -44,6 +42,9 @@ def no_plan(
 
 def _beyond(problem: Problem) -> Reason:
     """Some conjuncts of the goal never hold, even under delete relaxation."""
+    # Loaded here, as below, since a problem with a plan needs no proof that there is none.
+    from kabo.planner.proofs.unreachable import SAME_REASONS, unreachable_because
+
     goals = unreachable_because(problem)
     sentences = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME_REASONS)]
     few = (
@@ -58,6 +59,8 @@ def _beyond(problem: Problem) -> Reason:
 
 def _dead_end(task: GroundedTask, deadline: Callable[[], bool] | None) -> Reason:
     """All conjuncts of the goal hold under delete relaxation."""
+    from kabo.planner.proofs.dead_ends import dead_ends  # as above
+
     text = (
         "no plan reaches the goal, whatever geometry says: every part of it could hold if nothing that is known were "
         "ever lost, but every way ends in a dead end"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from math import floor
 
-from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound
+from kabo import finite_domain
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.algorithms.graph import HeuristicValue
@@ -25,11 +25,11 @@ class CostBounds:
         self._known: dict[int, float | None] = {}
 
     @cached_property
-    def _landmarks(self) -> LandmarkBound:
+    def _landmarks(self) -> "finite_domain.LandmarkBound":
         relaxation, task = self._relaxation, self._task
         costs = {action.index: floor(UNITS * action.cost) for action in task.actions}
         goal = relaxation.goal_of(tuple(range(len(task.goal))))
-        return LandmarkBound(relaxation.task.facts, relaxation.operators, goal, costs)
+        return finite_domain.LandmarkBound(relaxation.task.facts, relaxation.operators, goal, costs)
 
     def below(self, state: int) -> float | None:
         """A lower bound of the cost of weak plans from a state; None if there is no plan."""

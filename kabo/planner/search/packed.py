@@ -3,13 +3,10 @@
 from collections.abc import Sequence
 from functools import cached_property
 
-from kabo import tuning
+from kabo import finite_domain, tuning
 from kabo.budgets import Spent
-from kabo.finite_domain import CompiledTask, SearchBudget, astar, bfws, breadth_first
-from kabo.finite_domain import SearchResult as PackedResult
 from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Search
-from kabo.planner.search.compiled_refusals import learnt_task
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -23,7 +20,6 @@ from kabo.planner.search.skeleton import (
     SkeletonNode,
     Unreachable,
 )
-from kabo.planner.search.to_finite_domain import classical_task
 
 
 class PackedTask:
@@ -33,8 +29,11 @@ class PackedTask:
         self.task = task
 
     @cached_property
-    def compiled(self) -> CompiledTask | None:
+    def compiled(self) -> "finite_domain.CompiledTask | None":
         """The finite-domain task, its operators owned by the actions; None if it cannot be expressed so."""
+        # Loads the searches in finite domains (20 files), which a task with sensing never needs.
+        from kabo.planner.search.to_finite_domain import classical_task
+
         return classical_task(self.task)
 
     def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
@@ -62,6 +61,8 @@ class PackedTask:
             )
         if learnt_refusals is None:
             return None
+        from kabo.planner.search.compiled_refusals import learnt_task  # only a task with refusals needs it
+
         learnt = learnt_task(compiled.task, self.task.actions, learnt_refusals)
         found = _searched(learnt.compiled, search, None, limits, learnt_refusals)
         if found.status == "unsolvable" and not learnt.whole:
@@ -69,7 +70,11 @@ class PackedTask:
         return self._result(found, learnt.compiled, learnt.attempts, limits)
 
     def _result(
-        self, found: PackedResult, compiled: CompiledTask, attempts: Sequence[int] | None, limits: SearchLimits
+        self,
+        found: "finite_domain.SearchResult",
+        compiled: "finite_domain.CompiledTask",
+        attempts: Sequence[int] | None,
+        limits: SearchLimits,
     ) -> SearchResult:
         statistics = SearchStatistics(found.expanded, found.generated, 1, 1)
         if found.status == "unsolvable":
@@ -84,7 +89,7 @@ class PackedTask:
         return FoundSkeleton(Skeleton(node), statistics)
 
 
-def _spent(found: PackedResult, limits: SearchLimits) -> Spent:
+def _spent(found: "finite_domain.SearchResult", limits: SearchLimits) -> Spent:
     """What ended a search without an answer: the deadline, the number of expansions, or the bytes for its states."""
     if found.status == "stopped":
         return "time"
@@ -92,21 +97,23 @@ def _spent(found: PackedResult, limits: SearchLimits) -> Spent:
 
 
 def _searched(
-    compiled: CompiledTask,
+    compiled: "finite_domain.CompiledTask",
     search: Search,
     forbidden: list[int] | None,
     limits: SearchLimits,
     learnt_refusals: LearntRefusals | None = None,
-) -> PackedResult:
+) -> "finite_domain.SearchResult":
     """The answer of a search by its name; where refusals were learnt, `best` first tries A* for a limited time."""
-    budget = SearchBudget(expansions=limits.expansions, stop=limits.deadline)
+    budget = finite_domain.SearchBudget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and learnt_refusals is not None:
         most = tuning.MAX_CHEAPEST_EXPANSIONS
         most = most if limits.expansions is None else min(most, limits.expansions)
-        found = astar(compiled, forbidden=forbidden, budget=SearchBudget(expansions=most, stop=limits.deadline))
+        found = finite_domain.astar(
+            compiled, forbidden=forbidden, budget=finite_domain.SearchBudget(expansions=most, stop=limits.deadline)
+        )
         if found.status in ("solved", "unsolvable"):
             return found
     if search == "best":
-        return bfws(compiled, forbidden=forbidden, budget=budget)
-    run = astar if search == "astar" else breadth_first
+        return finite_domain.bfws(compiled, forbidden=forbidden, budget=budget)
+    run = finite_domain.astar if search == "astar" else finite_domain.breadth_first
     return run(compiled, forbidden=forbidden, budget=budget)
