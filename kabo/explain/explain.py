@@ -88,7 +88,7 @@ class Explanation:
         return "\n".join(lines)
 
     def nearest(self, goal: UnreachableGoal) -> str:
-        """The facts nearest to an unreachable goal conjunct that the delete relaxation reaches, as text."""
+        """A clause that names the last layer of the delete relaxation that came nearer to an unreachable goal conjunct."""
         if not goal.layer:
             return "which nothing brings nearer"
         return f"which nothing brings nearer after layer {goal.layer} of {self.layers}"

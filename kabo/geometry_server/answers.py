@@ -52,7 +52,7 @@ class Refusal:
         comment: a sentence for users.
         reads: the components on which the refusal rests: it holds wherever they have the same values.
         pairs: for each pair of things (`robot.link` or a body) the number of times that it came too close.
-        proof: no number of samples would have helped.
+        proof: whether the refusal is a proof, so that no number of samples would help.
         missing: the distance by which the target is out of reach [m].
         attempts: the number of refused attempts that it sums up; 0 if they were not counted.
         question: the refused query, so that it can be repeated in another situation.

@@ -30,7 +30,7 @@ def solutions(
         robot: a robot with a tool.
         world_T_tool: (4, 4), a rotation within 1e-6 [m].
         key: the key of the stream of random numbers, from `stream_key`.
-        number: how many values, or seeds, are tried.
+        number: the number of values of the locked joint, or of seeds, to try.
         hand: the values of the gripper's joints; if empty, zeros clipped to the limits.
 
     Raises:

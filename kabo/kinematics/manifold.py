@@ -51,7 +51,7 @@ def tangent(
     Args:
         tree, rows, q: as for `values`; q should fulfil the rows.
         moving: (n,) the values that may change, without those that were clamped to a limit; default all.
-        tolerance: how near to its bound [m or rad] an interval counts as having reached it.
+        tolerance: the distance [m or rad] within which an interval counts as having reached its bound.
         cut: singular values up to this count as zero, as at redundant rows and singular poses.
     """
     at = np.asarray(q, np.float64)

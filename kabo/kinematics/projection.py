@@ -34,7 +34,7 @@ def project(
         seeds: (N, n) [rad or m].
         lower, upper: (n,) limits; a joint outside is moved back by whole turns if that suffices.
         active: (n,) which values may change; the others keep the seed's.
-        inset: how far inside a violated interval the projection aims [m or rad], at most at its middle.
+        inset: the distance inside a violated interval at which the projection aims [m or rad], at most its middle.
         hold_limits: joints that leave their limits are stopped there instead of failing the seed.
 
     Raises:

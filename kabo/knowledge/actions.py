@@ -57,7 +57,7 @@ class GroundAction:
         return self.closure.complete(after, state ^ after)
 
     def reasons(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The bits, among those that the effects set, from which the closure infers something."""
+        """The bits that are reasons of the inferences that the closure draws after the effects."""
         updated = self.effects.after(state, test)
         return 0 if updated is None else _reasons(self.closure, state, updated)
 
@@ -109,7 +109,7 @@ class Branching:
         return made if self.closure.is_empty else self.closure.complete(made, state ^ made, trace)
 
     def reasons(self, state: int, outcome: str) -> int:
-        """The bits from which the closure infers something once the outcome is known."""
+        """The bits that are reasons of the inferences that the closure draws after the outcome."""
         choice = next(choice for choice in self.choices if choice.outcome == outcome)
         return _reasons(self.closure, state, state | choice.make)
 

@@ -35,7 +35,7 @@ class Expression:
         end: the offset behind its last one.
         parts: the arguments of a call, the operands of an operator.
         variables: those that a quantifier binds, with their types.
-        name_at: where the name begins if that is not where the piece begins.
+        name_at: the offset of the name if that differs from the offset of the piece.
     """
 
     kind: str

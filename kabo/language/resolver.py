@@ -23,7 +23,7 @@ class Dialect:
 
     Attributes:
         one_namespace: variables, objects, predicates and functions share names.
-        only_numbers: where a number is expected no object is looked for: its name may be a number.
+        only_numbers: whether a numeral is always a number where a number is expected, even if an object has that name.
         longest_quote: the greatest number of characters of a formula in a quotation; None for no limit.
     """
 
@@ -52,7 +52,7 @@ class Dialect:
         here.report(node, f'"{here.quote(node)}" is no number, expected one')
 
     def no_size(self, here: "NameResolver", node: Expression, part: Expression, kind: Kind) -> None:
-        """Reports a part of a comparison that is no number, though numbers are compared by their size."""
+        """Reports a side of a comparison by size (`<`, `<=`, …) that is not a number."""
         here.report(part, f'"{node.kind}" compares numbers, "{here.quote(part)}" is none')
 
     def never_equal(self, here: "NameResolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:

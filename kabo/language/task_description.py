@@ -62,9 +62,9 @@ class Input:
     """A property that a task declares; the inputs of a task, in order, are the arguments of its calls.
 
     Attributes:
-        kind: one of `KINDS` (`any` where the file only names the property); None if it says none, which was reported.
+        kind: one of `KINDS` (`any` where the file only names the property); None after a reported error.
         required: whether there is no default.
-        default: of the kind; as it is written where the kind is `any`; None: absent.
+        default: a value of the kind, or for `any` the scalar as written; None if there is no default.
     """
 
     name: str

@@ -28,7 +28,7 @@ class Symbol:
     Attributes:
         role: the part of the language to which it belongs, such as predicate or function.
         name: kabo's name of it.
-        place: where it is declared.
+        place: the place of its declaration.
         kind: the kind of its values; empty for a predicate.
         arguments: the parameters of a predicate, function or procedure.
         value_of: the term whose value a run-time variable has.

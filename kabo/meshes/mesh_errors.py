@@ -27,7 +27,7 @@ def require_numbers(mesh: Mesh, place: Place | None = None) -> None:
     """Raises an error unless a mesh has triangles, all on finite vertices that exist.
 
     Args:
-        mesh: vertices in metres. place: where a file names the mesh; by default the mesh file itself.
+        mesh: vertices in metres. place: the place in a file that names the mesh; by default the mesh file itself.
 
     Raises:
         MeshError: one sentence with the count.

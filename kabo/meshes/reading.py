@@ -49,7 +49,7 @@ def load_mesh(
     Args:
         path: the file.
         scale: metres per unit of the file, one for all axes or one for each.
-        place: where a file names the mesh, for errors.
+        place: the place in a file that names the mesh, for errors.
         repair: apply the safe repairs of `kabo.meshes.repaired`.
 
     Raises:

@@ -25,7 +25,7 @@ def require_closed(mesh: Mesh, place: Place | None = None) -> None:
     """Raises an error unless a mesh is closed: with equal vertices merged, its edges are passed equally often both ways.
 
     Args:
-        mesh: vertices in metres. place: where a file names the mesh; by default the mesh file itself.
+        mesh: vertices in metres. place: the place in a file that names the mesh; by default the mesh file itself.
 
     Raises:
         MeshError: it is empty, not finite, names vertices that are not there, or is open.
@@ -55,7 +55,7 @@ def require_solid(
     Args:
         mesh: vertices in metres.
         borders: "keep" accepts open borders.
-        place: where a file names the mesh; by default the mesh file itself.
+        place: the place in a file that names the mesh; by default the mesh file itself.
         repair: whether the safe repairs were tried already; then the remedy does not suggest them.
 
     Raises:

@@ -124,7 +124,7 @@ def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None
 
     Args:
         corners: at least two; neighbours differ.
-        deviation: how far the path may be from the straight pieces.
+        deviation: the greatest permitted distance of the path from the straight pieces.
         shares: (m,) of the trim that each corner would have alone; 0: the path goes through the corner, and stops
         there.
     """

@@ -76,7 +76,7 @@ def result_to_json(
 
     Args:
         result: the result of planning.
-        plan_path: where the plan file was written; None if it was not.
+        plan_path: the path of the plan file; None if none was written.
         diagnostics: warnings about a problem that is nevertheless valid.
     """
     body: dict[str, Any] = {

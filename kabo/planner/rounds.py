@@ -33,7 +33,7 @@ class Rounds(Protocol):
         ...
 
     def prepare(self) -> None:
-        """Prepares the next search, before which it is called."""
+        """Prepares the next search; called before each search."""
         ...
 
     def evaluated(self, skeleton: Skeleton) -> Variants | None:

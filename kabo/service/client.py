@@ -66,7 +66,7 @@ class Client:
 
     Args:
         config: the configuration of the zenoh session.
-        patience_s: how long to wait for a server, or for one that is not busy.
+        patience_s: the time to wait for a server, or for one that is not busy [s].
     """
 
     def __init__(self, config: zenoh.Config, patience_s: float = 5.0) -> None:

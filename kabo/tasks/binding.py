@@ -88,7 +88,7 @@ class _InspectedTask:
             raise self._file.located(error) from None
 
     def refuting(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
-        """The stages that can find out without sampling that a call fails."""
+        """The stages that can prove without sampling that a call fails."""
         self.stages(arguments)
         return self._refuting
 
@@ -132,7 +132,7 @@ class Bindings:
         return self._looked[call.procedure].stages(arguments)
 
     def refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The stages among the given ones that can prove without sampling that the call fails."""
+        """The robot stages of a call's task that can prove without sampling that the call fails."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
 

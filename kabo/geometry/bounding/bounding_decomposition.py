@@ -82,7 +82,7 @@ def bounding_decomposition(
 
     Args:
         mesh: closed; vertices (V, 3) [m]. Components may overlap.
-        epsilon: how far any point of the parts may be from the solid [m].
+        epsilon: the greatest permitted distance of any point of the parts from the solid [m].
         parts: a target: the parts are as tight as so many can be; more if epsilon needs them.
         vertices_per_part: a target: where it can be kept, no part has more.
         seed: part of the cache's key; nothing is random yet, so that every seed gives the same parts.

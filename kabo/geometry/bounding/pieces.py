@@ -25,7 +25,7 @@ def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> 
     Args:
         solid: the mesh.
         pieces: convex sets (P, 3) [m] that are meant to contain it together.
-        tolerance: how far a part may stick out of the solid [m].
+        tolerance: the greatest permitted distance of a part's points from the solid [m].
     """
     parts: list[Array] = []
     for piece in pieces:

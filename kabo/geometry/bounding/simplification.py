@@ -29,7 +29,7 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
     If the last polytope is refuted by a point, contraction resumes at the last polytope without this point.
 
     Args:
-        limit: how far any point of the polytope may be from the solid [m].
+        limit: the greatest permitted distance of any point of the polytope from the solid [m].
         voids: points that no part may contain; new ones are added.
 
     Returns:

@@ -72,7 +72,7 @@ def split_solid(
 
     Args:
         most: the greatest number of cells.
-        sight: how far a line of sight may leave the solid [m]; decides where cells are cut.
+        sight: the greatest permitted distance of a line of sight from the solid [m], which decides where cells are cut.
         begun: cells to start from, instead of the whole solid.
 
     Raises:
@@ -103,7 +103,7 @@ def cut_in_two(solid: Solid, hulled: HulledCell, limit: float, far: Array | None
     """The two parts into which the best plane cuts a cell.
 
     Args:
-        limit: how far lines of sight may leave the solid [m].
+        limit: the greatest permitted distance of a line of sight from the solid [m].
         far: a point (3,) of the cell's hull that is farther from the solid; None: the cell is halved.
     """
     plane = _middle(hulled.points) if far is None else _best_plane(solid, hulled, limit, far)

@@ -61,8 +61,8 @@ def exact_sweep_collides(motion: Motion, other: Motion | FixedGroup, step: float
     """Whether any sample of a motion collides with a body, or with any sample of another motion [K Def. 1.2, 1.3].
 
     Args:
-        motion: with a mesh for every body. other: the same, or a body that stands.
-        step: how far a point may move from one sample to the next [m].
+        motion: a motion of bodies that all have a mesh. other: another such motion, or a standing body.
+        step: the greatest motion of a point from one sample to the next [m].
 
     Raises:
         ValueError: a body without a mesh.

@@ -40,7 +40,7 @@ def motion_between(start, end, motion):
 
 @lean_kernel  # (m, 6) f8, i8, f8, i8, bool -> writes (k, 6) f8
 def chain_with_lock(axes, lock, value, backwards, chain):
-    """Writes the axes without the locked one, those after it moved by it; backwards: from the end to the base."""
+    """Writes all axes but the locked one, which moves those behind it; if `backwards`, from the end to the base."""
     last, number = chain.shape[0] - 1, 0
     for j in range(axes.shape[0]):
         if j == lock:

@@ -116,7 +116,7 @@ class Beliefs:
         return open_
 
     def claimed(self, world: WorldUpdate) -> int:
-        """The groups that occur in the condition of a world effect."""
+        """The mask of groups (atoms and terms) that occur in the condition of a world effect."""
         claims = (self.compiler.query(Know(claim), world.binding) for claim in world.effect.conditions)
         return union(self.names(query.reads) for query in claims)
 

@@ -58,7 +58,7 @@ class PksDefinition:
 
     @property
     def wanted(self) -> tuple[str, f.Place] | None:
-        """The domain that a problem names; None for a domain, and for a problem that accepts any domain."""
+        """The domain that a problem names, and the place of that name; an empty name accepts any domain."""
         if "domain" not in self.element.attributes:
             return "", self.place
         name, start = self.element.attributes["domain"]

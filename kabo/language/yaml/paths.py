@@ -26,7 +26,7 @@ def installed_folder(name: str) -> Path | None:
 
 
 def read_packages(reader: Reader, node: YamlNode | None) -> dict[str, Path]:
-    """The folders of `packages: {NAME: folder}`, those that are installed by their name."""
+    """The folders of `packages: {NAME: folder}`; for the value `installed`, the folder of the installed package NAME."""
     packages: dict[str, Path] = {}
     for name, _, value in reader.entries(node, "the packages"):
         text = reader.text(value, "a folder")

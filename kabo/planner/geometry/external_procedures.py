@@ -70,7 +70,7 @@ class ExternalProcedures:
         return trace
 
     def confirm(self, trace: Trace) -> bool:
-        """True: calls have already been made when the search generated their options."""
+        """True: no call is made when a node is expanded; they are made with `options` (eager) or along the skeleton."""
         return True
 
     def test(self, call: GroundCall, trace: Trace) -> bool:

@@ -34,7 +34,7 @@ FIXED, WAY = Freedom("fixed"), Freedom("way")
 
 @dataclass(frozen=True)
 class Freedoms:
-    """The permitted changes of a call's stages, by path; `anywhere`: the robot may end in any configuration."""
+    """The permitted changes of a call's stages, by path; `anywhere`: the robot may end in another configuration."""
 
     by_stage: Mapping[str, Freedom]
     anywhere: bool = False

@@ -39,7 +39,7 @@ def greatest_overlap(
     Args:
         context: the context of the geometry server.
         first, second: motions of different robots with different objects.
-        most: the greatest permitted time; the sum is cut to it, possibly inside a segment.
+        most: the greatest permitted time, which may lie within a segment.
     """
     legs, others = legs_of(context, *_of(first)), legs_of(context, *_of(second))
     if legs is None or others is None:

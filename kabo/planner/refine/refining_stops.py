@@ -22,7 +22,7 @@ class Stop:
 
     @property
     def first(self) -> Variant:
-        """The first variant of the stop; variants differ in nothing that refinement reads."""
+        """The first variant, which represents all: refinement reads nothing in which they differ."""
         return self.variants[0]
 
     @property

@@ -27,7 +27,7 @@ def delay_sensing(space: SearchSpace, node: Node, steps: list[Step]) -> list[Ste
 
     Args:
         space: the graph of the search.
-        node: where the steps begin.
+        node: the node at which the steps begin.
         steps: a weak plan.
     """
     pieces, end = _pieces(space, node, steps)

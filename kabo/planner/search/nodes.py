@@ -134,7 +134,7 @@ class SearchSpace:
         Actions that change neither knowledge nor geometry are left out, and sensing what is known.
 
         Args:
-            node: where they begin.
+            node: the node at which the moves begin.
             among: only these indices of actions, if given.
             without: skip the actions with these indices.
         """

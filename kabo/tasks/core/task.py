@@ -35,7 +35,7 @@ class Task(Serial):
         seed: the seed of all random choices.
         pruning: whether jobs wait while their states cannot become part of a solution.
         lazy: plan depth first; else round robin.
-        depth_first: how many jobs are planned depth first before round robin begins, unless there is a solution before.
+        depth_first: the number of jobs to plan depth first before round robin, unless a solution is found earlier.
         observe: called with every failure and its stage.
         audit: called with the run after every job, for tests.
         properties: properties of the task, which its stages can inherit.
@@ -95,9 +95,9 @@ class Task(Serial):
         """Plans until there are `max_solutions` or everything was tried; returns all solutions in order of discovery.
 
         Args:
-            scene: where the task begins; only the first call uses it.
+            scene: the scene in which the task begins; only the first call uses it.
             max_solutions: counted over all calls; None: as many as there are.
-            jobs: how many jobs this call may execute.
+            jobs: the number of jobs that this call may execute.
             stop: called between jobs; True ends the call.
             commit_after: seconds after which one solution suffices.
             workers: number of processes, with this one, that execute jobs ahead of time; they live until `close`. The

@@ -135,7 +135,7 @@ class Pair:
         """Proves that the pair stays apart on these intervals of the path.
 
         Args:
-            intervals: from and to, in metres of the pair's relative motion.
+            intervals: the start and end of each interval, in metres of the pair's relative motion.
             shift: a vector (3,) in the world by which the first body is shifted before distances are measured.
         """
         least, when, count = np.inf, 0.0, 0

@@ -311,7 +311,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         super().child_solved(child, solution)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether the state is in an open pair with one that is alive, or further states may come to the other side."""
+        """Whether the state has an open pair with a state that is alive, or may still get another partner."""
         if self.closed:
             return False
         return self.expects[side] or any(partner.alive[side] for partner in self.partners(state, side))

@@ -1,4 +1,4 @@
-"""Jobs: calls of stage functions that can be continued where they were left, in this process or another."""
+"""Jobs: calls of stage functions that can be interrupted and resumed, in this process or another."""
 
 import hashlib
 from collections.abc import Callable, Iterator

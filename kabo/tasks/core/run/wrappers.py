@@ -70,7 +70,7 @@ class WrapperNode(Holder, Leaf):
         return job.asked, depth, cost
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the states outside the wrapper from which the solution starts can still be part of a whole solution."""
+        """Whether the states that the wrapper received for this solution can still be part of a whole solution."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]

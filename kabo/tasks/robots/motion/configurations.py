@@ -21,7 +21,7 @@ def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
     """The configuration (n,) of all joints that a goal describes; joints that it does not mention keep their values.
 
     Args:
-        scene: where the robot is now.
+        scene: the scene with the robot's present configuration.
         name: the robot.
         wanted: the name of a configuration, `open`, `closed`, values of the arm's (or all) joints, {joint: value}.
 

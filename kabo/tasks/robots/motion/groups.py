@@ -10,7 +10,7 @@ def hung(scene: TaskScene, name: str, parent: str, world_T_parent: Array) -> Tas
     """The scene in which an object, with its whole group, is attached to a parent at the pose it has now.
 
     Args:
-        scene: where everything is.
+        scene: the scene before the change.
         name: the object; it becomes the root of its group.
         parent: `world`, `robot.link` or another object.
         world_T_parent: the pose (4, 4) of the parent.

@@ -47,7 +47,7 @@ def straight(
 
 
 def blocked(scene: TaskScene, robot: str, path: Sequence[Array]) -> Refusal | None:
-    """The pair of things that keeps a robot's path from being proven free; None if it is proven free."""
+    """The refusal with the pair of things that blocks a robot's path; None if the path is proven free."""
     hit = scene.workspace(robot).path_hit(path)
     return None if hit is None else Refusal.collision(hit, question=along(scene, robot, *path))
 

@@ -66,7 +66,7 @@ class MotionQuestion:
 
 
 def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:
-    """The pair in which the hand alone collides at a target, whatever the arm does; None if there is none."""
+    """The refusal if the hand alone collides at a target, whatever the arm does; None if no collision is known."""
     hit = target.blocked(scene)
     if hit is None:
         return None
