@@ -1,6 +1,6 @@
 """The command line: one file per command that parses, calls, prints and returns an exit code.
 
-It holds no rule that another door would need; those live in the rooms below. Nothing heavy is imported before the
+Rules that the service and Python need as well are in the rooms that it calls. Nothing heavy is imported before the
 command is known, so that `kabo --help` answers at once.
 """
 

@@ -134,7 +134,7 @@ class Counterfactual:
 
 @dataclass(frozen=True)
 class Obstacles:
-    """Whether there are motions; if not, why, with the main finding first."""
+    """The result of looking for motions; if there are none, the reasons, with the main finding first."""
 
     verdict: Literal["solvable", "proved", "exhausted"]
     summary: tuple[str, ...]

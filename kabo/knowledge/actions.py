@@ -42,7 +42,7 @@ class GroundAction:
 
     @cached_property
     def reads(self) -> int:
-        """All bits on which its applicability and its effects depend."""
+        """The mask of all bits on which the action's applicability and effects depend."""
         return self.precondition.reads | self.effects.reads
 
     def applicable(self, state: int, test: GeometricOracle = optimistic) -> bool:

@@ -1,4 +1,4 @@
-"""From paths to a Problem, in any format: the ending of a file is its format; domains are found beside problems.
+"""Reads a Problem from paths in any format, which the file's ending determines; domains are found beside problems.
 
 YAML files are read by kabo.language.yaml; those of PDDL and PKS are put together here.
 """

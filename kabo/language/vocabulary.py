@@ -193,5 +193,5 @@ class Vocabulary:
         return found
 
     def types_of_objects(self) -> dict[str, str]:
-        """The type of every object, by kabo's names; empty if it was declared with one that does not exist."""
+        """The type of every object, by kabo's names; an empty text for an object declared with an unknown type."""
         return {each.name: each.type for each in self.objects.values()}

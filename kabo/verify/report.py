@@ -8,7 +8,7 @@ from kabo.verify.certificate_report import CertificateReport
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that does not hold.
+    """One fault of a plan that verification found.
 
     `time` counts from the start of the node's motion [s]; `depth` is the amount of the fault: how deep bodies overlap [m]
     (0: they touch, or the depth is unknown), or how much a limit is exceeded.

@@ -1,4 +1,4 @@
-"""User-defined stages on the command line: Python files that register them. Errors there are reported as their own."""
+"""User-defined stages on the command line: Python files that register them. Errors are reported at their lines."""
 
 import argparse
 import traceback

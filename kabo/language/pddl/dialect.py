@@ -1,4 +1,4 @@
-"""PDDL's terms and atoms as expressions, its rules for names and types, and its wording of faults."""
+"""Reads PDDL's terms and atoms as expressions; PDDL's rules for names and types, and wording of error messages."""
 
 import re
 

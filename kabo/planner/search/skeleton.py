@@ -123,7 +123,7 @@ class SkeletonNode:
 
     @property
     def is_goal(self) -> bool:
-        """Whether execution stops here."""
+        """Whether the node is the goal node, at which execution stops."""
         return self.next is None and not self.outcomes
 
     @property

@@ -31,7 +31,7 @@ class Graph(Protocol[Node, Made]):
         ...
 
     def confirmed_key(self, node: Node) -> Hashable | None:
-        """The key of a node about to be expanded, after geometry has answered for it; None if geometry refuses it."""
+        """The key of a node about to be expanded, after its pending procedure calls were made; None if one is refused."""
         ...
 
     def successors(

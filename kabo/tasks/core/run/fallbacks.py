@@ -322,7 +322,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return not self.closed and (self.expects[side] or any(map(self._may_add, lanes)))
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether runnable jobs may still join the pair in the lane."""
+        """Whether runnable jobs of the children may still join the two states in the lane."""
         lanes = (each for each in self._pairs.get((start, end), ()) if each.outer is lane)
         return not self.closed and any(map(self._may_add, lanes))
 
