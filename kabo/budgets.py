@@ -27,7 +27,7 @@ class StopFlag:
     Args:
         seconds: the time limit from now on; may be infinite.
         memory: the bytes that this process may hold; may be infinite.
-        cancelled: asked at each look; if it returns true, the run ends as if its time were spent.
+        cancelled: called at each check; if it returns true, the run ends as if its time were spent.
     """
 
     def __init__(

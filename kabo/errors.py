@@ -73,7 +73,7 @@ class CutOff(KaboError):
 
 
 class ServiceError(KaboError):
-    """No server in time, a busy one, cancelled, a worker lost: carries the request's id (exit code 6)."""
+    """The error of a request without answer: no server, a busy one, cancelled, or a worker lost (exit code 6)."""
 
     exit_code = 6
 

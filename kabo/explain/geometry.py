@@ -49,7 +49,7 @@ def obstacles(
 
     Args:
         problem: a problem with a scene.
-        seconds: the time limit; what does not fit into it is left out.
+        seconds: the time limit; steps that exceed it are left out.
         cancelled: called periodically; True ends the work soon.
         expansions: nodes that may be expanded; each change may use a part of as many.
         changes: the greatest number of changes to try.

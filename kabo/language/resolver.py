@@ -135,7 +135,7 @@ class NameResolver:
         return self.source.place(piece.start, piece.end)
 
     def quote(self, piece: Span) -> str:
-        """The piece as it is written, on one line; shortened if that is long for the dialect."""
+        """The text of a piece in the file, on one line, shortened to the length that the dialect permits."""
         written = " ".join(self.text[piece.start : piece.end].split())
         most = self.dialect.longest_quote
         return written if most is None or len(written) <= most else f"{written[: most - 3]}…"

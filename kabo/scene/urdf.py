@@ -1,4 +1,4 @@
-"""From URDF files to a Robot: pinocchio reads the joints, `urdf_file` the geometry of the links."""
+"""Loads a Robot from URDF files: pinocchio reads the joints, `urdf_file` the geometry of the links."""
 
 import math
 from collections.abc import Mapping, Sequence

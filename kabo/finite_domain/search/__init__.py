@@ -1,6 +1,6 @@
 """Searches in finite-domain tasks, one file each: breadth-first, novelty-guided, A*.
 
-This face offers what is slow to load: each search in plain Python goes on in compiled code once the task outgrows it.
+Its names are slow to import: each search begins in plain Python and continues in compiled code for larger tasks.
 """
 
 from kabo.lazy import lazy_names

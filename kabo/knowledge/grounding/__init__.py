@@ -1,1 +1,1 @@
-"""From a problem to bits: schemas become instances, formulas queries, effects updates; static knowledge is evaluated."""
+"""Grounds problems on bits: schemas become instances, formulas queries, effects updates; static facts are evaluated."""

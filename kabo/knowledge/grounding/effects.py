@@ -1,4 +1,4 @@
-"""From effect trees to updates on bits: the meaning of add and del for each database [docs/knowledge.md, PKS]."""
+"""Compiles effect trees into updates on bits: defines add and del for each database [docs/knowledge.md, PKS]."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""From a problem to a grounded task with only the actions that could ever apply and the facts that are mentioned."""
+"""Grounds a problem into a task with only the actions that could ever apply and the facts that are mentioned."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -67,7 +67,7 @@ class Document:
         self.findings.add(self.place(node), message, hint, warning=warning)
 
     def text(self, node: Node) -> str:
-        """The node as it is written, on one line, shortened if it is long."""
+        """The text of a node in the file, on one line, shortened if it is long."""
         written = " ".join(self.source.text[node.start : node.end].split())
         return written if len(written) <= 60 else f"{written[:57]}…"
 

@@ -1,4 +1,4 @@
-"""From the definitions of PDDL files to a Problem: declarations, initial state, goal, then the actions."""
+"""Builds a Problem from the definitions of PDDL files: declarations, initial state, goal, then the actions."""
 
 from collections.abc import Iterable, Mapping
 

@@ -1,4 +1,4 @@
-"""From PDDL's conditional effects to kabo's updates: of knowledge where all is known, else of the world (`when … then`)."""
+"""Translates PDDL's conditional effects into updates: of knowledge where all is known, else of the world (`when`)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

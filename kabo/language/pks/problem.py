@@ -1,4 +1,4 @@
-"""From the elements of PKS files to a Problem: symbols, actions, update rules, initial knowledge, goal."""
+"""Builds a Problem from the elements of PKS files: symbols, actions, update rules, initial knowledge, goal."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""From paths of YAML files to a Problem: the files that belong together, with all findings at once."""
+"""Loads a Problem from paths of YAML files: all files that belong together, with all findings at once."""
 
 import os
 from collections.abc import Iterable

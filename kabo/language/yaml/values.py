@@ -26,7 +26,7 @@ _Word = TypeVar("_Word", bound=str)
 class Reader:
     """Reads values from nodes; faults go to `findings`.
 
-    `within`: if given, no file outside of this folder is looked at.
+    `within`: if given, no file outside of this folder is accessed.
     """
 
     findings: Findings

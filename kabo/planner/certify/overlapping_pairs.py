@@ -30,7 +30,7 @@ def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: in
     the two ends of that piece meanwhile.
 
     Args:
-        first, second: on trees of their own; their pairs do not matter.
+        first, second: courses on separate kinematic trees; their own pairs are ignored.
         pairs: (P, 3) of a body of the first, a body of the second, and the world.
         cut: the number of equal parts of each piece.
     """

@@ -1,4 +1,4 @@
-"""From an evaluated skeleton to the plan: nodes with motions, equal ones shared from the leaves [docs/plans.md#sharing]."""
+"""Builds the plan from an evaluated skeleton: nodes with motions, equal ones shared [docs/plans.md#sharing]."""
 
 import os
 from collections.abc import Mapping

@@ -34,7 +34,7 @@ class CauseGroup:
 
 @dataclass
 class Reasons:
-    """Everything that keeps a query from ever holding.
+    """The missing facts and other causes because of which a query can never hold.
 
     `circular` facts wait for each other and for nothing else. `layer` is the last layer of the relaxation in which
     something became possible that the achievers need.

@@ -134,7 +134,7 @@ def _timed(stop: Stop, answer: Success, server: GeometricProcedures) -> Success:
 
 
 class FoundMotion:
-    """The plan as it was found, timed within the same limits, to compare with and to fall back on."""
+    """The motion of the plan before refinement, timed within the same limits, for comparison and as a fallback."""
 
     def __init__(self, stops: Sequence[Stop], server: GeometricProcedures) -> None:
         self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
@@ -146,7 +146,7 @@ class FoundMotion:
             stop.keep(situation, answer)
 
     def restore(self, stops: Sequence[Stop]) -> None:
-        """Restores the plan as it was found."""
+        """Restores the motion of the plan before refinement."""
         for stop in stops:
             stop.keep(*self._timed[stop])
 

@@ -66,7 +66,7 @@ class Geometry(Protocol):
         ...
 
     def confirm(self, trace: Trace) -> bool:
-        """Whether the call that led to a trace has succeeded, as far as is known; asked before a node is expanded."""
+        """Whether the call that led to a trace succeeds, as far as is known; called before a node is expanded."""
         ...
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":

@@ -1,4 +1,4 @@
-"""From a task file to tasks: `load_task` makes one, a `TaskFile` any number [T 3.7]."""
+"""Builds tasks from a task file: `load_task` makes one, a `TaskFile` any number [T 3.7]."""
 
 from collections.abc import Mapping
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""From a task back to a task file: YAML that loads to the same tree of stages [T 3.7]."""
+"""Writes a task as a task file: YAML that loads to the same tree of stages [T 3.7]."""
 
 import math
 import re
@@ -41,7 +41,7 @@ def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float
 def dump_task(
     task: Task, path: str | Path, *, max_solutions: int | None = None, timeout: float | None = None
 ) -> None:
-    """Writes the task to a task file; on errors the file is left as it was.
+    """Writes the task to a task file; on errors the file is unchanged.
 
     Raises:
         TaskError: as `task_to_yaml`.

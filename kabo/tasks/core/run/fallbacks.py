@@ -254,7 +254,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
                 self._ask(made)
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have come to that side so far."""
+        """The states that have arrived on that side so far."""
         return (state for state, _ in self._sides[side])
 
     def _ask(self, lane: Lane) -> None:
@@ -317,7 +317,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return self.expects[side] or any(partner.alive[side] for partner in self.partners(state, side))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether runnable jobs may still join pairs of the state in the lane, or states may come to the other side."""
+        """Whether runnable jobs may still join pairs of the state in the lane, or it may still get another partner."""
         lanes = (each for each in self._lanes.get(state, ()) if meet(each.outer, lane))
         return not self.closed and (self.expects[side] or any(map(self._may_add, lanes)))
 

@@ -9,7 +9,7 @@ from kabo.tasks.core.run.paths import Paths
 
 
 class Holder(StageNode):
-    """A node with interface states of its own inside: a state that comes to its border gets a counterpart inside."""
+    """A node with inner interface states: a state that arrives at its border gets a counterpart inside."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -31,7 +31,7 @@ class Holder(StageNode):
         return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have come to that side so far."""
+        """The states that have arrived on that side so far."""
         inside = ((state, inner) for state, lanes in self.inside.items() for inner in lanes.values())
         return (state for state, inner in inside if self.inner.at_border(inner, side))
 
@@ -151,9 +151,9 @@ class ParallelNode(StageNode):
         self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have come to that side so far; they are the same for all children."""
+        """The states that have arrived on that side so far; they are the same for all children."""
         return self.children[0].arrived(side)
 
     def delivers_to(self, child: StageNode, side: int) -> bool:
-        """Whether new states may still come to the container: they go to all children."""
+        """Whether new states may still arrive at the container, which passes them to all children."""
         return self.parent is not None and self.parent.delivers_to(self, side)

@@ -113,7 +113,7 @@ class MonitorNode(GeneratorNode):
 
 
 class PropagatorNode(Leaf):
-    """The node of a propagator: one job for each state that comes to it."""
+    """The node of a propagator: one job for each state that arrives."""
 
     stage: Propagator
 
@@ -141,7 +141,7 @@ class PropagatorNode(Leaf):
         return (job.asked, *job.subject.order[self._near])
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the state is alive on the side that it comes from."""
+        """Whether the state is alive on the side from which it was written."""
         state: State = job.subject
         return state.alive[self._near]
 
@@ -179,7 +179,7 @@ class PropagatorNode(Leaf):
 
 
 class Joining(StageNode):
-    """A node that connects: states without a partner stay alive as long as further states may come to the other side."""
+    """A node that joins pairs of states: a state without a partner stays alive while another partner may arrive."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -225,7 +225,7 @@ class ConnectorNode(Joining, Leaf):
                 self._pair(*pair, its_lane if lane is None else lane)
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have come to that side so far."""
+        """The states that have arrived on that side so far."""
         return (state for states in self._sides[side].values() for state in states)
 
     def _pair(self, start: State, end: State, lane: object) -> None:
@@ -267,13 +267,13 @@ class ConnectorNode(Joining, Leaf):
         return job.subject[2]
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether the state is in an open pair with one that is alive, or further states may come to the other side."""
+        """Whether the state has an open pair with a state that is alive, or may still get another partner."""
         if self.closed:
             return False
         return self.expects[side] or any(job.subject[side].alive[side] for job in self.open.get(state, ()))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether runnable jobs may still join pairs of the state in the lane, or states may come to the other side."""
+        """Whether runnable jobs may still join pairs of the state in the lane, or it may still get another partner."""
         if self.closed:
             return False
         pairs = (job.subject for job in self.open.get(state, ()))

@@ -82,7 +82,7 @@ class MergerNode(Leaf):
         return job.asked, depth, cost + sum(s.cost for s in chosen)
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the state is alive on the side that it comes from."""
+        """Whether the state is alive on the side from which it was written."""
         state: State = job.subject[0]
         return state.alive[self._near]
 

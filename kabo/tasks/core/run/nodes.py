@@ -163,7 +163,7 @@ class StageNode:
         return self.level.delivers(self.index if side == LEFT else self.index + 1, side)
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have come to that side so far; only of nodes that connect."""
+        """The states that have arrived on that side so far; only for nodes that connect."""
         raise NotImplementedError
 
     def may_pass_on(self, child: "StageNode") -> bool:
@@ -275,7 +275,7 @@ class Level:
 
     # --------------------------------------------------------------------------------------------- growing
     def enter(self, outer: State, side: int, number: int, lane: object) -> State:
-        """Makes the counterpart of a state that comes in at a border."""
+        """Creates the inner counterpart of a state that arrives at the border."""
         inner = State(outer.scene, outer.properties, number, lane)
         inner.level, inner.announced = self, True
         inner.position = 0 if side == LEFT else len(self.children)

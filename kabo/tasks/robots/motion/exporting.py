@@ -1,4 +1,4 @@
-"""From a solution to a plan: timed segments made of its stretches, and the components that it changes."""
+"""Converts a solution into parts of a plan: timed segments of its stretches, and the components that it changes."""
 
 from collections.abc import Iterator
 from dataclasses import replace
