@@ -33,7 +33,7 @@ class PairChoice:
     def pairs(
         self, things: Sequence[Thing], moving: int, permitted: frozenset[frozenset[str]], tree: KinematicTree
     ) -> tuple[Numbers, Integers]:
-        """The pairs to prove, as indices of both bodies and of the joint in whose frame the pair is proven (P, 3).
+        """The pairs to prove: their numbers, and rows (P, 3) of both bodies and the joint in whose frame they are proven.
 
         Args:
             things: the moving bodies, then those that stand still.
