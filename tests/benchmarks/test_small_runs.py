@@ -32,6 +32,7 @@ RUNS = (
     "tasks pouring --robots generated --pourings 1 --limit 5 --output out",
     "tasks_workers --small --output out",
     "thesis --only bartender --trials 1 --seconds 20 --output out.json",
+    "tuning --only MAX_FAILED_CHOICES --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
 )
 NOT_RUN = {"construction_set_peer.py"}

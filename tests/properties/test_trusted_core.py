@@ -221,7 +221,7 @@ SPOILT = {
     "local closed worlds are not heard": (initial, "_is_open", lambda *_: False),
     "parts of the goal stay whatever happens": (Needs, "done", lambda *_: True),
     "nothing is asked for later": (Needs, "kept", lambda *_: (lambda symbol: False, frozenset())),
-    "always is never broken": (Belief, "kept_always", lambda *_: True),
+    "always is never broken": (Belief, "always_held", lambda *_: True),
     "linked unknowns change alone": (Unknowns, "detach", lambda self, world, symbol: None),
     "linked unknowns are chosen by the first combination": (
         Unknowns, "split", lambda self, world, symbol: islice(SPLIT(self, world, symbol), 1),
