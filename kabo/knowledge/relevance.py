@@ -33,8 +33,8 @@ class _Death:
         mask, value = self.cube
         if state & mask != value:
             return True
-        for (mask, value), makers in self.waiting:  # noqa: SIM110  called too often for a generator
-            if state & mask != value and _all_fail(makers, state):
+        for (mask, value), achievers in self.waiting:  # noqa: SIM110  called too often for a generator
+            if state & mask != value and _all_fail(achievers, state):
                 return True
         return False
 
@@ -47,7 +47,7 @@ class _Death:
     def reads(self) -> int:
         """The bits that decide whether the action is dead."""
         return self.cube[0] | union(
-            literal | union(maker for maker, _ in makers) for (literal, _), makers in self.waiting
+            literal | union(achiever for achiever, _ in achievers) for (literal, _), achievers in self.waiting
         )
 
 
@@ -98,12 +98,12 @@ class Relevance:
         groups = [group for group in self._groups if not group & kept]
         if not groups:
             return found
-        makers = _Makers(self._actions, self._branchings, self._closure)
+        achievers = _Achievers(self._actions, self._branchings, self._closure)
         deaths: dict[int, _Death] = {}
 
         def death(action: GroundAction) -> _Death:
             if action.index not in deaths:
-                deaths[action.index] = makers.death(action)
+                deaths[action.index] = achievers.death(action)
             return deaths[action.index]
 
         for group, reading in _readers(self._actions, groups):
@@ -158,7 +158,7 @@ def _readers(actions: Iterable[GroundAction], groups: Iterable[int]) -> Iterator
     return zip(groups, (list(found.values()) for found in reading), strict=True)
 
 
-class _Makers:
+class _Achievers:
     """The achievers of each literal."""
 
     def __init__(
