@@ -61,7 +61,7 @@ class Workspace:
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
     def relevant(self, permitted: Contacts) -> Contacts:
-        """The given contacts that involve a moving thing and that the scene does not permit already."""
+        """The given contacts that involve a moving thing, without those of the gripper with what it holds."""
         if not permitted:
             return permitted
         own = self.robot.name + "."

@@ -72,7 +72,7 @@ class FreeSpace:
         return way
 
     def projected_step(self, q: Array, here: Array, target: Array) -> Array | None:
-        """The projection of q onto the constraint; None if it lies too far away, or no nearer to the target."""
+        """The projection of q onto the constraint; None if it fails, is too far away, or no nearer to `target`."""
         if np.array_equal(q, target):
             return q
         found = self.projection(q) if self.projection else q

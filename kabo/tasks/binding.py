@@ -88,7 +88,7 @@ class _InspectedTask:
             raise self._file.located(error) from None
 
     def refuting(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
-        """The stages that can prove without sampling that a call fails."""
+        """The stages that may refute a call, or foresee its failure, before any search."""
         self.stages(arguments)
         return self._refuting
 
@@ -132,7 +132,7 @@ class Bindings:
         return self._looked[call.procedure].stages(arguments)
 
     def refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The robot stages of a call's task that can prove without sampling that the call fails."""
+        """The stages of a call's task that may refute the call, or foresee its failure, before any search."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
 

@@ -247,7 +247,7 @@ class GeometricProcedures:
         return None
 
     def refuted(self, call: GroundCall) -> Refusal | None:
-        """The failure of a call, proven before any search, wherever its components have their start values; or None."""
+        """The refusal known before any search while the components that it reads are as at the start; or None."""
         start, bound = Situation.of(self.scene.start), self.bind(call)
         found = self._refuted(call, start)
         if found is None:

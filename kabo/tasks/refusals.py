@@ -11,7 +11,7 @@ from kabo.tasks.core.model.results import Refused
 
 
 def refusal_of(failure: Refused) -> Refusal:
-    """The refusal of an attempt: unchanged from a robot stage, from other stages only with its reason and comment."""
+    """The failure as a `Refusal`, with its comment; a reason that is not one of `REASONS` becomes `constraint`."""
     if isinstance(failure, Refusal) and failure.reason in REASONS:
         return failure
     known = failure if isinstance(failure, Refusal) else Refusal(failure.reason, failure.comment)
@@ -47,7 +47,7 @@ class Refusals:
         return sum(n for (_, other), n in self.reasons.items() if other == reason)
 
     def movable(self, scene: Scene) -> frozenset[str]:
-        """The robots and movable objects that blocked an attempt."""
+        """The robots and movable objects that came too close to something in a refused attempt."""
         met = {owner for pair in self.pairs for owner in owners(pair)}
         return frozenset(met & {*scene.robots, *scene.movable})
 
@@ -57,7 +57,7 @@ class Refusals:
         Args:
             what: the beginning of the message: `right cannot pick bottle_4`.
             reads: the components that the call's samples depend on.
-            scene: the scene; its movable things that blocked an attempt are added to what the refusal depends on.
+            scene: the scene; unless the refusal is a proof, it also depends on `reads` and on `movable`.
             again: whether the call had succeeded before, so that only another answer is refused.
         """
         counts = Counter[str]()

@@ -55,7 +55,7 @@ def decompose(solid: Solid, tolerance: float, seed: int, look: Callable[[], None
     called meanwhile; if it raises, the child is killed.
 
     Raises:
-        TooFine: more than 200 cells would be needed.
+        ToleranceTooFine: more than 200 cells would be needed.
     """
     cell = whole(solid.vertices, solid.faces)
     piece = _piece(solid, tolerance, cell.points, cell)

@@ -57,7 +57,7 @@ def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
     """Cells that together contain the solid, with hulls that appear to be near it.
 
     Raises:
-        TooFine: a thousand cells are not enough.
+        TooManyCells: a thousand cells are not enough.
     """
     cells = split_solid(solid, COARSE_CELL_SHARE * epsilon, MAX_CELLS, CELL_SHARE * epsilon)
     if len(cells) <= MAX_CELLS_TO_REFINE:
@@ -88,7 +88,6 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, c
 
     Raises:
         Undecided: a cell cannot be enclosed.
-        TooFine: a thousand cells are not enough.
     """
     cells = list(cells)
     voids = Voids(solid)

@@ -1,4 +1,4 @@
-"""Enclosing parts from convex pieces that a designer provides: faster than searching cuts, and equally proven.
+"""Parts made from convex pieces that a designer provides: faster than searching for cuts, and equally proven.
 
 Each piece is enclosed by a part of at most 24 vertices, or halved until that is possible; the solid outside all
 parts is computed cell by cell, and must be empty.

@@ -43,7 +43,7 @@ class Creases:
     weights: Array
 
     def within(self, chosen: NDArray[np.bool_] | Integers) -> "Creases":
-        """The creases that a mask selects."""
+        """The creases that a mask or an array of indices selects."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
 
     def nearest(self, point: Array) -> "Creases":
@@ -76,7 +76,7 @@ def split_solid(
         begun: cells to start from, instead of the whole solid.
 
     Raises:
-        TooFine: more than `most` cells would be needed.
+        TooManyCells: more than `most` cells would be needed.
     """
     work = [_whole(solid, sight)] if begun is None else list(begun)
     found: list[HulledCell] = []

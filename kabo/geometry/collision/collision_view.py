@@ -51,7 +51,7 @@ class CollisionChecker(Protocol):
 
 
 class CollisionView:
-    """Finds the pair of bodies that may collide, at a configuration or along a straight joint-space segment."""
+    """Finds a pair of bodies that may collide, at a configuration or along a straight joint-space segment."""
 
     def __init__(
         self,

@@ -83,7 +83,10 @@ def surrounds(outer: Surface, points: Array) -> bool:
 
 
 class ExactView:
-    """Finds the pair of bodies that collides, at a configuration or along a joint-space segment; for one thread only."""
+    """Finds a pair of bodies that collides, at a configuration or along a straight joint-space segment.
+
+    Not safe for use by several threads at once.
+    """
 
     def __init__(
         self,

@@ -94,7 +94,7 @@ def _comments(path: str, runs: Sequence[RunReport], most: int) -> Iterator[str]:
 
 
 def explain(why: Why) -> str:
-    """The explanation why a task has no solution: the first stage without successes, and its failures by reason."""
+    """The text of an explanation: the first stage without successes, its failures and mismatches by reason."""
     if why["stage"] is None:
         return why["text"]
     lines = [f'the stage "{why["stage"]}" never succeeds']

@@ -145,9 +145,10 @@ def _circle(cells, top):
 
 @lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
 def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
-    """Whether triangles reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+    """Whether triangles cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
 
-    A row is three corners, and the two numbers of `reaches_beyond`.
+    A row is three corners, then the two numbers that follow the corners in `reaches_beyond`; as there, a point
+    that is farther than the limit is written to the first three columns of row 0.
     """
     enough = limit * limit
     for _ in range(most):

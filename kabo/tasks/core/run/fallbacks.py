@@ -38,7 +38,7 @@ class FallbacksNode(ParallelNode):
         """Starts the next child if the one before has failed; returns whether it did.
 
         Args:
-            everything: whether to examine all undecided states, not only those that may just have been decided.
+            everything: whether to examine all that is undecided, not only what may just have been decided.
 
         After True, it is called again once all consequences are known.
         """

@@ -25,7 +25,7 @@ class GeneratorNode(Leaf):
             self.queue(StageJob(None, self.arguments((self.planning.scene,))))
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The number of times that the node's only job has run."""
+        """The sort key: the number of times that the node's only job has run."""
         return (job.asked,)
 
     def runnable(self, job: StageJob) -> bool:
@@ -179,7 +179,7 @@ class PropagatorNode(Leaf):
 
 
 class Joining(StageNode):
-    """A node that joins pairs of states: a state without a partner stays alive while another partner may arrive."""
+    """A node that joins pairs of states: a state without a partner stays alive while one may still arrive."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)

@@ -1,9 +1,9 @@
 """Complete paths through a container, generated lazily, the cheapest first [T 3.6].
 
 Edges are solutions of child stages. To find every path exactly once, each new edge starts a search for the paths in
-which it is the newest edge: from both its ends to the first and to the last state of the container, over older edges
-only. The cost of the cheapest path from each state guides the search; it can enter a dead end only where that cost
-is due to an edge newer than the one that started the search.
+which it is the newest edge: from both its ends to the borders of the container, over older edges only. The cost of
+the cheapest path from each state guides the search; it can enter a dead end only where that cost is due to an edge
+newer than the one that started the search.
 """
 
 from collections.abc import Iterator

@@ -60,7 +60,7 @@ class WrapperNode(Holder, Leaf):
         """Does nothing: the child orders its jobs by the states inside the wrapper, not by this one."""
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: the number of runs of the job, then length and cost of the paths through the solution."""
+        """The sort key: runs of the job, length of the paths to the states read, their cost and the solution's."""
         solution: Solution = job.subject
         depth, cost = 0, solution.cost
         if self.reads[LEFT] and solution.start is not None:
@@ -70,7 +70,7 @@ class WrapperNode(Holder, Leaf):
         return job.asked, depth, cost
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the states that the wrapper received for this solution can still be part of a whole solution."""
+        """Whether the states that the solution extends, on the sides that the wrapper reads, are alive outside."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]

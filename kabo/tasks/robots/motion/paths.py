@@ -35,7 +35,7 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
 def straight(
     scene: TaskScene, robot: str, shift: Array, exactly: tuple[float, float] = (LINE_DEVIATION, LINE_TILT)
 ) -> list[Array] | Refusal:
-    """A straight motion of a robot's tool from its present pose by a `shift` (3,) [m], or the failure.
+    """The path that moves a robot's tool straight from its present pose by a `shift` (3,) [m], or a refusal.
 
     `exactly`: the greatest distance of the tool from the line [m], and its greatest rotation [rad].
     """

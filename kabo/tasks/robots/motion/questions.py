@@ -50,7 +50,7 @@ class MotionQuestion:
         return [stream] if isinstance(stream, Stream) else []
 
     def passes(self, context: ProcedureContext, without: str | None = None) -> bool:
-        """Whether the motion is free in another context, or with the body `without` removed; all else is unchanged."""
+        """Whether the answer is yes in another context, or with the body `without` removed, all else unchanged."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:
             links = (f"{self.robot}.{link}" for link in scene.robot(self.robot).links)

@@ -131,7 +131,7 @@ class PoseTarget:
             first += count
 
     def unreached(self) -> OutOfReach | None:
-        """The refusal if closed-form inverse kinematics proves the pose out of reach; else None."""
+        """The reason why the pose is out of reach; None if closed-form inverse kinematics does not prove it."""
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         return every if isinstance(every, OutOfReach) else None
 

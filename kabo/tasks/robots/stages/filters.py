@@ -103,7 +103,10 @@ class PredicateFilter(RobotStage, Wrapper):
         return tuple((kind, str(name)) for kind, name in asked)
 
     def reads(self) -> tuple[str, ...]:
-        """The arguments of the predicates, and the robots that hold them, since a held body's pose depends on its robot."""
+        """The bodies that the predicates name, and the robot of `free_hand`.
+
+        With `inside`, also the robot of `attached`: the pose of a held body depends on it.
+        """
         attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         found = [
             *attached[:1],

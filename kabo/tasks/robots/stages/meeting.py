@@ -85,7 +85,7 @@ class MeetingTarget:
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """The collision of the second robot's configuration that rules out this meeting; None if it is free."""
+        """The message if the second robot would collide at its own configuration; None if it would not."""
         assert isinstance(at, Meeting)
         there = scene.permitting(tuple(sorted(pair)) for pair in self.touching)  # type: ignore[misc]
         hit = there.at(self.robot, at.q).at(self.partner, at.other).hit(self.partner)

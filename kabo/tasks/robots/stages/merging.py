@@ -28,7 +28,7 @@ class Merger(RobotStage, CoreMerger):
     """
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Messages for fewer than two children, a robot or object that two of them move, or a child that adds geometry."""
+        """Messages for fewer than two children, a thing that two of them move, or stages that change geometry."""
         if len(self.children) < 2:
             yield "a merger has at least two children, whose motions are merged"
         owners: dict[str, Stage] = {}

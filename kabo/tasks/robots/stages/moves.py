@@ -86,7 +86,7 @@ class MoveTo(RobotStage, Propagator):
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """The held object, if the motion keeps a constraint on it."""
+        """The held object that the property `keep` names, if it names one."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 

@@ -132,7 +132,7 @@ class PoseGenerator(_Poses, Generator):
     """Writes poses for inverse kinematics, in the task's first scene."""
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """One result with the scene for each pose, which is written as the interface property `target`."""
+        """One result with the scene for each pose, with interface properties `target` and `target_pose`."""
         return self._offered(scene, properties)
 
 
@@ -140,7 +140,7 @@ class MonitoredPoses(_Poses, Monitor):
     """Writes poses for inverse kinematics, in the scene at the end of another stage."""
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """One result with the scene for each pose, which is written as the interface property `target`."""
+        """One result with the scene for each pose, with interface properties `target` and `target_pose`."""
         return self._offered(scene, properties)
 
 

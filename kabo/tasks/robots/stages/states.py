@@ -21,7 +21,7 @@ class CurrentState(RobotStage, Generator):
     """Writes the scene that the task was given."""
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """One result with that scene."""
+        """One result with the scene that the task was given."""
         return [Result(scene)]
 
 
@@ -36,7 +36,7 @@ class FixedState(RobotStage, Generator):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """One result with that scene."""
+        """One result with the given scene, in which robots have the given `configurations`."""
         given = properties["scene"]
         if isinstance(given, GeometricState):
             given = TaskScene.of(scene.context, given)
@@ -61,7 +61,7 @@ class SampleConfiguration(RobotStage, Generator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A message if there are no configurations: neither known names nor a number of random ones is given."""
+        """A message if there are no configurations: none named that the robot has, and none at random."""
         given, robot = self.known("configurations"), self.known("robot")
         if (
             given is None
@@ -77,7 +77,7 @@ class SampleConfiguration(RobotStage, Generator):
             yield f"there are no configurations: {robot} has none of them ({told}), and `random` is 0"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """One result for each configuration, with the robot there."""
+        """One answer for each configuration: the scene with the robot there, or why that is refused."""
         name = properties["robot"]
         here = scene.configuration(name)
         for q in self._candidates(scene, name, properties):
