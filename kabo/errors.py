@@ -62,7 +62,7 @@ class MeshError(InputError):
 class CutOff(KaboError):
     """Work ended without an answer, because a budget was spent or the caller asked to stop (exit code 4).
 
-    Raised wherever a stop flag is checked and set. It means only that there is no answer: it is no
+    Raised wherever a stop flag is checked and found set. It means only that there is no answer: it is no
     refusal, and nothing is proven by it. The flag says which budget it was.
     """
 
@@ -73,7 +73,7 @@ class CutOff(KaboError):
 
 
 class ServiceError(KaboError):
-    """The error of a request without answer: no server, a busy one, cancelled, or a worker lost (exit code 6)."""
+    """The error of a failed request, with its id: no server, a busy one, cancelled, worker lost (exit code 6)."""
 
     exit_code = 6
 

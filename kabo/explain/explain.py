@@ -53,9 +53,9 @@ class Explanation:
     `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or neither (`exhausted`: the budget was
     spent, or kabo would have to reason by cases);
     `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
-    relaxation; `reachable` says whether all of the goal is in the last one. `findings` describe procedures that failed,
-    `counterfactuals` of changes that were tried. Where kabo's knowledge is not `complete`, what can never be known
-    is so only as far as kabo's knowledge goes.
+    relaxation; `reachable` says whether all of the goal is in the last one. `findings` describe procedures that
+    failed, `counterfactuals` changes that were tried. Where kabo's knowledge is not `complete`, what can never be
+    known is so only as far as kabo's knowledge goes.
     """
 
     verdict: Verdict

@@ -54,7 +54,7 @@ class ConstraintKind:
 
     @property
     def needs_directions(self) -> bool:
-        """Whether the constraint relates only lines and planes, never points."""
+        """Whether no feature of the constraint can be a point."""
         return not any("point" in pair for pair in self.shapes)
 
 

@@ -86,7 +86,7 @@ class Findings:
 
     @property
     def may_suggest(self) -> bool:
-        """Whether similar names are still searched for; after many findings they are not, which would take too long."""
+        """Whether similar names are still searched for: not after many suggestions, which take long."""
         return self._suggestions <= _MOST_SUGGESTIONS
 
     @property

@@ -102,7 +102,7 @@ class NameResolver:
         text: the text of the file, in which a syntax may have blanked what is no formula.
         vocabulary: all names that are declared.
         where: completes "unknown predicate "p" …": `in a precondition of action "pick_up"`.
-        dialect: the constructs that the syntax permits, and its words.
+        dialect: the rules of the syntax, and the wording of its messages.
         scope: the variables that are bound here, by their names in the file.
         free: variables that nobody binds are collected here; without it they are unknown.
         in_update: whether this is an atom of add or del, in which no run-time variable may stand.

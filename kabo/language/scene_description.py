@@ -72,7 +72,10 @@ class Stroke:
 
 @dataclass(frozen=True)
 class GraspFamily:
-    """A family of grasps of a body by roles `tool`, `this`, `world`; `robots` None: all that have the features used."""
+    """A family of grasps of a body; its constraints may use the roles `tool`, `this`, `world`.
+
+    `robots`: the robots that may use it; None: all that have the features used.
+    """
 
     name: str
     constraints: tuple[Constraint, ...]

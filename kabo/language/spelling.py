@@ -15,7 +15,7 @@ class Manner:
     """Options for writing a tree as text.
 
     Attributes:
-        names: the replacement of each variable by its name; variables not listed are written as they are.
+        names: variable name -> the text that replaces the variable; variables not listed keep their names.
         explicit: whether every compound part gets parentheses, and calls have their options sorted by name.
     """
 

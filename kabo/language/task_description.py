@@ -1,6 +1,7 @@
 """A task file as plain data with places: the tree of its stages, and the values that stand beside them [T 3.7].
 
-The meaning of a scalar depends on the stage that has the property, unknown in this package: values stay text.
+The meaning of a value depends on the stage that has the property. No stages are known here: values stay as
+written.
 """
 
 from collections.abc import Iterator, Mapping
@@ -64,7 +65,7 @@ class Input:
     Attributes:
         kind: one of `KINDS` (`any` where the file only names the property); None after a reported error.
         required: whether there is no default.
-        default: a value of the kind, or for `any` the scalar as written; None if there is no default.
+        default: a value of the kind, or for `any` the value as written; None if there is no default.
     """
 
     name: str

@@ -81,7 +81,7 @@ class Types:
         return self.is_a(one, other) or self.is_a(other, one)
 
     def common(self, kind: Kind) -> str:
-        """The nearest type that contains all types of a kind; an enumeration is returned unchanged."""
+        """The nearest type that contains all types of a kind; an enumeration as text, `{red, green}`."""
         if isinstance(kind, Values):
             return str(kind)
         if len(kind) < 2:
@@ -107,7 +107,7 @@ class Types:
 
 
 def type_of(kind: Kind) -> str:
-    """The name of a kind of at most one type; an enumeration unchanged; empty for an unknown kind."""
+    """The name of a kind of at most one type; an enumeration as text; empty for an unknown kind."""
     return str(kind) if isinstance(kind, Values) else kind[0] if kind else ""
 
 

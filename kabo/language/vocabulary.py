@@ -30,7 +30,7 @@ class Symbol:
         name: kabo's name of it.
         place: the place of its declaration.
         kind: the kind of its values; empty for a predicate.
-        arguments: the parameters of a predicate, function or procedure.
+        arguments: the kinds of the arguments of a predicate, function or procedure.
         value_of: the term whose value a run-time variable has.
         original: the name in the file, if it is another one.
         type: for a variable the nearest type that contains its kind.
@@ -74,7 +74,7 @@ class Vocabulary:
     Attributes:
         findings: the collection that receives findings.
         types: the types.
-        names: the map from names in kabo to the original names of the file, where they differ.
+        names: the namespace of kabo's names, in which every name of a PDDL or PKS file gets a free one.
         symbols: predicates and functions by their names in the file; in YAML files all other names, too.
         objects: the objects of PDDL and PKS files.
         procedures: those of geometry; None: a broken file, which was reported.

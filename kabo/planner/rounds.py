@@ -122,7 +122,7 @@ class GeometricRounds:
         return self.geometry is self.refusals
 
     def prepare(self) -> None:
-        """Records calls refuted without samples (first search only); switches to eager geometry if lazy often fails."""
+        """Records calls refuted without samples, once; if adaptive, turns eager where lazy geometry often fails."""
         if not self._begun and self._is_lazy:
             self._record_proofs()
         self._begun = True

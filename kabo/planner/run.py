@@ -69,7 +69,7 @@ class SolveRun:
         return self.options.certificate and self.options.geometry == "bounding"
 
     def note_cut(self, doing: str, lacks: str) -> None:
-        """Records that the step `doing` was cut off, so that the plan lacks its result."""
+        """Records, as a sentence, that the step `doing` was cut off, why, and what the plan therefore lacks."""
         why = "it was interrupted" if self.stop.interrupted else f"{self.stop.spent} exhausted"
         self.cut_off.append(f"{doing} was cut off ({why}): {lacks}")
 

@@ -53,7 +53,7 @@ class ConflictContext:
         return sort is not None and self.types.is_a(sort, variable.type)
 
     def different(self, first: f.Term, second: f.Term) -> bool:
-        """Whether the preconditions imply that the terms differ."""
+        """Whether one of the preconditions states that the terms differ."""
         both = ((first, second), (second, first))
         return any(f.Know(f.Comparison("!=", one, other)) in self.assumed for one, other in both)
 

@@ -1,8 +1,8 @@
 """Translates PDDL's initial states into initial knowledge: atoms that are not mentioned are known to be false.
 
-The initial effects are ordered: first all instances of every predicate become false, then the knowledge of the atoms
-declared unknown is removed, then facts are added, and last the disjunctions about unknown atoms: exactly one of them
-holds (oneof), or at least one (or).
+The initial effects are ordered: first all instances of every predicate become false, then the unknown atoms (those
+of `unknown`, `oneof` and `or`) lose this knowledge, then true facts and values are added, and last the
+disjunctions about unknown atoms: exactly one of them holds (oneof), or at least one (or).
 """
 
 from collections.abc import Iterator, Sequence

@@ -59,7 +59,7 @@ class PddlDefinition:
 
     @property
     def wanted(self) -> tuple[str, Place] | None:
-        """The domain that a problem names, and the place of that name; None for a domain."""
+        """The domain that a problem names, and the place of that name; None if none is named, as in a domain."""
         section = self.first(":domain")
         word = None if section is None or len(section.items) != 2 else section.items[1]
         return (word.text, self.document.place(word)) if isinstance(word, Token) else None

@@ -1,6 +1,6 @@
-"""Parser of the markup of PKS files, which are not valid XML: raw `&` and `<` in the text, and no declaration.
+"""Parser of the markup of PKS files, which need not be XML: raw `&` and `<` in the text, and no declaration.
 
-XML parsers reject such files. A tag is what looks like a whole tag; everything else is text. Comments become blanks
+XML parsers reject such text. A tag is what looks like a whole tag; everything else is text. Comments become blanks
 and entities their characters padded with blanks, so that every offset stays that of the file.
 """
 

@@ -51,7 +51,7 @@ def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | 
 
 
 def sound_features(features: MappingType[str, Feature | None]) -> dict[str, Feature]:
-    """The features that were read without errors, without those that are None."""
+    """The features that were read without errors; the others are None in `features`."""
     return {name: feature for name, feature in features.items() if feature is not None}
 
 

@@ -24,7 +24,7 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
 
     Args:
         folder: the domain's folder as messages name it; None for the library alone.
-        findings: the faults of the task files that are called.
+        findings: the collection that receives the faults of the task files that are called.
         within: if given, no file outside of this folder is opened.
     """
 
@@ -92,7 +92,7 @@ def _names(folder: str | Path | None) -> list[str]:
 
 @lru_cache(maxsize=1)
 def library_names() -> tuple[str, ...]:
-    """The names of the task files in the library."""
+    """The names of the tasks in the library, sorted."""
     return tuple(sorted(_names(TASK_LIBRARY)))
 
 

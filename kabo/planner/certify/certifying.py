@@ -1,7 +1,7 @@
 """Makes the certificate of a plan: for every stretch of motion, proofs that what moves stays apart from all else.
 
-It works from the plan alone, as the verifier will, so that the proofs hold for the written plan. Where a component may have
-several values, it counts as standing at all of these places.
+It works from the plan alone, as the verifier will, so that the proofs hold for the written plan. Where a component
+may have several values, it counts as standing at all of these places.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

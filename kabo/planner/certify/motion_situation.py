@@ -124,7 +124,7 @@ def joint_pose(robot: Robot, q: Array, joint: int) -> Array:
 
 
 def key_of(name: str, state: Mapping[str, Value]) -> tuple[object, ...]:
-    """A key that determines an object's pose: its parent and relative pose in the plan, and the same of the parent."""
+    """A key that determines an object's pose: parent, pose there, and the parent's own key or configuration."""
     pose = state[name]
     assert isinstance(pose, ObjectPose)
     parent, dot, _ = pose.parent.partition(".")

@@ -70,7 +70,7 @@ class ExternalProcedures:
         return trace
 
     def confirm(self, trace: Trace) -> bool:
-        """True: no call is made when a node is expanded; they are made with `options` (eager) or along the skeleton."""
+        """True: no call is ever pending, since `options`, `test`, `prepare` and `follow` make calls at once."""
         return True
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
@@ -78,14 +78,14 @@ class ExternalProcedures:
         return self.ask(call)
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The refused calls, and True: external answers depend on arguments alone, so every refusal holds in all states."""
+        """The refused calls, and True: answers depend on arguments alone, so every refusal holds in all states."""
         return frozenset(self.failed()), True
 
     def learnt(self) -> None:
         """None: `refused_everywhere` returns all refusals."""
 
     def most_expansions(self, search: Search) -> float:
-        """Infinity: the search runs until it has a skeleton or a proof."""
+        """Infinity: only the budget of the run limits the search."""
         return inf
 
     # -------------------------------------------------------------------------------------------------- asking

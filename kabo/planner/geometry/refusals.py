@@ -115,7 +115,7 @@ class RefusalTable:
         )
 
     def most_expansions(self, search: Search) -> float:
-        """Infinity: the search runs until it has a skeleton or a proof."""
+        """Infinity: only the budget of the run limits the search."""
         return inf
 
     def learnt(self) -> LearntRefusals:
@@ -267,9 +267,10 @@ class RefusalTable:
     def responsible_attempt(
         self, call: GroundCall, refusal: Refusal, trace: Provenances
     ) -> tuple[GroundCall, int] | None:
-        """The earlier call and its attempt to replace, because it produced a component that the failed call was to move.
+        """The earlier call and its attempt to replace, because it placed an object on which the failure depends.
 
-        If that call has no other answer, the call that produced its input is considered, and so on; None if there is none.
+        If that call has no other answer, the calls that placed the objects it depended on are considered, and so
+        on; None if there is none.
         """
         bound, objects = self.server.bind(call), self.server.scene.movable
         own = (name for name in (*bound.moves, *bound.reads) if name in refusal.reads and name in objects)

@@ -60,7 +60,7 @@ Run = list[_RunPiece]
 def joined(
     context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
 ) -> list[ActMotion]:
-    """The acts with shorter motion; start, end, grasps and releases are kept, and all new motion is proven free.
+    """The acts with shorter motion, proven free; start, grasps and releases are kept, and with `pinned` the end.
 
     Args:
         context: the context of the geometry server.

@@ -50,7 +50,8 @@ class Leg:
 def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
     """The legs of a motion that begins in a situation, or None if legs cannot represent it.
 
-    That is so for several robots, objects attached to objects, and a motion that starts elsewhere than the situation.
+    That is so for several robots, a robot with several configurations, objects attached to objects, and a motion
+    that does not start at the robot's configuration.
     """
     if situation.nested or len({segment.robot for segment in motion}) > 1:
         return None

@@ -56,7 +56,7 @@ class RefinementFigures:
 def refine(
     variants: tuple[Variant, ...], server: GeometricProcedures, *, samples: int = SAMPLES
 ) -> RefinementFigures:
-    """Shortens the motion of the variants of a plan, in place; returns the figures before and after.
+    """Shortens, retimes and overlaps the motion of a plan's variants in place; returns figures before and after.
 
     Args:
         variants: the variants of an evaluation in which every call succeeded; the first is the root.

@@ -74,7 +74,7 @@ class Geometry(Protocol):
         ...
 
     def learnt(self) -> LearntRefusals | None:
-        """All recorded refusals, to be compiled into the finite-domain task; None if they cannot be compiled."""
+        """The refusals to compile into a finite-domain task; None if impossible or all in `refused_everywhere`."""
         ...
 
     def most_expansions(self, search: Search) -> float:

@@ -8,7 +8,7 @@ from kabo.planner.search.algorithms.greedy import best_first, greedy
 
 
 def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchOutcome[Node, Move]:
-    """Greedy search for one goal conjunct after the other, in a fixed order; then for all remaining ones at once.
+    """Greedy search for one goal conjunct after the other, in a fixed order; if that fails, for all at once.
 
     The rest of a contingent plan after one conjunct is thus the same in all branches. Conjuncts that hold are
     protected where possible; where a further one cannot be reached soon without losing one of them for good, all

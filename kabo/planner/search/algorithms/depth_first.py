@@ -10,8 +10,9 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcom
 def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The first path to an end node in depth-first order.
 
-    Each knowledge state is visited at most once, whatever its geometry; if no path is found, the search restarts with
-    more visits permitted. This keeps it out of cycles along which only the geometry changes [K 6.2.3].
+    Each knowledge state is visited at most once at first, whatever its geometry; if no path is found, the search
+    restarts with more visits permitted. This keeps it out of cycles along which only the geometry changes
+    [K 6.2.3].
     """
     most = 1
     while True:
