@@ -1,4 +1,4 @@
-"""Compilation of array kernels: `kernel` and its variants, the only place where numba is called.
+"""Compilation of array kernels: `kernel` and its variants are the only decorators through which kabo uses numba.
 
 numba notices changes in a kernel's own file only: a caller keeps running the old code of what it calls. So compiled code
 lies in a folder that is named after a hash of *all* kernel sources and of how they are compiled. fastmath stays off,

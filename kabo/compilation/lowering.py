@@ -1,4 +1,4 @@
-"""Lowering of kabo's own numba intrinsics; imported after numba is configured."""
+"""The typing and lowering of `window`, which kabo adds to numba; imported after numba is configured."""
 
 from collections.abc import Callable
 from typing import Any

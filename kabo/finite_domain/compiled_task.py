@@ -36,7 +36,7 @@ class ChangingFacts:
 
 
 class CompiledTask:
-    """A task with the tables that searches compute from it; none depends on a search's start or forbidden operators.
+    """A task with the tables that searches need; none depends on a search's start or forbidden operators.
 
     It also counts what searches have done in plain Python, since after a while the compiled searches are quicker.
     """
@@ -46,7 +46,7 @@ class CompiledTask:
         self._plain_spent: dict[str, int] = {}
 
     def plain_left(self, search: str, most: int) -> int:
-        """The rest of the work `most` that all runs of the search of this name together may do in plain Python."""
+        """The work left in plain Python to the search of this name: `most` less what its runs have done."""
         return max(0, most - self._plain_spent.get(search, 0))
 
     def spend(self, search: str, work: int) -> None:
@@ -167,5 +167,5 @@ class SearchBudget:
         return self.stop is not None and self.stop()
 
     def left(self, expanded: int, most: int) -> int:
-        """The number of states, at most `most`, to expand before the next check; 0 if the budget of expansions is spent."""
+        """The number of states to expand before the next check, at most `most`; 0 if the budget is spent."""
         return most if self.expansions is None else max(0, min(most, self.expansions - expanded))

@@ -84,7 +84,7 @@ class Mutexes:
         return not self.together[first] >> second & 1
 
     def allow(self, state: Sequence[int]) -> bool:
-        """Whether no two facts of the state are mutex; only then do the mutexes hold in all its successors."""
+        """Whether no two facts of the state are mutex; only then do the mutexes hold in all states after it."""
         bits = sum(1 << f for f in state)
         return all(bits & ~self.together[f] == 0 for f in state)
 

@@ -15,7 +15,7 @@ Tests = dict[int, tuple[int, ...]]  # variable: the values it may have
 
 @dataclass(frozen=True)
 class ValueSwitch:
-    """A switch: for each previous value of one variable the effects to apply; none for values that are not listed."""
+    """A switch: the effects to apply for each previous value of one variable; none for values not listed."""
 
     variable: int
     outcomes: dict[int, Assignments]

@@ -124,7 +124,7 @@ class Branching:
         return needed & ~choice.make & ~self.mask  # the outcome itself sets the bits of its group
 
     def excluded(self, state: int) -> int:
-        """The bits of `state` that rule out the impossible outcomes."""
+        """Bits of `state` that suffice to rule out every outcome that is impossible in it."""
         reasons = 0
         for choice in self.choices:
             against = state & choice.against

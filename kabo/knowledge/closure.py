@@ -47,7 +47,7 @@ class Rule:
 
     @property
     def watches(self) -> int:
-        """The bits that the rule reads or writes; it watches the latter, so that forgotten conclusions are drawn again."""
+        """The bits that it reads, and those that it writes, so that forgotten conclusions are drawn again."""
         return self.condition.reads | self.clear | self.make
 
 

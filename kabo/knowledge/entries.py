@@ -53,7 +53,7 @@ class Entry:
         return {member.fails: member for member in self.members}
 
     def dropped_by(self, state: int, touched: int) -> bool:
-        """Whether a change of the groups `touched` removes the entry: one of them has a member not yet dropped."""
+        """Whether a change of the groups with the bits `touched` removes the entry: one has a remaining member."""
         return bool(state & self.active) and any(
             member.group.mask & touched and not state & out
             for member, out in zip(self.members, self.outs, strict=True)
@@ -169,7 +169,7 @@ def note(trace: Trace | None, written: int, reason: int) -> None:
 
 
 def contradiction(reason: int, trace: Trace | None) -> int | None:
-    """None, which stands for a contradiction; appends its reason to the trace as the last event, which writes no bit."""
+    """None, for a contradiction; appends its reason to the trace as the last event, which writes no bit."""
     if trace is not None:
         trace.append((0, reason))
     return None

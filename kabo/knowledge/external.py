@@ -45,7 +45,7 @@ class Called:
 
 @dataclass(frozen=True)
 class Answered(Signed):
-    """A query whether a call has a given answer; with `positive` False it holds unless the answer is known to be that."""
+    """The query whether a call has a given answer; with `positive` False, whether it is not known to have it."""
 
     called: Called
     value: Answer

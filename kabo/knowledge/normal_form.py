@@ -30,7 +30,7 @@ class NormalForm:
         self._known: dict[int, int] = {0: 0}
 
     def of(self, state: int) -> int:
-        """The state with its entries in normal form; equal for equivalent states."""
+        """The state with its entries' bits replaced by those of their normal form; equal for equivalent states."""
         own = state & self._mask
         if not own:
             return state

@@ -41,7 +41,7 @@ class Query(ABC):
 
     @abstractmethod
     def possible(self, ones: int, zeros: int) -> bool:
-        """Whether the query can hold if the bits `ones` can be 1 and the bits `zeros` can be 0; True may be wrong."""
+        """Whether it can hold if the bits `ones` can be 1 and the bits `zeros` can be 0; only False is certain."""
 
 
 @dataclass(frozen=True)
@@ -305,7 +305,7 @@ def tested_for_zero(query: Query) -> int:
 
 
 def split(query: Query) -> tuple[int, int, Query | None]:
-    """A conjunction split into one masked comparison (mask, value) and the remaining query; None if nothing remains."""
+    """A conjunction split into one masked comparison (mask, value) and the rest as a query, or None."""
     parts = query.parts if isinstance(query, All) else (query,)
     if not isinstance(parts[0], AllOf):
         return 0, 0, query

@@ -78,7 +78,7 @@ class JsonValue:
 
     # -------------------------------------------------------------------------------------------- containers
     def items(self, least: int = 0, exactly: int | None = None) -> list["JsonValue"]:
-        """The items of this list, with their number checked; anything else is a finding."""
+        """The items of this list; a finding unless it has at least `least` of them, or `exactly` so many."""
         if not isinstance(self.value, list):
             self.expected("a list")
             return []

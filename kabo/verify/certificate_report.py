@@ -11,8 +11,8 @@ MAX_SHOWN_OBJECTS = 12  # objects that the report's text names
 class ObjectClearance:
     """The clearance of one object: it may be displaced by less than `distance` [m] in any direction before a proof fails.
 
-    `distance` is None where it exceeds the range of the proofs (`CertificateReport.near`). A rotation about the object's
-    origin counts as its angle times `radius` [m].
+    `distance` is None where it exceeds the range of the proofs (`CertificateReport.near`). A rotation about the
+    object's origin counts as its angle times `radius` [m].
     """
 
     name: str
@@ -51,7 +51,7 @@ class BranchClearance:
 
 @dataclass(frozen=True)
 class CertificateReport:
-    """The figures of a certificate check: the number of proven claims, and the clearances of objects.
+    """The figures of a certificate check: counts of what was proven, and the clearances of objects.
 
     The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated, and of
     `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is None where

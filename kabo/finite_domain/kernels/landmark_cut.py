@@ -227,9 +227,9 @@ def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark
     """A lower bound of the cost from the facts that hold (all others 0) to the goal; INFINITE_COST: it is out of reach.
 
     `prices` are the costs of the relaxation's operators, INFINITE_COST for those that must not be used. Each
-    landmark is taken for the goal of highest h_max value, or with `nearest_first` for that of lowest positive value:
-    landmarks of near goals contain few operators, so more cost remains for the other goals. Either order may give the
-    better bound.
+    landmark is taken for the goal of highest h_max value, or with `nearest_first` for that of lowest positive
+    value: landmarks of near goals contain few operators, so more cost remains for the other goals. Either order
+    may give the better bound.
     """
     for o in range(lm[OPERATORS]):
         price[o] = prices[o]

@@ -38,7 +38,7 @@ def find_row(table, states, candidates, r, mixed, new):
 
 @lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
 def find(table, states, candidates, r, mixed, new):
-    """The row of a candidate or -1, as `find_row` returns; 0 for known one-word states, which the table itself holds."""
+    """A candidate's row or -1, as from `find_row`; 0 for known states of one word: the table itself holds them."""
     if states.shape[1] > 1:
         return find_row(table, states, candidates, r, mixed, new)
     last, i, word = table.shape[0] - 1, place(mixed, table.shape[0]), candidates[r, 0]

@@ -55,7 +55,7 @@ def applicable(numbers, bits, states, row, never, out):
 
 @lean_kernel  # (B,) u8, i8, (R, W) u8, i8
 def put(bits, at, results, r):
-    """Clears and sets bits of a state, as the rows of the table `bits` from `at` on list them."""
+    """Clears bits of the state results[r], then sets some: `bits` has a row (W,) of each from index `at` on."""
     words = results.shape[1]
     if words == 1:  # loops are made for many words, and cost much for one
         results[r, 0] = (results[r, 0] & ~bits[at]) | bits[at + 1]

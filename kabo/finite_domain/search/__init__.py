@@ -1,6 +1,6 @@
 """Searches in finite-domain tasks, one file each: breadth-first, novelty-guided, A*.
 
-Its names are slow to import: each search begins in plain Python and continues in compiled code for larger tasks.
+Its names are slow to import: each search begins in plain Python, and starts over compiled for larger tasks.
 """
 
 from kabo.lazy import lazy_names

@@ -34,8 +34,9 @@ def bfws(
         start: values of all variables, instead of the task's initial ones.
         forbidden: (operators,) 1 for each operator that must not be used, 0 for all others.
         budget: the limits of the search; the result is "exhausted" or "stopped" when it ends the search.
-        plain_work: the states that plain Python keeps before the compiled search starts over; None: as many as take
-            about as long as loading the kernel, counted over all searches of this task. Both give the same plan.
+        plain_work: the number of states that plain Python keeps before the compiled search starts over; None: as
+            many as take about as long as loading the kernel, counted over all searches of this task. Both give
+            the same plan.
     """
     budget = budget or SearchBudget()
     packed, never = compiled.start(start), compiled.never(forbidden)

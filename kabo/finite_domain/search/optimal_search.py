@@ -27,8 +27,9 @@ def astar(
         start: values of all variables, instead of the task's initial ones.
         forbidden: (operators,) 1 for each operator that must not be used, 0 for all others.
         budget: the limits of the search; the result is "exhausted" or "stopped" when it ends the search.
-        plain_work: the states that plain Python generates, by rising cost and without a heuristic, before the compiled
-            search starts over. Where several plans have least cost, the two may find different ones.
+        plain_work: the number of states that plain Python generates, by rising cost and without a heuristic,
+            before the compiled search starts over. Where several plans have least cost, the two may find
+            different ones.
     """
     budget = budget or SearchBudget()
     packed, never = compiled.start(start), compiled.never(forbidden)

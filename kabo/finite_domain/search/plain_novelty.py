@@ -26,7 +26,7 @@ def pair_partitions(facts: int) -> int:
 
 
 class PlainNovelty:
-    """The novelty search in plain Python; entry i of its lists belongs to the i-th state."""
+    """The novelty search in plain Python; entry i of the lists `states` to `partitions` is of the i-th state."""
 
     def __init__(self, compiled: CompiledTask, never: Never, work: int) -> None:
         self.compiled, self.work, self.banned = compiled, work, as_number(never)
@@ -87,7 +87,7 @@ class PlainNovelty:
         return SearchResult("solved", path, self.compiled.cost(path), expanded, self.generated, len(self.states))
 
     def enter(self, state: int, parent: int, operator: int) -> bool:
-        """Stores a new state and queues it unless the goal is unreachable from it; returns whether it fulfils the goal."""
+        """Stores a new state, and queues it if the goal is reachable; returns whether it is a goal state."""
         row, values = len(self.states), self.compiled.packing.values(state)
         offset = self.compiled.relaxed.offset
         done = [values[v] in allowed for v, allowed in self.compiled.normal.goal.items()]

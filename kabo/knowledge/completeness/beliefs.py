@@ -93,7 +93,7 @@ class Beliefs:
         return self.condition_of(formulas, {name: str(value) for name, value in instance.arguments.items()})
 
     def condition_of(self, formulas: Iterable[Formula], binding: Binding) -> Condition:
-        """Formulas about the world as a `Condition`."""
+        """The conjunction of formulas about the world, as a `Condition`."""
         plain: list[Query] = []
         choices: list[Query] = []
         for formula, bound in conjuncts(self.compiler, tuple(formulas), binding):

@@ -1,4 +1,4 @@
-"""Finds, with their places, language constructs that kabo's knowledge cannot represent if they concern unknown facts.
+"""Finds constructs of the language that kabo's knowledge cannot represent if they concern unknown facts.
 
 Some constructs cannot be represented whenever an atom or term in them is unknown: sums of unknown numbers, sensed
 numbers, copies of unknown values, terms inside terms. Other gaps are found on bits; this file finds their places.
@@ -152,7 +152,7 @@ class Constructs:
         return declared.place
 
     def together(self, names: int) -> Place | None:
-        """The place of an initial fact that relates several of the groups."""
+        """The place of an initial Kx, Kor or LCW entry about one of the groups, or about its symbol; or None."""
         keys = {(self._symbol[name], self._arguments[name]) for name in bits_of(names) if name in self._symbol}
         wanted = {symbol for symbol, _ in keys}
         found: Place | None = None

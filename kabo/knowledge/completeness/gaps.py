@@ -59,7 +59,7 @@ class Verdict:
 
 
 def verdict_of(problem: Problem) -> Verdict:
-    """The verdict whether an exhausted search on knowledge proves that there is no plan, with the gaps that prevent it.
+    """The verdict on an exhausted search: whether it proves that there is no plan, and the gaps that prevent this.
 
     Raises:
         InputError: as `ground` does.

@@ -1,1 +1,1 @@
-"""Grounds problems on bits: schemas become instances, formulas queries, effects updates; static facts are evaluated."""
+"""Compiles problems into bits: instances of schemas, queries, updates; static knowledge is evaluated."""

@@ -84,7 +84,7 @@ def ground(problem: Problem) -> GroundedTask:
 
 
 def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
-    """Grounds a problem, including actions and facts that the delete relaxation cannot reach; faster without `by_layers`.
+    """Grounds a problem, with the actions and facts that its relaxation cannot reach; faster without `by_layers`.
 
     Raises:
         InputError: as `ground` does.

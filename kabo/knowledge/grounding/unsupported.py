@@ -1,4 +1,4 @@
-"""Reports every unsupported part of a problem with name and place, so that nothing is ignored silently."""
+"""Refuses problems with unsupported parts and names each with its place, so that nothing is ignored silently."""
 
 from collections.abc import Iterable, Iterator
 from functools import cache

@@ -48,7 +48,7 @@ def check_certificate(
     *,
     paranoid: bool = False,
 ) -> tuple[list[Finding], CertificateReport | None]:
-    """The first fault of the certificate, if any, and a report of its proofs; None for a certificate without proofs.
+    """The first fault of the certificate, if any, and a report of its proofs; None if the plan carries no proofs.
 
     Args:
         plan: the plan with its certificate.

@@ -29,7 +29,7 @@ class Margins:
     segments: dict[tuple[str, int], tuple[float, tuple[str, str]]] = field(default_factory=dict)
 
     def add(self, node: str, segments: Sequence[int], names: tuple[str, str], margin: float) -> None:
-        """Lowers the margins of the objects in a pair of bodies to the margin of the pair, where that is less."""
+        """Lowers the least margins of two bodies and of the segments to the margin between the two, where less."""
         if margin >= self.near:
             return
         least = self.nodes.setdefault(node, {})

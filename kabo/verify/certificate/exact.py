@@ -161,7 +161,7 @@ class ExactSide(Side):
         return [self._matrix(s) for s in range(s0, s1 + 1, step)]
 
     def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
-        """The box (lower, upper) around what a range of parts sweeps, in exact arithmetic."""
+        """The box (lower, upper) around what a range of parts sweeps, and its rounding error; all in fractions."""
         number = self.parts.ranges[low, high]
         own_middle, own_half = (integers(each[number]) for each in self.parts.boxes)
         lower, upper = [], []
@@ -181,7 +181,7 @@ class ExactSide(Side):
         )
 
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[Any, Any]:
-        """The greatest product of an axis with the points that a range of parts sweeps, in exact arithmetic."""
+        """The greatest product of an axis with points that parts sweep, and its rounding error, as fractions."""
         own = self._vertices[self.parts.starts[low] : self.parts.starts[high]]
         along = integers(axis)
         best = max(

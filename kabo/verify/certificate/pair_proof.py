@@ -92,7 +92,7 @@ class Side:
         return self._stretches[s0, s1]
 
     def deviation(self, s0: int, s1: int) -> float:
-        """The greatest distance of any point of the body from its chord between two positions of the path [m]."""
+        """The most that points leave the chord of a piece, or of part of one, between two positions [m]."""
         if s1 - s0 < POSITIONS_PER_PIECE:
             return float(self.deviations[s0 // POSITIONS_PER_PIECE]) * ((s1 - s0) / POSITIONS_PER_PIECE) ** 2
         return float(self.deviations[s0 // POSITIONS_PER_PIECE : s1 // POSITIONS_PER_PIECE].max())

@@ -13,7 +13,7 @@ from kabo.verify.motion.sweep import Intervals, Pair, Path, SweptBody
 
 
 def closer(pair: Pair, intervals: Intervals) -> tuple[Pair, Intervals]:
-    """The pair with tighter motion bounds, and its open intervals converted to these bounds."""
+    """The pair with tighter motion bounds, and the same intervals of the path measured by these bounds."""
     lengths = np.diff(pair.ends)
     bounds = np.minimum(lengths, _lengths(pair.path, pair.first) + _lengths(pair.path, pair.second))
     made = Pair(pair.path, pair.first, pair.second, np.zeros(pair.path.steps.shape[1]))

@@ -51,7 +51,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two sweeps that may be executed at the same time, at any offset; the second belongs to `node`, which begins early."""
+    """Two sweeps that may run at the same time, at any offset; the second is of `node`, which begins early."""
 
     node: str
     first: Sweep
@@ -145,7 +145,7 @@ def _check_apart(
 
 
 def meetings(plan: Plan, name: str, before: str, motions: Mapping[str, Motion]) -> list[Meeting]:
-    """The pairs of a sweep of the previous motion and one of the node's motion that may be executed at the same time."""
+    """The pairs of a sweep of the motion before and one of the node's motion that may run at the same time."""
     begin = duration(plan.nodes[before]) - plan.nodes[name].overlap
     tails = [tail for tail in (sweep.since(begin) for sweep in motions[before].sweeps) if tail is not None]
     return [Meeting(name, tail, sweep) for tail in tails for sweep in motions[name].sweeps]

@@ -228,7 +228,7 @@ class Interpreter:
         return False in truths or None not in truths or all(will_be_known(claim[0], state) for claim in claims)
 
     def outcomes_of(self, thing: Observable, state: Knowledge) -> tuple[Value, ...] | None:
-        """All values of the observable, regardless of knowledge; for a number its known value, else None."""
+        """All values in the observable's range, even excluded ones; of a number the known one, None if unknown."""
         if not is_symbol(thing):
             return (False, True)
         symbol: Symbol = thing  # type: ignore[assignment]

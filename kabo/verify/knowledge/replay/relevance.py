@@ -103,7 +103,7 @@ class Relevance:
 
     # ----------------------------------------------------------------------------------------------- what is kept
     def mattering(self, name: str) -> list[Symbol]:
-        """The atoms and terms that a node or its successors read, in a fixed order."""
+        """The atoms and terms on which a node, its continuation or the goal depends, in a fixed order."""
         kept = self._at(name, 0)
         return [thing for thing in self._bits if not isinstance(thing, str) and kept(thing)]
 
@@ -149,7 +149,7 @@ class Relevance:
 
 @dataclass(frozen=True)
 class Kept:
-    """The atoms and terms that a node or its successors read; calling it tests one for membership."""
+    """A set of relevant atoms and terms; calling it tests one for membership."""
 
     relevance: Relevance
     mask: int
@@ -165,7 +165,7 @@ class Kept:
         return self if wide == self.mask else self.relevance.kept_by(wide)
 
     def only(self, known: Mapping[Symbol, Value]) -> dict[Symbol, Value]:
-        """The known values of atoms and terms that are relevant."""
+        """The part of `known` whose atoms and terms are in this set."""
         if self.names:
             return {symbol: value for symbol, value in known.items() if self(symbol)}
         symbols = self.symbols

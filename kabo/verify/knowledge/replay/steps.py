@@ -13,7 +13,7 @@ from kabo.verify.knowledge.replay.states import Knowledge
 
 @dataclass(frozen=True)
 class Way:
-    """One successor of a node: the outcome that leads to it (None without branching), its id, and the knowledge there."""
+    """One edge from a node: the outcome (None without branching), the successor's id, and the knowledge there."""
 
     value: Value | None
     successor: str

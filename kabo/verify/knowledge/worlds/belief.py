@@ -131,7 +131,7 @@ class Belief:
         return all(map(claim, self.worlds))
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
-        """Whether the symbol's value is the same in every world, or will be known at run time."""
+        """Whether the symbol's value, now or at the start, is equal in all worlds or will be known at run time."""
         worlds = self.worlds
         symbol = named(name, worlds[0])
         if symbol is None or (callable(name) and any(name(world) != symbol for world in worlds)):

@@ -23,7 +23,7 @@ class NoWorldError(Exception):
 
 @dataclass
 class Start:
-    """The initial belief: one world with all unknowns open, explicit values, and what will be known at run time."""
+    """The initial belief: one world with all unknowns open, given values, and what will be known at run time."""
 
     unknowns: Unknowns
     world: World

@@ -39,7 +39,7 @@ INFERENCE = "what is asked for must not be known, and it follows only from sever
 
 
 class Knower(Protocol):
-    """The interface of reasoners to queries: what is known, or will be known at run time."""
+    """The interface by which queries ask a reasoner what is known, or will be known at run time."""
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
         """Whether a claim about the present, or about the start, is known; `compared` are the terms that it compares."""

@@ -39,7 +39,7 @@ class Permits:
     refused: tuple[tuple[str, tuple[str, str]], ...] = ()
 
     def joined(self, other: "Permits") -> "Permits":
-        """The union of two sets of permitted contacts."""
+        """The permits of both: the union of their contacts, and all their refused claims."""
         return Permits(self.loose | other.loose, {**self.shifted, **other.shifted}, self.refused + other.refused)
 
     @property
@@ -48,7 +48,7 @@ class Permits:
         return self.loose | frozenset(self.shifted)
 
     def shift(self, first: str, second: str) -> Array | None:
-        """The vector by which the first of two bodies is shifted before distances are measured; None for no shift."""
+        """The vector by which the first body is shifted before distances are measured; None for no shift."""
         found = self.shifted.get(frozenset((first, second))) if self.shifted else None
         return None if found is None else found[1] if found[0] == first else -found[1]
 
@@ -79,7 +79,7 @@ def _exists(scene: Scene, name: str) -> bool:
 def touching(
     moved: SweptBody, pose: Array, others: Sequence[SweptBody], away: Array, depths: Sequence[float]
 ) -> float | None:
-    """The least of `depths` by which a standing body must be shifted to be clear of its supports; None if none suffices.
+    """The first of `depths` by which a shift takes a standing body clear of its supports; None if none does.
 
     Args:
         moved: the body.
