@@ -44,7 +44,10 @@ class Dialect:
         raise NotImplementedError
 
     def no_function(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
-        """Reports anything but a function in the place of one; `symbol` is the symbol of that name, if any."""
+        """Reports a node that is not a function where one is required.
+
+        `symbol` is what the node's name is declared as; None if it is not declared, or the node has no name.
+        """
         raise NotImplementedError
 
     def no_number(self, here: "NameResolver", node: Expression, kind: Kind) -> None:

@@ -107,7 +107,7 @@ class Types:
 
 
 def type_of(kind: Kind) -> str:
-    """The name of a kind of at most one type; an enumeration as text; empty for an unknown kind."""
+    """The text of a kind: the name of its only type, or its enumeration; "" for a kind without types (unknown)."""
     return str(kind) if isinstance(kind, Values) else kind[0] if kind else ""
 
 

@@ -23,7 +23,10 @@ STORED_DECIMALS = 9  # of joint values in plans: what is proven is what is store
 
 @dataclass(frozen=True)
 class FreeSpace:
-    """The free space of a path search, with the projection onto its constraint, if any; counts the pairs that were hit."""
+    """The free space of a path search, with the projection onto the path's constraint, if it has one.
+
+    `hits` counts the edges that were rejected, by the number of the collision pair that was hit.
+    """
 
     free_segment: FreeSegment
     free_configurations: FreeConfigurations | None

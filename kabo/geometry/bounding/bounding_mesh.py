@@ -96,22 +96,24 @@ def bounding_mesh(
     """A mesh of few vertices on one side of `mesh`, proven within `epsilon` of it in both directions.
 
     Args:
-        mesh: a closed, orientable manifold; several components are bounded together, and may cross as before.
-        epsilon: [m].
+        mesh: a closed, orientable manifold. It may have several components, which are bounded together; where its
+            faces intersect already, they may still do so in the result.
+        epsilon: the greatest permitted distance [m].
         side: "outer" encloses the mesh, "inner" is enclosed by it.
-        vertices: contraction stops at this number.
-        cost: the order of contractions, by squared distances to planes of the current neighbourhood (memoryless),
-        or to
-            original planes, summed up (planes) [K Eq. 4.5], with adapted constant, or fully adapted (diagonal) [K
-            Eq. 4.6,
-            4.7]; or to the centres of triangles, which keeps convex meshes nearly convex [K A.2].
-        certify: False proves no distances and crossings on the way and stops where the cost exceeds epsilon
-        squared, as
-            [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
-        borders: "keep" accepts an open mesh, and does not change its borders.
+        vertices: contraction stops at this number of vertices.
+        cost: the sum of squared distances by which contractions are ordered [K 4.3.3]:
+            "memoryless": to the planes of the present neighbouring faces;
+            "planes": to the planes of the original faces [K Eq. 4.5];
+            "adapted": as "planes", but a contraction reduces the constant of the sum [K Eq. 4.5 ff.];
+            "diagonal": as "planes", but an approximation that is diagonal in the principal axes [K Eq. 4.6, 4.7];
+            "triangles": to the centres of triangles, which keeps convex meshes nearly convex [K A.2].
+        certify: whether a contraction is made only after a proof that the distance is kept and no new
+            intersections arise. False is faster: contraction stops where the cost exceeds epsilon squared
+            [K Algorithm 2]; the bound in the result is still proven, but may exceed epsilon.
+        borders: "refuse" accepts closed meshes only; "keep" accepts open ones, and does not change borders.
 
     Raises:
-        MeshError: the mesh is not usable; one sentence gives counts and the remedy.
+        MeshError: the mesh is not usable; the message says why, with counts, and what to do.
         ValueError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
     """
     begin = time.perf_counter()

@@ -87,9 +87,11 @@ def draw_aims(key, first, rows, aims):
 
 @lean_kernel  # (R, W) f8, i8, (R,) f8, f8, i8 -> bool; writes aimed, low, high
 def set_bounds(rows, required, aims, inset, aimed, low, high):
-    """Writes the bounds that one descent aims at: the aim of each row that has one, else its own bounds, moved inwards.
+    """Writes the interval that one descent aims at for each constraint row; returns whether any row has an aim.
 
-    Rows from `required` on without an aim are never active. Returns whether there is any aim.
+    A row with an aim (a value, NaN for none) gets that value as both bounds, any other row its own bounds; from
+    row `required` on, rows without an aim are unbounded. `aimed` receives these bounds, `low` and `high` the same
+    bounds moved inwards by `inset`, at most to the middle.
     """
     any_aim = False
     for i in range(rows.shape[0]):

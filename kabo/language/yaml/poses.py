@@ -29,7 +29,10 @@ def quaternion_of_rpy(rpy: Vector) -> Quaternion:
 
 
 def read_pose(reader: Reader, node: YamlNode | None) -> PoseDescription:
-    """The pose of a mapping, with defaults for what is absent; `place` is that of the frame if it is written."""
+    """The pose that a mapping describes, with defaults for absent keys.
+
+    Its `place`, for messages, is where the file names the frame, or the mapping if it names none.
+    """
     mapping = reader.mapping(node, "a pose")
     if mapping is None:
         return PoseDescription(place=None if node is None else node.place)

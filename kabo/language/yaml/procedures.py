@@ -1,7 +1,7 @@
 """The geometric procedures that a domain may call: each is a task file, whose declared properties are its arguments.
 
-Task files beside the domain come first, then the library that kabo brings along [docs/tasks.md]. Read here are their
-headers, as data: what the stages mean is the task room's business. A file is opened when its name is called.
+Task files beside the domain take precedence over those of kabo's library [docs/tasks.md]. Only the declared
+properties are used here; `kabo.tasks` interprets the stages. A file is opened when its name is called.
 """
 
 import os

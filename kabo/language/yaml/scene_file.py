@@ -50,7 +50,7 @@ class SceneReading:
     unsound: bool = False  # something is wrong with the scene itself
 
     def role_of(self, name: str) -> str | None:
-        """Whether `name` is a robot, body or region of the scene."""
+        """The role of a name in the scene, "robot", "body" or "region"; None if it has none."""
         scene = self.description
         if scene is None:
             return None

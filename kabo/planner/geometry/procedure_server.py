@@ -74,7 +74,9 @@ class ProcedureServer(Protocol):
         ...
 
     def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
-        """The answer of a procedure for every value that the situation leaves open.
+        """The answer to a call, valid for all values that components may have in the situation.
+
+        `attempt` is the number of solutions to skip.
 
         Raises:
             CutOff: time or a budget was spent before there was an answer.

@@ -59,12 +59,15 @@ class _ProcedureWorker:
 
 
 class ProcedureWorkers:
-    """Processes that each hold a copy of the procedures, started when first needed; a context manager ends them.
+    """Processes that compute announced calls in advance; a context manager, which ends them.
+
+    They are started at the first announcement (see `expect`), and each has a copy of the procedures.
 
     Args:
-        procedures: answers the calls; it takes the answers of announced calls from here.
+        procedures: the procedures to be copied. Within the context they look for an answer among those that the
+            processes have computed, or are computing, before they compute it themselves.
         size: the number of processes; below two none are started, and announcements are ignored.
-        stop: whether the run is to end.
+        stop: tells whether the run is to end; then no answer is waited for.
     """
 
     def __init__(self, procedures: ProcedureServer, size: int, stop: Callable[[], bool]) -> None:

@@ -1,8 +1,9 @@
 """The refusal table compiled into a finite-domain task: refusals become conditions, suspicions become costs.
 
-Each component that a refusal names gets a variable, whose value is one of the named provenances, or another one. Calls
-set it. An operator is split by the conditions under which its call is not refused, and again by those under which no
-suspicion holds. So the packed searches take all that was learnt from geometry into account, at their full speed.
+Each component that a refusal or suspicion names gets a variable for its provenance; one value of it stands for
+all provenances that do not matter to any of them. Calls set the variable. An operator is replaced by variants,
+whose preconditions exclude the refusals of its call. Those whose preconditions exclude the suspicions, too, cost
+less than the others. So the packed searches take all that was learnt from geometry into account, at full speed.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -17,7 +17,10 @@ Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedu
 
 
 class Act(NamedTuple):
-    """A step of a weak plan: an action, the attempt at its procedure, and the trace after it."""
+    """A step of a weak plan: an action, the number of the attempt at its procedure call, and the trace after it.
+
+    A trace says which calls made the present values of the geometric components.
+    """
 
     action: GroundAction
     attempt: int

@@ -46,7 +46,8 @@ def situation(
         components: the possible values of components at the plan's nodes.
 
     Raises:
-        Ambiguous: a followed component has several values; the text says which.
+        Ambiguous: a robot that moves, or an object that the motion carries or refers to, has several possible
+            values; or an object's parent does not exist. The message names the robot or object.
     """
     scene = world.scene
     states = {name: _holdings(node, name, world, components) for name in scene.movable}

@@ -100,10 +100,13 @@ def set_new_corner(pieces, n, corner, squared, t):
 
 @lean_kernel
 def triangle_bound(pieces, limit, tree, hint, stack, budget):
-    """A proven bound, at most `limit`, of the squared distance of any point of a triangle from the mesh; inf if not proven.
+    """Proves that every point of a triangle lies within the squared distance `limit` of the mesh, piece by piece.
 
-    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: the number of pieces that may still be tested; it is
-    decreased. Also returns a triangle of the mesh near the middle, as a hint for the next call.
+    Returns a proven upper bound of the squared distances, inf if none up to `limit` was proven; and the mesh
+    triangle from which the next call should start (its `hint`).
+
+    pieces (64, 16): the stack of pieces still to be tested; row 0 holds the triangle. budget (1,) i8: the number
+    of pieces that may still be tested; it is decreased.
     """
     triangles, top = tree.triangles, 1
     reached = piece_to_triangle_squared(pieces, 0, triangles, hint)

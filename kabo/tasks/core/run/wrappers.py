@@ -83,7 +83,10 @@ class WrapperNode(Holder, Leaf):
         return next((state.lane for state in ends if state is not None and state.lane is not None), None)
 
     def done(self, job: StageJob) -> None:
-        """Has the states inside rechecked; a child's solution of which nothing was made is removed from the graph."""
+        """Removes the child's solution from the graph if the wrapper made no solution from it.
+
+        In any case the states on both sides of it are rechecked.
+        """
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         if start is None or end is None:

@@ -89,7 +89,7 @@ class MutableKnowledge:
         (self._settle_exclusive if database == "Kx" else self._settle_some)(entry)
 
     def remove_entry(self, database: str, entry: Entry) -> None:
-        """Removes the entry with these members."""
+        """Removes an entry from Kx or Kor; does nothing if it is not there."""
         (self.exclusive if database == "Kx" else self.some).discard(entry)
 
     def deny_all(self, claims: Iterable[GroundClaim]) -> None:

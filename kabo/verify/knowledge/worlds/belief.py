@@ -149,7 +149,11 @@ class Belief:
         return number not in self.broken
 
     def is_free(self, thing: Symbol | str) -> bool:
-        """Whether an atom or term is open in every world in the same way, and linked to nothing."""
+        """Whether an atom or term is unknown in every world, and unrelated to all other unknowns.
+
+        Every world must exclude the same values of it, and have no entry of Kx or Kor that links it. False for a
+        name alone, which stands for all instances of a symbol.
+        """
         if isinstance(thing, str):
             return False
         worlds = self.worlds

@@ -21,7 +21,10 @@ class Fitting:
 
 
 def fittings(call: Call, world: SceneModel, first: str, second: str) -> list[Fitting]:
-    """The scene's mates between two bodies, either moving; restricted to the mate that the call names, if any."""
+    """The scene's mates that can join two bodies, whichever of them is the moving one.
+
+    If the call names a mate, only that one is considered.
+    """
     models = world.models.get(first), world.models.get(second)
     result = []
     for mate in world.scene.mates.values():
