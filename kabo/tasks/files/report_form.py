@@ -20,7 +20,7 @@ MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
 
 class Told(TypedDict):
-    """A solution of one stage: its comment, its cost, and the changes of the scene, a line each."""
+    """A solution of one stage: what it says, what it costs, what it changes in the scene, a line each."""
 
     comment: str
     cost: float
@@ -45,7 +45,7 @@ class PhaseReport(TypedDict):
 
 
 class Whole(TypedDict):
-    """A solution of the whole task."""
+    """A solution of the task."""
 
     comment: str
     cost: float
@@ -53,7 +53,7 @@ class Whole(TypedDict):
 
 
 class StageFigures(TypedDict):
-    """The figures of a stage in one run: all solutions and failures are counted, some of them are listed."""
+    """What a stage did in one run: all is counted, some is told."""
 
     calls: int
     seconds: float
@@ -66,7 +66,7 @@ class StageFigures(TypedDict):
 
 
 class Why(TypedDict):
-    """The reason why there is no solution: the first stage without successes, and the reasons of its failures."""
+    """Why there is no solution: the first stage without successes, and what it was refused for."""
 
     text: str
     stage: str | None
@@ -76,7 +76,7 @@ class Why(TypedDict):
 
 
 class SolutionTime(TypedDict):
-    """The time at which a whole solution was found, and its cost."""
+    """When a whole solution came, and at what cost."""
 
     seconds: float
     cost: float
