@@ -1,8 +1,8 @@
 """kabo: combined task and motion planning on the knowledge level, with bounded geometric predicates.
 
 The façade: `load_problem`, `solve`, `explain`, `verify`, `load_scene`, `GeometryServer`, `load_mesh`, `bounding_mesh`,
-`bounding_decomposition` and the data they speak of. It imports nothing itself; each name loads its room when it is
-first used, so that `import kabo` takes milliseconds.
+`bounding_decomposition` and the types of their arguments and results. The module imports nothing by itself: each
+name imports its package when it is first used, so that `import kabo` takes milliseconds.
 """
 
 from kabo.lazy import lazy_names

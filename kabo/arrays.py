@@ -1,4 +1,4 @@
-"""The array types that all rooms exchange: a name says the type of the elements, docstrings say the shape."""
+"""The array types that all rooms exchange: each name states the element type; shapes are given in docstrings."""
 
 import numpy as np
 from numpy.typing import NDArray

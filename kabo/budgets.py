@@ -22,10 +22,10 @@ _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_b
 
 
 class StopFlag:
-    """Whether a run must stop. Once it must, the flag stays set, and `spent` names the budget that was spent first.
+    """A flag that is set once a run must stop, and then stays set; `spent` names the budget that was spent first.
 
     Args:
-        seconds: the time limit from now on; may be infinite.
+        seconds: the time limit, counted from the creation of the flag [s]; may be infinite.
         memory: the bytes that this process may hold; may be infinite.
         cancelled: called at each check; if it returns true, the run ends as if its time were spent.
     """
@@ -56,23 +56,23 @@ class StopFlag:
         return self.spent is not None
 
     def timely(self) -> "StopFlag":
-        """A new flag with the same limits of time and memory, and without one of samples."""
+        """A new flag with the same time and memory limits and the same start, but without a limit on samples."""
         flag = StopFlag(self.seconds, self.memory, self.cancelled)
         flag.began = self.began
         return flag
 
     def look(self) -> None:
-        """Returns if the run may go on.
+        """Checks that the run may go on.
 
         Raises:
-            CutOff: it must stop.
+            CutOff: the run must stop.
         """
         if self():
             raise CutOff
 
 
 def process_began() -> float:
-    """The start of this process on the clock of `perf_counter` [s]; the time now, if the system does not say."""
+    """The start of this process on the clock of `perf_counter` [s]; the time now if that is unknown."""
     now = perf_counter()
     try:
         ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
@@ -83,7 +83,7 @@ def process_began() -> float:
 
 
 def resident_bytes(process: int | None = None) -> int:
-    """The memory of a process (None: this one) [bytes]; 0 if it has ended, or the system does not say."""
+    """The memory of a process (None: this one) [bytes]; 0 if it has ended, or the system does not report it."""
     try:
         pages = Path(f"/proc/{process or 'self'}/statm").read_text().split()[1]
     except (OSError, IndexError):
@@ -116,7 +116,7 @@ def _proportional_bytes(process: int) -> int:
 
 
 def default_memory() -> float:
-    """The default limit of memory [bytes]: half of what there is; infinite if that is unknown."""
+    """The default memory limit [bytes]: half the memory of the machine or control group; infinite if unknown."""
     found = [] if (machine := _machine_bytes()) is None else [machine]
     for path in _GROUPS:
         try:

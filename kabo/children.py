@@ -19,7 +19,7 @@ PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 
 
 def never() -> None:
-    """A function to be called periodically that does nothing, so that the work is never ended."""
+    """Does nothing: a periodic check that never interrupts the work."""
 
 
 def end_with_parent(parent: int) -> None:
@@ -35,12 +35,13 @@ def end_with_parent(parent: int) -> None:
 
 
 def made_in_child(make: Callable[[], _Made], look: Callable[[], None] = never) -> _Made:
-    """The value of `make`, computed by a forked process; an error of `look`, called meanwhile, kills that process.
+    """The value of `make`, computed in a forked process while this process calls `look` periodically.
 
-    Changes that `make` makes to objects, such as caches, are lost; its value or error must be picklable.
+    If `look` raises an error, the forked process is killed. Changes that `make` makes to objects, such as caches,
+    are lost. The value or error of `make` must be picklable.
 
     Raises:
-        KaboError: the process died without a value.
+        KaboError: the forked process died without returning a value.
     """
     parent = os.getpid()
     receiving, sending = Pipe(duplex=False)

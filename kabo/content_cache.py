@@ -1,4 +1,4 @@
-"""Caches that outlive a problem: values by the content that they are computed from, bounded by bytes.
+"""Caches shared by successive problems: values by the content that they are computed from, with a memory limit.
 
 A worker of the service answers one client after the other, and different clients may give different files the same
 name. So a key holds *everything* that its value depends on, such as the bytes of a file, never its name, size or date.
@@ -20,7 +20,7 @@ class ContentCache(Generic[_Value]):
 
     Args:
         max_bytes: the memory limit of all values together; a larger value is computed each time.
-        size: the size of a value in bytes, roughly: a value may grow later by what it computes itself.
+        size: the approximate size of a value [bytes]; a value may grow later, when it caches results of its own.
     """
 
     def __init__(self, max_bytes: int, size: Callable[[_Value], int]) -> None:
@@ -30,7 +30,7 @@ class ContentCache(Generic[_Value]):
         self._bytes = 0
 
     def get_or_make(self, key: Hashable, make: Callable[[], _Value]) -> _Value:
-        """The cached value of a key, or else the one that `make` returns; errors of `make` are not cached."""
+        """The cached value of `key`, or else the value that `make` returns; errors of `make` are not cached."""
         with self._lock:
             known = self._values.get(key)
             if known is not None:

@@ -12,7 +12,7 @@ from typing import Literal
 
 @dataclass(frozen=True, order=True)
 class Diagnostic:
-    """One finding in what a person wrote. Lines and columns count from 1; `length` is the width of the caret."""
+    """One error or warning about an input file. `line` and `column` count from 1; `length` counts carets."""
 
     file: str
     line: int
@@ -62,8 +62,8 @@ class MeshError(InputError):
 class CutOff(KaboError):
     """Work ended without an answer, because a budget was spent or the caller asked to stop (exit code 4).
 
-    Raised wherever a stop flag is checked and found set. It means only that there is no answer: it is no
-    refusal, and nothing is proven by it. The flag says which budget it was.
+    Raised wherever a stop flag is checked and found set. It means only that there is no answer: nothing is refused
+    or proven by it. The stop flag names the budget that was spent.
     """
 
     exit_code = 4

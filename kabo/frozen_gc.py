@@ -39,7 +39,7 @@ _threads = _PlanningThreads()
 
 @contextmanager
 def frozen_gc() -> Iterator[None]:
-    """Freezes the existing objects [gc.freeze] until the last thread inside has left.
+    """A context that freezes the existing objects [gc.freeze] until the last thread has left such a context.
 
     If the caller has frozen objects already, nothing is done: unfreezing them would undo the caller's work.
     """

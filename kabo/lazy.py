@@ -1,11 +1,11 @@
 """Lazy imports of packages: public names are listed once, in a stub, and import their file when first used.
 
-Beside such a room's `__init__.py` stands an `__init__.pyi`, in which each name has a line of its own:
+The `__init__.py` of a lazy package has a stub `__init__.pyi` in the same folder, with one line for each name:
 
     from kabo.room.file import name as name
 
-Type checkers read the stub as any other; `lazy_names` reads the same lines when the room is imported. A line
-`from kabo.room import *` offers every name of another room [PEP 484, stubs; PEP 562].
+Type checkers read the stub like any other stub; `lazy_names` reads it when the package is imported. A line
+`from kabo.room import *` re-exports every name of another package [PEP 484, stubs; PEP 562].
 """
 
 import sys

@@ -1,8 +1,8 @@
 """The options of a solve: one table, the fields of `Options`.
 
-The arguments of commands, the fields of a request, the keys of a problem file, the header of a plan and the tables in
-docs/ are made from it. To add an option, add a field there and a line to `SolveOptions`, which type checkers read, and
-use it as `run.options.<name>`.
+The arguments of commands, the fields of requests, the keys of problem files, the header of plans and the tables in
+docs/ are generated from this table. To add an option, add a field to `Options` and a line to `SolveOptions`, which
+type checkers read, and use the option as `run.options.<name>`.
 """
 
 import inspect
@@ -24,7 +24,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class SolveOptions(TypedDict, total=False):
-    """Options that a caller gives to a solve; absent ones and None are left to the problem, the scene or the default."""
+    """Options that a caller gives to a solve; absent ones are taken from problem, scene or defaults."""
 
     search: Search | None
     seed: int | None
@@ -40,7 +40,7 @@ class SolveOptions(TypedDict, total=False):
 
 
 class ExplainOptions(TypedDict, total=False):
-    """Options that a caller gives to an explanation: those of a solve for motions, and how many changes are tried."""
+    """Options that a caller gives to an explanation: options for motions, and the number of changes to try."""
 
     seed: int | None
     epsilon: float | None
@@ -91,7 +91,7 @@ def _option(default: _Default, help: str, **row: Any) -> _Default:
 
 @dataclass(frozen=True)
 class Options:
-    """The options of one run, with all values decided; its fields are the table."""
+    """The options of one run, each with its final value; the fields of this class are the table of options."""
 
     search: Search = _option(
         "best",
@@ -190,7 +190,7 @@ class Options:
         return cls(**chosen)
 
     def written(self) -> dict[str, str | float | int | None]:
-        """The options that the plan depends on, as its file keeps them."""
+        """The options on which the plan depends, in the form in which they are stored in the plan's file."""
         header: dict[str, str | float | int | None] = {}
         for name, option in OPTIONS.items():
             value = None if option.of_geometry and self.geometry == "none" else getattr(self, name)
@@ -220,9 +220,10 @@ SEARCHES: Final[tuple[Search, ...]] = get_args(Search)
 
 
 def takes_options(function: _Function) -> _Function:
-    """Gives a function that takes `**options` a signature and a docstring in which each of them has its name.
+    """Gives a function that takes `**options` a signature and a docstring that list each option by its name.
 
-    Type checkers know them from `SolveOptions`; this is for `help` and for editors that look at run time.
+    Type checkers know the options from `SolveOptions`; the signature is for `help` and for editors that inspect
+    it.
     """
     own, hints = inspect.signature(function), get_type_hints(SolveOptions)
     parameters = [each for each in own.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # for the same reason
 
 @dataclass(frozen=True)
 class SolveAnswer:
-    """The answer to `solve`: the object of `--json` (without the plan's path), the plan file, and the input error."""
+    """The answer to `solve`: the object that `--json` prints (without a path), the plan file, the input error."""
 
     body: Mapping[str, Any]
     plan: bytes | None = None
@@ -49,12 +49,13 @@ def solve_file(
 
     Args:
         path: the problem file.
-        options: the caller's options; those absent or None are taken from the problem and the scene.
-        domain: the problem's domain file, where formats have one that the problem does not name.
-        workers: processes that the planner may use; does not change the answer.
+        options: the caller's options; absent options and None are taken from the problem and the scene.
+        domain: the problem's domain file, for formats in which the problem does not name it.
+        workers: the number of processes that the planner may use; it does not change the answer.
         within: if given, no file outside of this folder is opened.
-        progress: called periodically.
-        cancelled: called periodically; true ends planning soon, with the status "exhausted" or the plan that was found.
+        progress: called periodically with the current progress.
+        cancelled: called periodically; if it returns True, planning ends soon, with the plan found so far or with
+            the status "exhausted".
         on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
             certified.
     """
@@ -73,7 +74,7 @@ def read_problem(path: Path, within: Path | None = None, domain: Path | None = N
     """The problem in a file. If `within` is given, no file outside of that folder is opened.
 
     Raises:
-        InputError: all that is wrong in the files; or they name files outside of `within`.
+        InputError: the files have errors, all of which are listed, or they name files outside of `within`.
     """
     if within is None:
         return load_problem(path, domain)
@@ -104,10 +105,10 @@ def verify_file(
     knowledge_only: bool = False,
     paranoid: bool = False,
 ) -> "Report":
-    """Verifies the plan in a file for the problem in a file; `paranoid`: its certificate in exact arithmetic.
+    """Verifies the plan in a file for the problem in a file; if `paranoid`, its certificate in exact arithmetic.
 
     Raises:
-        InputError: all that is wrong in the problem's files, or in the form of the plan.
+        InputError: the problem's files, or the form of the plan, have errors; all of them are listed.
         OSError: the plan file cannot be read.
     """
     from kabo.verify import verify_plan  # nobody who only checks or solves pays for it
@@ -132,9 +133,9 @@ def explain_file(
         path: the problem file.
         domain: the problem's domain file, where formats have one that the problem does not name.
         geometry: whether to look for motions, too.
-        timeout: seconds after which it gives up, including those for reading.
-        cancelled: called periodically; true ends it soon, with what was found so far.
-        options: the options of `kabo.explain`.
+        timeout: the time limit, including the reading of files [s]; None for no limit.
+        cancelled: called periodically; if it returns True, the explanation ends soon with the results so far.
+        options: further options of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation  # as the planner
 

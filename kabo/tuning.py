@@ -1,7 +1,8 @@
-"""The tuned constants of the search: what each counts, in which unit; `benchmarks/tuning.py` halves and doubles each.
+"""The tuned constants of the search, each with its meaning and unit; `benchmarks/tuning.py` varies them.
 
-None of them decides whether an answer is right. They decide in which order things are tried, and when to turn to
-something else: so a change costs or saves time, and may lead to another plan. Rooms read them here at the time of use.
+No constant decides whether an answer is right. The constants determine the order of the search and when one method
+gives way to the next, so a change costs or saves time, and may lead to another plan. They are read here when
+needed.
 """
 
 # ------------------------------------------------------------------------- weak plans: one way to the goal

@@ -38,10 +38,10 @@ def output_file(text: str) -> Path:
 
 
 def require_writable(path: Path) -> None:
-    """Checks that a file can be written, by writing an empty file beside it and removing that again.
+    """Checks that a file can be written: creates an empty file in the same folder and removes it again.
 
     Raises:
-        InputError: it cannot be written; says why.
+        InputError: the file cannot be written; the message gives the reason.
     """
     try:
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", suffix=".part" + 16 * "0"):
@@ -52,7 +52,7 @@ def require_writable(path: Path) -> None:
 
 
 def whole(least: int) -> Callable[[str], Any]:
-    """A reader of whole numbers that are at least `least`."""
+    """A function that converts text to a whole number, and rejects numbers below `least`."""
     return _number(int, least, f"a whole number from {least} on")
 
 
@@ -61,7 +61,7 @@ positive = _number(float, 0.0, "a number above 0")
 
 
 def bounded(least: float, most: float, unit: str) -> Callable[[str], float]:
-    """A reader of numbers above 0 that lie within two bounds."""
+    """A function that converts text to a number above 0, and rejects numbers below `least` or above `most`."""
 
     def parsed(text: str) -> float:
         value = float(positive(text))

@@ -13,7 +13,7 @@ COSTS = ("memoryless", "planes", "adapted", "triangles", "diagonal")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo bound`."""
+    """Adds the arguments and options of `kabo bound` to the parser."""
     meshing.add_mesh_arguments(parser)
     parser.add_argument(
         "--side",
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the bounding mesh, compares it with what is read back, and shows its figures."""
+    """Writes the bounding mesh, checks that reading the file gives the same mesh, and prints its figures."""
     chosen: Any = {} if options.cost is None else {"cost": meshing.one_of("--cost", options.cost, COSTS)}
     loaded = meshing.load(options, borders=options.borders)
     mesh, epsilon = loaded.mesh, loaded.epsilon

@@ -12,14 +12,14 @@ HELP = "report all errors in domain, problem, scene and task files, with their p
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo check`."""
+    """Adds the arguments and options of `kabo check` to the parser."""
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="domain, problem, scene or task files")
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
     add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints every finding; exit code 2 if one of them is an error."""
+    """Prints every finding and returns the exit code: 2 if at least one finding is an error."""
     with clean_standard_output():
         found = rooms.check_files(options.files)
     errors = sum(finding.severity == "error" for finding in found)

@@ -13,7 +13,7 @@ HELP = "cover a mesh with convex parts, no farther away than epsilon"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo decompose`."""
+    """Adds the arguments and options of `kabo decompose` to the parser."""
     meshing.add_mesh_arguments(parser)
     parser.add_argument("--parts", type=meshing.at_least(1), metavar="N", help="aim at N parts")
     parser.add_argument(
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the parts as meshes, compares them with what is read back, and shows their figures."""
+    """Writes the parts as meshes, checks that reading the file gives the same parts, and prints their figures."""
     loaded = meshing.load(options)
     mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():

@@ -1,4 +1,4 @@
-"""`kabo explain`: says why a problem has no plan, what would help, and what in it is of no use."""
+"""`kabo explain`: says why a problem has no plan, which changes would help, and which parts of it are useless."""
 
 import argparse
 from typing import Any
@@ -23,7 +23,7 @@ EXIT_CODES = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo explain`."""
+    """Adds the arguments and options of `kabo explain` to the parser."""
     add_problem_argument(parser)
     add_options(parser, NAME, max_samples=MAX_SAMPLES)
     parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the explanation; the exit codes are those of `solve`."""
+    """Prints the explanation and returns an exit code with the same meaning as that of `kabo solve`."""
     given: dict[str, Any] = {**chosen_options(options)}
     given["geometry"] = options.geometry != "none"
     if options.changes is not None:

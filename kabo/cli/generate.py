@@ -1,8 +1,8 @@
 """`kabo generate`: writes a problem of a given size, by the generator that lies beside its domain.
 
 The generator is `problem(n, home, …)` in `domains/<name>/generate.py`. It returns the text of a problem file; `home` is
-the path from the folder of that file to the domain's. Its other parameters have defaults and are given by `--set`. kabo
-itself knows no scenario.
+the path from the folder of the problem file to the folder of the domain. All other parameters of the generator
+have defaults and are set by `--set`. kabo itself contains no scenario.
 """
 
 import argparse
@@ -24,7 +24,7 @@ HELP = "write a problem file of size N for one of the domains"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo generate`."""
+    """Adds the arguments and options of `kabo generate` to the parser."""
     parser.add_argument("domain", metavar="DOMAIN", help="a name under domains/, or a folder with generate.py")
     parser.add_argument("--n", type=natural, required=True, metavar="N", help="the size, as the domain counts it")
     parser.add_argument(
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def domain_folder(name: str) -> Path:
-    """The folder of a domain with a generator: a path, beside the current folder, or as shipped with kabo.
+    """The folder of a domain with a generator; `name` is its path, or the name of a known domain.
 
     Raises:
         InputError: there is no generator of this name; proposes a similar name.

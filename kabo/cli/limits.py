@@ -1,8 +1,9 @@
 """The limits of a command, in time and memory, and the process that enforces them whatever the command does.
 
-As a program, a command with limits runs in a child process. It ends by itself when it looks at its stop flag. Code that
-looks at no stop flag (libraries, compilers, files on a slow disk) is killed by the parent, a little later. The parent
-keeps the terminal, handles Ctrl-C and Ctrl-Z, and holds a plan that was found until the child has written it.
+When kabo runs as a program, a command with limits runs in a child process, which ends by itself when it checks its
+stop flag. Code that checks no stop flag (libraries, compilers, files on a slow disk) is killed by the parent a
+little later. The parent keeps the terminal, handles Ctrl-C and Ctrl-Z, and keeps a found plan until the child has
+written it.
 """
 
 import argparse
@@ -52,7 +53,7 @@ def add_limits(parser: argparse.ArgumentParser, default: str = "none") -> None:
 
 
 def seconds(text: str) -> float:
-    """Reads a number of seconds above 0; infinite for `none` and 0."""
+    """Converts text to a number of seconds; `none` and 0 become infinity, and negative numbers are rejected."""
     value = inf if text in NO_LIMIT else _number(text)
     if value is None or value <= 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0, or none")
@@ -60,7 +61,7 @@ def seconds(text: str) -> float:
 
 
 def memory(text: str) -> float:
-    """Reads a number of bytes, as a number with K, M, G or T behind it; infinite for `none` and 0."""
+    """Converts text to a number of bytes; it may end with K, M, G or T; `none` and 0 become infinity."""
     if text in NO_LIMIT:
         return inf
     found = re.fullmatch(r"([\d.]+)\s*([kmgt]?)i?b?", text.strip(), re.IGNORECASE)
@@ -79,23 +80,23 @@ def _number(text: str) -> float | None:
 
 
 class Surrounding:
-    """The environment of a running command: its remaining time, its progress display, and the keeper of a found plan."""
+    """The environment of a running command: remaining time, progress display, callback for a found plan."""
 
     def __init__(self) -> None:
         self.began = perf_counter()
 
     def left(self, timeout: float | None) -> float | None:
-        """The seconds that are left of `timeout`; None if there is no such limit."""
+        """The seconds that are left of `timeout`, at least a millisecond; None if `timeout` is None."""
         return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
 
     @contextmanager
     def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
-        """A function that shows progress; None where standard error is no terminal."""
+        """A context with a function that shows progress, or with None if standard error is not a terminal."""
         with shown_text() as show:
             yield None if show is None else lambda progress: show(described(progress))
 
     def on_found(self) -> OnFound | None:
-        """A callback for the result and plan file as soon as a plan is found; None if they need not be kept."""
+        """A callback that receives the answer and the plan file once a plan is found; None if not needed."""
         return None
 
 

@@ -39,8 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code.
 
     Args:
-        arguments: the command line; None: that of this process. Then a command with limits runs in a child process,
-            which can be killed at its limits; otherwise it runs in this process and only ends itself.
+        arguments: the arguments of the command. If None, they are those of this process, and a command with limits
+            runs in a child process, which can be killed at its limits. If given, the command runs in this process
+            and stops only when it checks its limits itself.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:

@@ -20,7 +20,7 @@ FINEST = 1e-11  # of the largest coordinate: rounding takes some hundreds of uni
 
 @dataclass(frozen=True)
 class Tolerance:
-    """An epsilon as it stands on the command line: in metres, or as a share of the bounding box's diagonal."""
+    """An epsilon as given on the command line: in metres, or as a share of the bounding box's diagonal."""
 
     value: float
     of_diagonal: bool
@@ -62,7 +62,7 @@ def add_mesh_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def tolerance(text: str) -> Tolerance:
-    """Reads an epsilon: `0.002` metres, or `1%` of the diagonal; the error proposes what a misspelling meant."""
+    """Converts text to an epsilon, such as `0.002` (metres) or `1%` (of the diagonal); errors suggest a fix."""
     number = text.strip()
     share = number.endswith("%")
     value = _value(number.removesuffix("%").strip())
@@ -92,7 +92,7 @@ def _meant(text: str) -> str:
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """A reader of whole numbers that are at least `least`."""
+    """A function that converts text to a whole number, and rejects numbers below `least`."""
 
     def parsed(text: str) -> int:
         if not re.fullmatch(r"\d{1,12}", text) or int(text) < least:
@@ -103,7 +103,7 @@ def at_least(least: int) -> Callable[[str], int]:
 
 
 def scale(text: str) -> float:
-    """Reads a scale in metres per unit; if a unit's name is given, the error proposes its scale."""
+    """Converts text to a scale [metres per unit]; the error for the name of a unit suggests its scale."""
     value = _value(text.strip())
     if value is None or value <= 0.0:
         named = {"mm": "0.001", "cm": "0.01", "m": "1", "inch": "0.0254", "in": "0.0254"}.get(text.strip().lower())
@@ -113,7 +113,7 @@ def scale(text: str) -> float:
 
 
 def picture_file(text: str) -> Path:
-    """Reads the path of a picture to write."""
+    """Converts text to the path of a picture file to be written."""
     path = output_file(text)
     if path.suffix.lower() not in PICTURES:
         raise argparse.ArgumentTypeError(f"{text!r} does not end with .png")
@@ -121,7 +121,7 @@ def picture_file(text: str) -> Path:
 
 
 def mesh_file(text: str) -> Path:
-    """Reads the path of a mesh file to write, of a format that keeps all digits."""
+    """Converts text to the path of a mesh file to be written, in a format that keeps all digits."""
     path = output_file(text)
     try:
         rooms.require_written(path)
@@ -132,10 +132,10 @@ def mesh_file(text: str) -> Path:
 
 
 def one_of(name: str, text: str, known: Sequence[str]) -> str:
-    """The text, if it is one of the known words.
+    """Returns `text` if it is one of the known words.
 
     Raises:
-        InputError: it is another word; proposes the nearest one.
+        InputError: `text` is not a known word; the message suggests the nearest one.
     """
     if text not in known:
         hint = did_you_mean(text, known) or f"kabo knows {', '.join(known)}"
@@ -154,10 +154,13 @@ class Loaded:
 
 
 def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
-    """The mesh, sound enough to be bounded; a missing library for pictures is reported before the work begins.
+    """Loads, repairs (if requested) and checks the mesh of a command, so that it can be bounded.
+
+    If a picture is requested, the library for pictures is checked before the mesh is loaded.
 
     Raises:
-        MeshError: one sentence with counts and the remedy. InputError: the picture's library is missing.
+        MeshError: the mesh cannot be bounded; the message gives counts and the remedy.
+        InputError: the library for pictures is missing.
     """
     if options.picture is not None:
         rooms.require_pictures()

@@ -16,7 +16,7 @@ DEADLINE_S = 3600.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo request`."""
+    """Adds the arguments and options of `kabo request` to the parser."""
     add_search_arguments(parser, NAME)
     parser.add_argument(
         "--connect", action="append", default=[], metavar="ENDPOINT", help="e.g. tcp/127.0.0.1:7447"

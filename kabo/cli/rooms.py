@@ -1,6 +1,6 @@
 """Lazily imported names of the packages that commands call, so that `--help` imports none of them.
 
-The names stand in the stub beside this file, a line each.
+The names are listed in the stub file `rooms.pyi` beside this file, one per line.
 """
 
 from kabo.lazy import lazy_names

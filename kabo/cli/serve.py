@@ -17,7 +17,7 @@ LATE_S = 5.0  # after which a message says why the server is not ready yet
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo serve`."""
+    """Adds the arguments and options of `kabo serve` to the parser."""
     parser.add_argument(
         "--listen", action="append", default=[], metavar="ENDPOINT", help="e.g. tcp/127.0.0.1:7447"
     )

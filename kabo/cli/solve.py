@@ -12,7 +12,7 @@ HELP = "find a plan for a problem file, print it as a tree and write it as JSON"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo solve`."""
+    """Adds the arguments and options of `kabo solve` to the parser."""
     add_search_arguments(parser, NAME)
     parser.add_argument(
         "--workers",
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Solves, shows the plan or why there is none, and writes the plan file if there is a plan."""
+    """Solves the problem, prints the plan or why there is none, and writes the plan file if there is one."""
     try:
         with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
             answer = rooms.solve_file(

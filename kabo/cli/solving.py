@@ -16,7 +16,7 @@ SHOWN_DETAILS = 2  # of the reason why there is no plan: the first ones say most
 
 
 def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve") -> None:
-    """The arguments of `solve` and `request`; options that are not given are left to the problem and the scene."""
+    """Adds the arguments of `solve` and `request`; absent options are taken from the problem or the scene."""
     add_problem_argument(parser)
     add_options(parser, command)
     add_limits(parser, "the problem's, else 600")
@@ -33,7 +33,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve"
 
 
 def add_options(parser: argparse.ArgumentParser, command: str, **defaults: object) -> None:
-    """Adds the options of the table that a command has; `defaults` are those that differ for this command."""
+    """Adds the options of `kabo.options` that a command accepts; `defaults` are specific to this command."""
     for option in OPTIONS.values():
         if command not in option.commands:
             continue
@@ -69,7 +69,7 @@ def _reader(option: Option) -> Callable[[str], Any]:
 
 
 def add_problem_argument(parser: argparse.ArgumentParser) -> None:
-    """The arguments for a problem in one file, or in two."""
+    """Adds the arguments for a problem, which is in one file, or in two: the problem file and its domain file."""
     parser.add_argument(
         "problem",
         type=Path,
@@ -97,7 +97,7 @@ class _OneOrTwo(argparse.Action):
 
 
 def chosen_options(options: argparse.Namespace) -> SolveOptions:
-    """The options of the table that were given; `timeout` is the rest of it."""
+    """The options of `kabo.options` that were given; `timeout` is reduced by the time that has already passed."""
     given = {name: getattr(options, name, None) for name in OPTIONS}
     chosen = {name: value for name, value in given.items() if value is not None}
     if options.timeout is not None:
@@ -106,7 +106,7 @@ def chosen_options(options: argparse.Namespace) -> SolveOptions:
 
 
 def report_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
-    """Reports that a search was ended by force before there was a plan, and returns the exit code."""
+    """Reports that a search was killed before it found a plan, and returns the exit code."""
     said = f"{message}; no file was written"
     if options.json:
         print_json(rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said))))
@@ -117,7 +117,8 @@ def report_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int
 def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namespace) -> int:
     """Writes the plan if there is one, shows the answer, and returns the exit code.
 
-    Without `--json` the tree of the plan goes to standard output, and the reason why there is none to standard error.
+    Without `--json`, standard output receives the tree of the plan; if there is no plan, standard error receives
+    the reason.
     """
     if plan is not None:
         rooms.write_atomically(options.output, plan)

@@ -1,4 +1,4 @@
-"""Terminal output shared by all commands: messages, progress, Ctrl-C, and a standard output without noise.
+"""Terminal input and output of all commands: messages, progress, Ctrl-C, standard output with the answer only.
 
 Standard output carries the answer only (the plan's tree, or one JSON object); all else goes to standard error.
 """
@@ -20,13 +20,13 @@ def tell(text: str) -> None:
 
 
 def print_json(answer: Mapping[str, Any]) -> None:
-    """Prints the one JSON object of `--json`."""
+    """Prints the answer of a command as one JSON object, as `--json` requests it."""
     print(json.dumps(answer, sort_keys=True, ensure_ascii=False, allow_nan=False))
 
 
 @contextmanager
 def shown_text() -> Iterator["Callable[[str], None] | None"]:
-    """A function that shows progress in one line of the terminal; None where standard error is no terminal."""
+    """A context with a function that shows text in one line of the terminal; None if there is no terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -57,7 +57,7 @@ def _started_bar() -> tuple[Any, Any]:
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
-    """A function that returns whether Ctrl-C was pressed, so that the command can stop; a second Ctrl-C aborts it."""
+    """A context with a function that returns whether Ctrl-C was pressed; a second Ctrl-C aborts the command."""
     pressed: list[int] = []
 
     def note(number: int, frame: object) -> None:
@@ -85,7 +85,7 @@ def described(progress: "rooms.Progress") -> str:
 
 @contextmanager
 def clean_standard_output() -> Iterator[None]:
-    """Redirects to standard error what libraries in C and C++ write to standard output meanwhile."""
+    """A context in which everything that C and C++ libraries write to standard output goes to standard error."""
     try:
         out = sys.stdout.fileno()
     except (OSError, ValueError):  # a test captures standard output without a descriptor

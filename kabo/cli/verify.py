@@ -1,4 +1,4 @@
-"""`kabo verify`: judges without the planner's code whether a plan file keeps its promises."""
+"""`kabo verify`: checks, without the planner's code, that a plan file is valid for its problem."""
 
 import argparse
 from pathlib import Path
@@ -13,7 +13,7 @@ HELP = "replay a plan over every branch and check every motion against the origi
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo verify`."""
+    """Adds the arguments and options of `kabo verify` to the parser."""
     add_problem_argument(parser)
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
     parser.add_argument(
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the report; exit code 5 if there is any finding against the plan."""
+    """Prints the report and returns the exit code: 5 if the verification found a fault in the plan."""
     with clean_standard_output():
         report = rooms.verify_file(
             options.problem,

@@ -1,4 +1,4 @@
-"""The cache folder: where everything lies that can be computed again, and who may write there."""
+"""The cache folder for files that can be computed again, and the checks that only its owner can write there."""
 
 import atexit
 import os
@@ -13,9 +13,9 @@ from pathlib import Path
 def cache_folder() -> Path:
     """The folder for everything that can be computed again: $KABO_CACHE, $XDG_CACHE_HOME/kabo, or ~/.cache/kabo.
 
-    Its files are executed (compiled kernels, and indices that are pickles), so a folder is used only if it belongs to
-    this user and nobody else can write to it. If there is no such folder, this process and its children use a private
-    one in the system's temporary directory.
+    Files in it can execute code (compiled kernels, and indices that are pickles), so a folder is used only if it
+    belongs to this user and nobody else can write to it. If the folder is not safe in this sense, this process and
+    its children use a private folder in the system's temporary directory.
     """
     chosen = os.environ.get("KABO_CACHE")
     home = os.environ.get("XDG_CACHE_HOME")

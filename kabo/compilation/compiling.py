@@ -1,9 +1,10 @@
 """Compilation of array kernels: `kernel` and its variants are the only decorators through which kabo uses numba.
 
-numba notices changes in a kernel's own file only: a caller keeps running the old code of what it calls. So compiled code
-lies in a folder that is named after a hash of *all* kernel sources and of how they are compiled. fastmath stays off,
-because reordering could undo a proof [docs/decisions/001-kernels.md]; a kernel may ask for `reassoc` and `contract`
-alone. What a kernel calls is compiled as a part of it [kabo.compilation.linking].
+numba's cache notices changes only in a kernel's own file: a caller would keep the old code of the kernels it
+calls. So compiled code is stored in a folder named after a hash of *all* kernel sources and of the compiler
+settings. fastmath is off, because reordering could undo a proof [docs/decisions/001-kernels.md]; only `reassoc`
+and `contract` can be enabled for single kernels. Kernels that a kernel calls are linked into it
+[kabo.compilation.linking].
 """
 
 import hashlib
@@ -45,7 +46,7 @@ def _numba() -> Any:
 
 
 def window(flat: Any, start: int, shape: tuple[int, ...]) -> Any:
-    """A view of the numbers of a flat array from `start` on, as a contiguous array of a shape; costs nothing in kernels.
+    """A view of a flat array from index `start` on, as a contiguous array of the given shape; free in kernels.
 
     Kernels do not check that the flat array is long enough.
     """
@@ -91,7 +92,7 @@ def kernel(function: _Function) -> _Function:
 
 
 def lean_kernel(function: _Function) -> _Function:
-    """As `kernel`, without counting references: for functions that make no array and call none that does.
+    """As `kernel`, but without reference counting: for functions that, with all their callees, create no array.
 
     Counting costs some nanoseconds for each array at each call, which matters in nested kernels of many arrays.
     """
@@ -105,8 +106,9 @@ def leaf_kernel(function: _Function) -> _Function:
 
 
 def reduction_kernel(function: _Function) -> _Function:
-    """As `lean_kernel`, but sums may be reordered and contracted; only for sums whose rounding bound allows any order.
+    """As `lean_kernel`, but the compiler may reorder and contract sums; for rounding bounds valid in any order.
 
-    numba does not inline it, because an inlined body follows the rules of its caller; LLVM inlines it with its own.
+    numba does not inline such a kernel, because an inlined body would lose this permission; LLVM inlines it and
+    keeps the permission.
     """
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)

@@ -1,4 +1,4 @@
-"""Linking of kernels: what a kernel calls is linked into it, and optimised there, once.
+"""Linking of kernels: the kernels that a kernel calls are linked into it and optimised only there.
 
 numba optimises each function together with everything that it calls: a function eight calls deep is optimised eight
 times, which was two thirds of the time of compiling. So each kernel is compiled as two functions: the *whole*, which
@@ -24,7 +24,7 @@ from numba.core.types import unliteral
 
 @cache
 def whole_compiler() -> Any:
-    """A compiler that runs without collections of garbage: its millions of objects live until it ends."""
+    """A numba compiler class that disables garbage collection while compiling, as its objects stay alive."""
 
     class WholeCompiler(Compiler):
         def compile_extra(self, function: Any) -> Any:
@@ -41,7 +41,7 @@ def whole_compiler() -> Any:
 
 @cache
 def part_compiler() -> Any:
-    """A compiler that stops before optimising."""
+    """A numba compiler class that types and lowers a function, but does not optimise it."""
 
     class WithoutEnvironment:
         """A code generator that sets no environment, for libraries without machine code."""
@@ -84,7 +84,8 @@ def part_compiler() -> Any:
 def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
     """A kernel linked from the separately compiled parts of all kernels that it calls; stored on disk if `stored`.
 
-    Calls with constants use the code for any number; otherwise each combination of constants would be compiled.
+    A call with constant arguments uses the code compiled for the type of the constants; otherwise each combination
+    of constants would be compiled separately.
     """
     njit: Any = numba.njit  # its types know nothing of its private options
     whole = njit(cache=stored, pipeline_class=whole_compiler(), **options)(function)
@@ -101,9 +102,9 @@ def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
 
 
 def linking_works(options: dict[str, Any]) -> bool:
-    """Whether this numba can link parts; warns if it cannot.
+    """Whether the installed numba can link separately compiled kernels; warns if it cannot.
 
-    The trial is a kernel that calls one with arrays and one without, as kabo's kernels do.
+    The test compiles a kernel that calls one kernel with arrays and one without arrays.
     """
 
     def scaled(values: Any, factor: Any) -> Any:

@@ -9,7 +9,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 
 def teach_window(window: Callable[..., Any]) -> None:
-    """Teaches numba to make a `window` in kernels; its own slices and reshapes are calls that count references."""
+    """Registers `window` with numba, because numba's slices and reshapes are calls that count references."""
 
     @type_callable(window)
     def _(_: Any) -> Any:

@@ -1,8 +1,8 @@
 """The language room: from files to a Problem.
 
-YAML, PDDL, contingent PDDL and PKS XML become the one kind of problem that kabo plans for, every name resolved and
-every type checked; all findings at once, as diagnostics with places. What kabo cannot say is refused by name and place,
-never dropped. It reads text and makes values: it evaluates nothing and opens no mesh.
+YAML, PDDL, contingent PDDL and PKS XML are all converted to a `Problem`, with every name resolved and every type
+checked. All errors and warnings are reported at once, as diagnostics with places. A construct that kabo does not
+support is reported by name and place, never dropped. Nothing is evaluated here, and no mesh is opened.
 """
 
 from kabo.lazy import lazy_names

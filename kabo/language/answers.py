@@ -9,12 +9,12 @@ from kabo.language.problem import Answer, Problem
 
 
 def checked_answer(problem: Problem, call: GroundCall, answer: Any) -> Answer:
-    """The answer in kabo's form: True or False of a test, a float, an object's name; None if there is no value.
+    """The answer in kabo's form: True or False for a test, else a float or an object's name; None for no value.
 
-    Procedures that the domain does not declare are those of geometry: they succeed or fail.
+    A procedure that the domain does not declare is a geometric procedure: it succeeds or fails.
 
     Raises:
-        InputError: the procedure's declaration allows no such answer.
+        InputError: the declaration of the procedure does not allow this answer.
     """
     declared = problem.domain.procedures.get(call.procedure)
     if declared is None or declared.is_test:

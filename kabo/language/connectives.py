@@ -34,14 +34,14 @@ def disjunction(parts: Iterable[f.Formula], place: f.Place | None = None) -> f.F
 
 
 def denied(claim: f.Claim) -> f.Claim:
-    """The negation of a claim: the claim that holds exactly where this one does not."""
+    """The negation of a claim: the claim that holds exactly where the given claim does not."""
     if isinstance(claim, f.Literal):
         return f.Literal(claim.atom, not claim.positive, claim.place)
     return f.Comparison(OPPOSITE[claim.operator], claim.left, claim.right, claim.place)  # type: ignore[arg-type]
 
 
 def negated(formula: f.Formula) -> f.Formula:
-    """The negation of a condition, pushed inwards to its claims; right only where everything is known."""
+    """The negation of a condition, pushed inwards to its claims; correct only if every atom in it is known."""
     match formula:
         case f.Know(claim=claim):
             return f.Know(denied(claim), formula.place)

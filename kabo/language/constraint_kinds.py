@@ -1,7 +1,7 @@
-"""The kinds of constraints between features: which shapes each relates, and what it bounds [K Table 5.1].
+"""The kinds of constraints between features: related shapes and bounded quantities [K Table 5.1].
 
-The language checks constraints by this table, and kinematics makes rows by it. A new kind is a line here, its rows in
-`kinematics/constraints.py`, and its measure in the verifier.
+The language checks constraints by this table, and kinematics computes residuals by it. To add a kind, add a line
+here, its residuals in `kinematics/constraints.py`, and its measure in the verifier.
 """
 
 import math
@@ -19,10 +19,11 @@ class Quantity:
     """A quantity that constraints measure and bound: its unit, and the least and the largest value that it can have.
 
     Args:
-        name: its name in messages, which is also that of its constraint.
-        unit: metres or radians; files may write radians in degrees.
-        least, largest: bounds outside this range are refused with the sentence `outside`.
-        at_least, at_largest: the constraint that fixes the quantity to that end of its range, without a bound.
+        name: the name of the quantity in messages, which is also the name of the constraint that bounds it.
+        unit: metres or radians; files may give radians in degrees.
+        least, largest: the range of the quantity; bounds outside this range are refused with the message
+            `outside`.
+        at_least, at_largest: the constraint without bounds that fixes the quantity to `least`, or to `largest`.
         tolerance: the distance within which a bound counts as equal to an end of the range.
     """
 
@@ -41,10 +42,11 @@ class ConstraintKind:
     """One kind of constraint.
 
     Args:
-        shapes: the pairs of shapes that it relates, the lesser dimension first; none: it relates whole bodies.
-        quantity: the quantity that it bounds; None if it takes no bounds.
-        point_first: files must name the point first.
-        directed: kinematics must not swap the features, since their order has a meaning.
+        shapes: the pairs of shapes that the constraint can relate, the lesser dimension first; empty if it relates
+            whole bodies.
+        quantity: the quantity that the constraint bounds; None if it takes no bounds.
+        point_first: whether files must name the point before the other feature.
+        directed: whether the order of the features has a meaning, so that kinematics must not swap them.
     """
 
     shapes: frozenset[ShapePair]

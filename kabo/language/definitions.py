@@ -10,15 +10,15 @@ from kabo.language.source import SourceFile
 
 
 class Definition(Protocol):
-    """A domain or a problem as a file defines it."""
+    """A domain or a problem as it is defined in a file."""
 
     @property
     def kind(self) -> str:
-        """`domain` or `problem`."""
+        """The kind of the definition: `domain` or `problem`."""
 
     @property
     def name(self) -> str:
-        """The name that the file gives it."""
+        """The name of the domain or problem in the file."""
 
     @property
     def source(self) -> SourceFile:
@@ -42,4 +42,4 @@ class Format(Protocol):
     def read(
         self, domain: Definition, problem: Definition | None, findings: Findings, files: Mapping[str, str]
     ) -> Problem | None:
-        """The problem of two definitions; None for a domain alone, which is only checked."""
+        """The problem made from both definitions; None for a domain alone, which is only checked."""

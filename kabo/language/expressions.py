@@ -1,6 +1,6 @@
 """Formulas as they are written: trees of words with their places in the file, in which no name is resolved yet.
 
-Every syntax makes the same trees of terms, atoms and comparisons; what stands around them is its own.
+All syntaxes (YAML, PDDL, PKS) share the trees of terms, atoms and comparisons; connectives differ between them.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ ARITHMETIC = frozenset("+-*/")
 
 
 class Span(Protocol):
-    """A piece of a file: the offsets of its first character, and of the one behind its last."""
+    """A piece of a file, given by the offset of its first character and the offset behind its last character."""
 
     @property
     def start(self) -> int:
@@ -25,17 +25,17 @@ class Span(Protocol):
 
 @dataclass(eq=False, slots=True)
 class Expression:
-    """A piece of a formula.
+    """A node of the syntax tree of a formula.
 
     Attributes:
-        kind: `name`, `variable`, `number`, `call` (of a predicate, function or procedure), an operator (of one part, or
-            of more), `!` for a negation; or another word by which a syntax knows its own.
-        text: the name or number; the operator.
-        start: the offset of its first character in the file.
-        end: the offset behind its last one.
-        parts: the arguments of a call, the operands of an operator.
-        variables: those that a quantifier binds, with their types.
-        name_at: the offset of the name if that differs from the offset of the piece.
+        kind: `name`, `variable`, `number`, `call` (of a predicate, function or procedure), an operator, `!` for a
+            negation; or a word that has a meaning in one syntax only.
+        text: the text of the name, number or operator.
+        start: the offset of the node's first character in the file.
+        end: the offset behind the node's last character.
+        parts: the arguments of a call, or the operands of an operator.
+        variables: the variables that a quantifier binds, with their types.
+        name_at: the offset of the name in the node; None if the name is at `start`.
     """
 
     kind: str
@@ -48,6 +48,6 @@ class Expression:
 
     @property
     def name(self) -> "Expression":
-        """The name alone, without arguments."""
+        """The name in this node as a node of its own, without arguments."""
         start = self.start if self.name_at is None else self.name_at
         return Expression("name", self.text, start, start + len(self.text))

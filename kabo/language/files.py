@@ -1,4 +1,4 @@
-"""The files that a problem names: texts, meshes, URDFs, and what these name in turn."""
+"""The files that a problem depends on: texts, meshes, URDFs, and the meshes that the URDFs name."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -9,7 +9,7 @@ from kabo.language.scene_description import SceneDescription
 
 
 def files_of(problem: Problem) -> Iterator[Path]:
-    """Every file that solving a problem reads: its texts, URDFs, meshes and the convex parts beside them."""
+    """Every file that solving a problem reads: its text files, URDFs, meshes, and convex parts of meshes."""
     folder = problem.path.parent
     yield problem.path
     yield from (folder / name for name in problem.files)
@@ -35,7 +35,7 @@ def geometry_files(scene: SceneDescription) -> Iterator[Path]:
 
 
 def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
-    """The mesh files that a URDF names; none for a file that is no URDF, which loading the scene reports."""
+    """The mesh files that a URDF names; none if the file is not a URDF, which loading the scene reports."""
     try:
         root = ElementTree.parse(urdf).getroot()  # noqa: S314
     except (ElementTree.ParseError, OSError, UnicodeDecodeError):

@@ -15,7 +15,7 @@ _FEW = 12
 
 
 class Findings:
-    """The diagnostics of one reading, without duplicates."""
+    """The errors and warnings found while one set of files is read, without duplicates."""
 
     def __init__(self) -> None:
         self._found: dict[tuple[str, int, int, str], Diagnostic] = {}
@@ -51,13 +51,13 @@ class Findings:
         *,
         all_if_few: bool = True,
     ) -> str | None:
-        """The remedy `did you mean "…"?` with where that was declared; None if nothing is near.
+        """The remedy `did you mean "…"?`, with the declaration of the proposed word; None if none is similar.
 
         Args:
             word: the unknown word in the file.
             known: the words that could have been meant.
-            declared: for some of `known`, its signature as text and its place.
-            all_if_few: if nothing is near and there are few, name them all.
+            declared: for some of the words in `known`, the signature as text and the place of the declaration.
+            all_if_few: whether all known words are listed if none is similar and there are few of them.
         """
         self._suggestions += 1
         if not self.may_suggest or len(known) > _MOST_NAMES or len(word) > 80:
@@ -71,7 +71,7 @@ class Findings:
         return remedy if place is None else f"{remedy} {signature} is declared at {spell_place(place)}"
 
     def near_file(self, path: Path, within: Path | None = None) -> str | None:
-        """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
+        """The remedy `did you mean "…"?` for a missing file, from the names in its folder; else None."""
         try:
             if not lies_within(path.parent, within) or path.exists():
                 return None
@@ -81,12 +81,12 @@ class Findings:
         return self.near(path.name, beside_it, all_if_few=False)
 
     def add_unreadable(self, name: str, error: UnreadableError, within: Path | None = None) -> None:
-        """Records that the file called `name` cannot be read; the remedy may be a similar name beside it."""
+        """Records that the file `name` cannot be read; the remedy may be a similar name in the same folder."""
         self.add(error.place(name), error.message, error.hint or self.near_file(Path(name), within))
 
     @property
     def may_suggest(self) -> bool:
-        """Whether similar names are still searched for: not after many suggestions, which take long."""
+        """Whether to search for similar names: false after many suggestions, since each search takes time."""
         return self._suggestions <= _MOST_SUGGESTIONS
 
     @property
@@ -96,10 +96,10 @@ class Findings:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """The findings that are not mere warnings."""
+        """The findings that are errors, without the warnings."""
         return [each for each in self.diagnostics if each.severity == "error"]
 
 
 def spell_place(place: Place) -> str:
-    """`domain.yaml:12:3`, with the file's last name only."""
+    """A place as text, such as `domain.yaml:12:3`, with the file's name but not its folder."""
     return f"{place.file.replace(chr(92), '/').rsplit('/', 1)[-1]}:{place.line}:{place.column}"

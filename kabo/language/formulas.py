@@ -1,7 +1,7 @@
 """Formula trees: terms, claims, formulas, facts, effects and procedure calls, as plain values.
 
-The parser makes them, the checker has resolved every name, the knowledge planner compiles them. Two trees are
-equal when they have the same content; places in the file are not compared.
+The trees are built by the readers of the file formats, with every name resolved, and compiled by the knowledge
+planner. Two trees are equal if they have the same content; places in the file are not compared.
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Number:
-    """A number; SI units, angles in radians."""
+    """A number in SI units; angles are in radians."""
 
     value: float
     place: Place | None = _place
@@ -100,7 +100,7 @@ class Literal:
 
 @dataclass(frozen=True)
 class Comparison:
-    """`left operator right`; `=` and `!=` compare any values, the others numbers."""
+    """A comparison `left operator right`: `=` and `!=` compare values of any type, the others numbers."""
 
     operator: OneOf["=", "!=", "<", "<=", ">", ">="]
     left: Term
@@ -138,7 +138,7 @@ class KnowValue:
 
 @dataclass(frozen=True)
 class Truth:
-    """`true` or `false`."""
+    """The formula `true` or `false`."""
 
     value: bool
     place: Place | None = _place
@@ -162,7 +162,7 @@ class Not:
 
 @dataclass(frozen=True)
 class And:
-    """All of the parts, evaluated in their order up to the first that is false."""
+    """A conjunction: true if all parts are true; they are evaluated in order up to the first false one."""
 
     parts: tuple["Formula", ...]
     place: Place | None = _place
@@ -170,7 +170,7 @@ class And:
 
 @dataclass(frozen=True)
 class Or:
-    """At least one of the parts."""
+    """A disjunction: true if at least one of the parts is true."""
 
     parts: tuple["Formula", ...]
     place: Place | None = _place
@@ -178,7 +178,7 @@ class Or:
 
 @dataclass(frozen=True)
 class Xor:
-    """Exactly one of the two queries; both are evaluated [K Table 6.1]."""
+    """An exclusive or: true if exactly one of the two queries is true; both are evaluated [K Table 6.1]."""
 
     first: "Formula"
     second: "Formula"
@@ -187,7 +187,7 @@ class Xor:
 
 @dataclass(frozen=True)
 class Forall:
-    """The body holds for every instance of the variables."""
+    """A universal quantifier: true if the body holds for every instance of the variables."""
 
     variables: tuple[Variable, ...]
     body: "Formula"
@@ -196,7 +196,7 @@ class Forall:
 
 @dataclass(frozen=True)
 class Exists:
-    """The body holds for some instance of the variables."""
+    """An existential quantifier: true if the body holds for at least one instance of the variables."""
 
     variables: tuple[Variable, ...]
     body: "Formula"
@@ -205,7 +205,7 @@ class Exists:
 
 @dataclass(frozen=True)
 class Temporal:
-    """`initially(φ)` (K⁰, after postdiction) or `always(φ)` (K*, in every state); goals only."""
+    """`initially(φ)` (K⁰: φ was true at the start) or `always(φ)` (K*: φ is true in every state); goals only."""
 
     kind: OneOf["initially", "always"]
     body: "Formula"
@@ -218,7 +218,7 @@ Formula = Know | KnowWhether | KnowValue | Truth | Test | Not | And | Or | Xor |
 # ----------------------------------------------------------------------------------------------------- effects
 @dataclass(frozen=True)
 class FactAll:
-    """A conjunction as one fact, of the databases Kw and LCW."""
+    """A conjunction as one fact of the database Kw or LCW."""
 
     parts: tuple["Fact", ...]
     place: Place | None = _place
@@ -226,7 +226,7 @@ class FactAll:
 
 @dataclass(frozen=True)
 class FactForall:
-    """`forall(t x) fact` as one fact, of the databases Kf, Kw and LCW."""
+    """`forall(t x) fact` as one fact of the database Kf, Kw or LCW."""
 
     variables: tuple[Variable, ...]
     body: "Fact"
@@ -235,7 +235,7 @@ class FactForall:
 
 @dataclass(frozen=True)
 class ExactlyOne:
-    """`exactly_one(t x) fact` as one set of the database Kx, of whose members exactly one holds."""
+    """`exactly_one(t x) fact` as one entry of the database Kx: exactly one of its instances holds."""
 
     variables: tuple[Variable, ...]
     body: "Fact"
@@ -257,7 +257,7 @@ Database = OneOf["Kf", "Kw", "Kv", "Kx", "Kor", "LCW"]
 
 @dataclass(frozen=True)
 class Change:
-    """`add(DB, facts)` or `del(DB, facts)`. An atom of Kw is a positive Literal, a term of Kv a TermFact."""
+    """`add(DB, facts)` or `del(DB, facts)`: an atom of Kw is a positive Literal, a term of Kv is a TermFact."""
 
     operation: OneOf["add", "del"]
     database: Database
@@ -267,7 +267,7 @@ class Change:
 
 @dataclass(frozen=True)
 class WorldEffect:
-    """`when C then E`: where C holds in the world E holds afterwards, whatever the agent knows."""
+    """`when C then E`: if C holds in the world before the action, E holds after it, whatever the agent knows."""
 
     conditions: tuple[Claim, ...]
     outcomes: tuple[Claim, ...]
@@ -276,7 +276,7 @@ class WorldEffect:
 
 @dataclass(frozen=True)
 class Conditional:
-    """`query => updates`: the updates happen if the query holds in the state before."""
+    """`query => updates`: the updates happen if the query holds in the knowledge state before the action."""
 
     condition: Formula
     updates: tuple["Effect", ...]
@@ -285,7 +285,7 @@ class Conditional:
 
 @dataclass(frozen=True)
 class ForEach:
-    """`forall(t x) …`: the effects once for every instance of the variables."""
+    """`forall(t x) effects`: the effects happen once for every instance of the variables."""
 
     variables: tuple[Variable, ...]
     effects: tuple["Effect", ...]
@@ -300,8 +300,8 @@ Effect = Change | WorldEffect | Conditional | ForEach
 class Argument:
     """An argument of a procedure call: positional (`name` is None) or by name.
 
-    The value is a Variable (a parameter of the action), a Constant (an object, or the name of a thing in the
-    scene) or a Number.
+    The value is a Variable (a parameter of the action), a Constant (an object, or a name in the scene) or a
+    Number.
     """
 
     value: Variable | Constant | Number
@@ -318,7 +318,7 @@ class ProcedureCall:
     place: Place | None = _place
 
     def ground(self, binding: Mapping[str, str]) -> "GroundCall":
-        """The call with its variables bound; options sorted by name."""
+        """The call with its variables replaced by their values in `binding`; named arguments are sorted."""
 
         def value(argument: Variable | Constant | Number) -> str | float:
             if isinstance(argument, Variable):

@@ -1,7 +1,7 @@
-"""Names of other languages in kabo's spelling, one to one; the original names are kept for messages.
+"""Translates names of PDDL and PKS files to kabo's spelling, one to one; the original names are kept for messages.
 
-kabo's names are `[a-z][a-z0-9_]*`. Every other character becomes `_`; what would then be a word of the language
-gets the suffix `_1`, and what is taken already `_2`, `_3`, … in the order of the file.
+kabo's names are `[a-z][a-z0-9_]*`. Every other character becomes `_`. If the result is a keyword, it gets the
+suffix `_1`; if it is already in use, it gets `_2`, `_3`, … in the order of the file.
 """
 
 import re
@@ -17,14 +17,14 @@ _LONGEST = 200
 
 
 class Names:
-    """A namespace: kabo's name for each name of a file."""
+    """A namespace that gives each name of a file a unique name in kabo."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = {*RESERVED, *taken}
         self.originals: dict[str, str] = {}  # kabo's name -> the name in the file
 
     def take(self, original: str) -> str:
-        """A name not yet in use, derived from that of the file; reserves it."""
+        """Reserves and returns an unused name in kabo for the name `original` of the file."""
         name = self.free(original)
         self._taken.add(name)
         self.originals[name] = original
@@ -32,14 +32,14 @@ class Names:
 
     @staticmethod
     def plain(original: str) -> str:
-        """The name in kabo's spelling, whether or not it is free."""
+        """The name `original` in kabo's spelling, whether or not it is in use."""
         fits = NAME.fullmatch(original) is not None and len(original) <= _LONGEST
         spelled = original if fits else proper_name(original)
         stem = spelled.removesuffix("_1")
         return stem if stem in RESERVED else spelled
 
     def free(self, original: str, also_taken: Iterable[str] = ()) -> str:
-        """A name that is free here and not among `also_taken`; it stays free."""
+        """An unused name for `original` that is also not among `also_taken`; it is not reserved."""
         taken = set(also_taken)
         stem = self.plain(original)
         name, number = (f"{stem}_1", 2) if stem in RESERVED else (stem, 2)
@@ -49,7 +49,7 @@ class Names:
 
 
 def proper_name(word: str) -> str:
-    """The name nearest to `word` that the language accepts: `isEmpty` becomes `is_empty`, `r'` `r_prime`."""
+    """The valid name most similar to `word`: `isEmpty` becomes `is_empty`, and `r'` becomes `r_prime`."""
     spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", word.replace("'", "_prime"))
     spelled = re.sub(r"[^a-z0-9]+", "_", spelled.lower()).strip("_")[:60]
     if not spelled or not spelled[0].isalpha():

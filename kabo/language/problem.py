@@ -11,7 +11,7 @@ from kabo.options import SolveOptions
 
 @dataclass(frozen=True)
 class Function:
-    """A function's signature: its value is an object of `value_type`, one of `values`, or (with neither) a number."""
+    """A function's signature: its value is an object of `value_type`, one of `values`, else a number."""
 
     name: str
     arguments: tuple[str, ...]
@@ -21,7 +21,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Procedure:
-    """An external procedure's signature: it is a test, or has a value as a function has."""
+    """An external procedure's signature: the procedure is a test, or has a value like a function."""
 
     name: str
     arguments: tuple[str, ...]
@@ -32,7 +32,7 @@ class Procedure:
 
     @property
     def is_number(self) -> bool:
-        """Whether its value is a number."""
+        """Whether the value of the procedure is a number."""
         return not self.is_test and self.value_type is None and self.values is None
 
 
@@ -41,7 +41,7 @@ Answer = bool | str | float | None  # of a test, with an object, with a number; 
 
 @dataclass(frozen=True)
 class Answers:
-    """The answers of the external procedures that are `given`; equal calls have equal answers."""
+    """A source of answers of external procedures, those named in `given`; equal calls must have equal answers."""
 
     given: frozenset[str]
     ask: Callable[[GroundCall], Answer]
@@ -49,7 +49,7 @@ class Answers:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of an action: an object of a type, or a run-time variable, whose value is that of the term `value_of`."""
+    """A parameter of an action: an object of a type, or a run-time variable with the value of `value_of`."""
 
     name: str
     type: str
@@ -59,7 +59,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Action:
-    """An action schema; `sense` lists the atoms and terms whose values it observes when it is executed."""
+    """An action schema; `sense` lists the atoms and terms whose values the action observes when it is executed."""
 
     name: str
     parameters: tuple[Parameter, ...]
@@ -75,8 +75,8 @@ class Action:
 class Domain:
     """A domain: `types` maps each type to its supertype or None; all mappings keep the order of the file.
 
-    `worldly`: conditions were written about the world (PDDL), so a disjunction asks that some part holds, whichever;
-    otherwise they were written about knowledge, and `K(p) or K(q)` means just that.
+    If `worldly`, conditions are about the world (as in PDDL), so a disjunction requires only that some part holds.
+    Otherwise they are about knowledge: `K(p) or K(q)` requires that p is known or q is known.
     """
 
     name: str
@@ -106,8 +106,8 @@ class Problem:
 
     `objects` maps every object *and* every constant of the domain to its type, in order of declaration (constants
     first). `files` maps every file read so far, as a path relative to the problem's folder with forward slashes,
-    to `sha256:…` of its bytes; scene loading adds meshes and URDF files. `answers` asks the domain's external
-    procedures; no file says it, and without it tests hold and nothing has a value.
+    to `sha256:…` of its bytes; scene loading adds meshes and URDF files. `answers` calls the domain's external
+    procedures and is never read from a file; without it all tests hold, and no other procedure has a value.
     """
 
     name: str
@@ -126,14 +126,14 @@ class Problem:
         return tuple(name for name, own in self.objects.items() if self.domain.is_a(own, kind))
 
     def values_of(self, function: str) -> tuple[str, ...] | None:
-        """All values that the function can take, in order of declaration; None for numbers."""
+        """All values that the function can take, in order of declaration; None if its value is a number."""
         declared = self.domain.functions[function]
         if declared.values is not None:
             return declared.values
         return None if declared.value_type is None else self.of_type(declared.value_type)
 
     def answers_of(self, procedure: str) -> tuple[str, ...]:
-        """All objects that an external procedure can return, in order of declaration; none for numbers and tests."""
+        """All values that an external procedure can return, as declared; empty for numbers and tests."""
         declared = self.domain.procedures[procedure]
         if declared.values is not None:
             return declared.values

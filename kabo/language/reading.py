@@ -1,6 +1,6 @@
 """Reads a Problem from paths in any format, which the file's ending determines; domains are found beside problems.
 
-YAML files are read by kabo.language.yaml; those of PDDL and PKS are put together here.
+YAML files are read by kabo.language.yaml; in this module, domains and problems of PDDL and PKS are put together.
 """
 
 import os
@@ -20,7 +20,7 @@ PKS = (".xml", ".pks")
 
 
 def is_imported(path: str | Path) -> bool:
-    """Whether the file is of PDDL or PKS, by its ending."""
+    """Whether the file is a PDDL or PKS file, judged by its ending."""
     return Path(path).suffix.lower() in PDDL + PKS
 
 
@@ -29,8 +29,9 @@ def load_problem(path: str | Path, other: str | Path | None = None, *, within: P
 
     Args:
         path: the problem file: YAML, PDDL (`.pddl`) or PKS (`.xml`, `.pks`).
-        other: the domain file that belongs to it, for PDDL and PKS; in which order the two stand does not matter.
-            Without it the domain is the file's own, or that of `domain.pddl` or `<its name>.pddl` beside it.
+        other: the domain file of the problem, for PDDL and PKS; `path` and `other` may be exchanged. If it is
+            None, the domain is looked for in the problem file, and in `domain.pddl` or `<domain's name>.pddl` in
+            its folder.
         within: if given, no file outside of this folder is opened (links are followed first).
 
     Raises:
@@ -66,14 +67,14 @@ def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
 
 
 class Reading:
-    """One reading of files that belong together, all of one format."""
+    """Reads PDDL or PKS files that belong together, and collects the errors and warnings about them."""
 
     def __init__(self, within: Path | None) -> None:
         self.findings = Findings()
         self._within = within
 
     def problem(self, named: Sequence[str]) -> Problem | None:
-        """The problem of the files with its domain; None after a report, also if there are several problems or none."""
+        """The only problem in the files, with its domain; None after an error, as for several problems."""
         if len({type(_format_of(name)) for name in named}) > 1:
             self.findings.add(Place(named[-1], 1, 1), "the two files are of different formats")
             return None
@@ -88,7 +89,7 @@ class Reading:
         return None if domain is None else self._read(domain, problems[0])
 
     def check(self, named: Sequence[str]) -> None:
-        """Checks every definition of the files; a problem with its domain, a domain alone if no problem has it."""
+        """Checks every problem in the files together with its domain, and every domain that no problem uses."""
         definitions = [each for name in named for each in self._definitions(name)]
         used: list[Definition] = []
         for each in definitions:

@@ -1,7 +1,7 @@
 """Names and types of formulas: from expressions as they are written to terms, atoms and comparisons.
 
-One resolver for all syntaxes; a `Dialect` defines what a syntax permits, and the wording of its messages. A
-method returns None after reporting an error, and still checks the other parts of the expression.
+All syntaxes share one resolver; a `Dialect` defines what a syntax permits, and the wording of its messages.
+Methods that find an error report it, still check the other parts of the expression, and return None.
 """
 
 import math
@@ -19,10 +19,10 @@ Typed = tuple[f.Term, Kind]
 
 
 class Dialect:
-    """A syntax's rules for names and types, and its wording of faults; the defaults are those of PDDL and PKS.
+    """A syntax's rules for names and types, and its error messages; the defaults are those of PDDL and PKS.
 
     Attributes:
-        one_namespace: variables, objects, predicates and functions share names.
+        one_namespace: whether variables, objects, predicates and functions share one namespace.
         only_numbers: whether a numeral is always a number where a number is expected, even if an object has that name.
         longest_quote: the greatest number of characters of a formula in a quotation; None for no limit.
     """
@@ -40,7 +40,7 @@ class Dialect:
         here.report(node, f'"{node.text}" is a predicate: it is true or false, and no value')
 
     def no_atom(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
-        """Reports anything but a predicate in the place of an atom; `symbol` is the symbol of that name, if any."""
+        """Reports a node that is not a predicate in the place of an atom; `symbol` is its declaration."""
         raise NotImplementedError
 
     def no_function(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
@@ -55,7 +55,7 @@ class Dialect:
         here.report(node, f'"{here.quote(node)}" is no number, expected one')
 
     def no_size(self, here: "NameResolver", node: Expression, part: Expression, kind: Kind) -> None:
-        """Reports a side of a comparison by size (`<`, `<=`, …) that is not a number."""
+        """Reports `part`, a side of a comparison by size (`<`, `<=`, …), whose value is not a number."""
         here.report(part, f'"{node.kind}" compares numbers, "{here.quote(part)}" is none')
 
     def never_equal(self, here: "NameResolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
@@ -63,13 +63,13 @@ class Dialect:
         return f.Truth(node.kind == "!=", here.place(node))
 
     def wrong_count(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
-        """Reports that there are too many arguments, or too few."""
+        """Reports that a call has too many arguments or too few."""
         here.report(node, count_fault(node, symbol), here.vocabulary.declared_at(symbol))
 
     def wrong_argument(
         self, here: "NameResolver", node: Expression, number: int, symbol: Symbol, kind: Kind
     ) -> None:
-        """Reports an argument (counted from 0) of another kind than declared."""
+        """Reports that the argument `number` (counted from 0) is of another kind than declared."""
         wanted, part = symbol.arguments[number], node.parts[number]
         message = f"argument {number + 1} of {symbol.written} must be of type {one_of(wanted)}"
         message += f', "{here.quote(part)}" is of type {one_of(kind)}'
@@ -85,14 +85,14 @@ class Dialect:
 
 
 def count_fault(node: Expression, symbol: Symbol) -> str:
-    """`at takes 2 arguments, not 1`."""
+    """The message for a wrong number of arguments, such as `at takes 2 arguments, not 1`."""
     count = len(symbol.arguments)
     plural = "" if count == 1 else "s"
     return f"{symbol.written} takes {count or 'no'} argument{plural}, not {len(node.parts) or 'none'}"
 
 
 def one_of(kind: Kind) -> str:
-    """The types of a kind as text, joined by `or`: `truck or plane`."""
+    """The types of a kind as text, joined by `or`, such as `truck or plane`; an enumeration as its values."""
     return str(kind) if isinstance(kind, Values) else " or ".join(kind)
 
 
@@ -101,16 +101,16 @@ class NameResolver:
     """Resolves names and types of expressions in one scope of one file.
 
     Attributes:
-        source: the file in which it stands.
-        text: the text of the file, in which a syntax may have blanked what is no formula.
+        source: the file that contains the expressions.
+        text: the text of the file, in which text outside of formulas may be replaced by blanks.
         vocabulary: all names that are declared.
-        where: completes "unknown predicate "p" …": `in a precondition of action "pick_up"`.
+        where: the end of messages such as "unknown predicate "p" …": `in a precondition of action "pick_up"`.
         dialect: the rules of the syntax, and the wording of its messages.
-        scope: the variables that are bound here, by their names in the file.
-        free: variables that nobody binds are collected here; without it they are unknown.
-        in_update: whether this is an atom of add or del, in which no run-time variable may stand.
-        hints: remedies for names that would be known elsewhere in the same formula.
-        fallback: the remedy for unknown names that nothing is near to.
+        scope: the bound variables, by their names in the file.
+        free: the collection that receives unbound variables; if it is None, they are reported as unknown.
+        in_update: whether the expression is an atom of add or del, in which run-time variables are not allowed.
+        hints: remedies for names that are known in other parts of the same formula.
+        fallback: the remedy for unknown names without a similar known name.
     """
 
     source: SourceFile
@@ -149,7 +149,7 @@ class NameResolver:
 
     # ------------------------------------------------------------------------------------------------------- names
     def find(self, name: str) -> Symbol | None:
-        """The predicate, function or procedure of that name; where all share one namespace, anything of that name."""
+        """The predicate, function or procedure `name`; any symbol if all share one namespace."""
         bound = self.scope.get(name) if self.dialect.one_namespace else None
         return bound or self.vocabulary.symbols.get(name)
 
@@ -166,14 +166,14 @@ class NameResolver:
         return symbol
 
     def visible(self, *roles: Role) -> dict[str, tuple[str, f.Place | None]]:
-        """Signature and place of every name of one namespace with one of the roles (of all, without any)."""
+        """Signature and place of every symbol and variable in scope that has one of `roles` (empty: any role)."""
         all_of = {**self.vocabulary.symbols, **self.scope}
         signature = self.vocabulary.signature
         return {name: (signature(s), s.place) for name, s in all_of.items() if not roles or s.role in roles}
 
     # ------------------------------------------------------------------------------------------------------- terms
     def term(self, node: Expression, wanted: Kind = ANY) -> Typed | None:
-        """A term and its kind; a variable that nothing binds gets the kind `wanted`."""
+        """A term and the kind of its values; an unbound variable gets the kind `wanted`."""
         if node.kind in ARITHMETIC:
             return self._arithmetic(node)
         symbol = self._find_value(node, wanted)
@@ -276,7 +276,7 @@ class NameResolver:
         return tuple(terms) if len(terms) == len(found) else None
 
     def application(self, node: Expression) -> f.Application | None:
-        """A function applied to its arguments, the operand of Kv."""
+        """A function applied to its arguments, as in Kv(…)."""
         symbol = self.find(node.text) if node.kind in ("name", "call") else None
         if symbol is None or symbol.role != "function":
             self.dialect.no_function(self, node, symbol)
@@ -295,7 +295,7 @@ class NameResolver:
         return None if arguments is None else f.Atom(symbol.name, arguments, self.place(node))
 
     def claim(self, node: Expression) -> f.Claim | f.Truth | None:
-        """A literal or a comparison; the dialect decides whether sides that can never be equal are an error or false."""
+        """A literal or a comparison; `true` or `false` if the dialect permits sides that are never equal."""
         if node.kind in COMPARISONS:
             return self.comparison(node)
         inner = node.parts[0] if node.kind == "!" else node
@@ -308,7 +308,7 @@ class NameResolver:
         return None if atom is None else f.Literal(atom, node.kind != "!", self.place(node))
 
     def comparison(self, node: Expression) -> f.Comparison | f.Truth | None:
-        """A comparison: any values by equality, numbers by size."""
+        """A comparison of any values for equality, or of numbers by size."""
         sides = replace(self, in_update=False) if self.in_update else self  # a value may be a run-time variable
         left = sides.term(node.parts[0])
         if left is not None and isinstance(

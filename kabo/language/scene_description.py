@@ -1,7 +1,7 @@
-"""A scene as its file describes it: no mesh is opened, no URDF is read, only defaults are filled in.
+"""A scene as described in its file, with defaults filled in; no mesh or URDF has been opened.
 
-Lengths in metres, angles in radians, quaternions (x, y, z, w). Models are already copied into what uses them, and
-a problem's own bodies and regions are already merged in.
+Lengths are in metres, angles in radians, quaternions are (x, y, z, w). Models have been copied into the bodies and
+robots that use them, and the bodies and regions that a problem adds are included.
 """
 
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ class PoseDescription:
 
 @dataclass(frozen=True)
 class Feature:
-    """A point, a directed line or a plane in the frame of its owner; `direction` (unit) is along or normal."""
+    """A point, directed line or plane in its owner's frame; `direction` is that of the line or normal (unit)."""
 
     kind: Literal["point", "line", "plane"]
     origin: Vector
@@ -39,7 +39,7 @@ class Feature:
 
 @dataclass(frozen=True)
 class FeatureName:
-    """A feature as a constraint names it: `tool.tcp`, `this.axis`, `world.up`; a whole body has `feature` None."""
+    """The name of a feature in a constraint, such as `tool.tcp`; `feature` is None for a whole body."""
 
     owner: str
     feature: str | None = None
@@ -62,7 +62,7 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Stroke:
-    """A straight motion along (`sign` 1) or against (-1) a directed line, by a length within bounds [m]."""
+    """A straight motion along (`sign` 1) or against (`sign` -1) a directed line, by a length within bounds [m]."""
 
     along: FeatureName
     sign: int
@@ -74,7 +74,7 @@ class Stroke:
 class GraspFamily:
     """A family of grasps of a body; its constraints may use the roles `tool`, `this`, `world`.
 
-    `robots`: the robots that may use it; None: all that have the features used.
+    `robots`: the robots that may use the family; None: all robots that have the features in its constraints.
     """
 
     name: str
@@ -147,10 +147,11 @@ class GripperDescription:
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot; `joints` None: all movable ones that are not mimic and not the gripper's. `limits` only narrow.
+    """A robot as described in a scene file.
 
-    `analytic` is where closed-form inverse kinematics are asked for. `hulls`: the links for which
-    their convex hulls stand in bounded predicates.
+    `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
+    `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
+    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls.
     """
 
     name: str
@@ -172,7 +173,7 @@ class RobotDescription:
 
 @dataclass(frozen=True)
 class Mate:
-    """The constraints by which one part is joined to another; roles `moving`, `fixed`.
+    """The constraints by which one part is joined to another part; they use the roles `moving` and `fixed`.
 
     `tolerance`: the greatest distance of any point of the moving part from its straight insertion path [m].
     """

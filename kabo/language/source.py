@@ -1,6 +1,6 @@
 """Text files with the place (line and column) of every character.
 
-A place is computed from an offset and only when a finding needs it, so reading costs nothing for correct files.
+Line and column are computed from an offset only when a diagnostic needs them, so correct files cost no time.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ class UnreadableError(Exception):
         self.message, self.hint, self.offset, self.text = message, hint, offset, text
 
     def place(self, name: str) -> Place:
-        """The place of the fault in the file called `name`: its beginning if no offset is known."""
+        """The place of the fault in the file called `name`; the beginning of the file if no offset is known."""
         before = self.text[: self.offset or 0]
         return Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
 
@@ -47,7 +47,7 @@ class SourceFile:
         return [0, *(found.end() for found in _LINE_BREAK.finditer(self.text))]
 
     def place(self, start: int, end: int | None = None) -> Place:
-        """The place of the characters from `start` up to `end` (of their first line, if there are several)."""
+        """The place of the characters from `start` up to `end`; it ends with the first of several lines."""
         starts = self._starts
         line = bisect_right(starts, start)
         end = start + 1 if end is None else end
@@ -64,14 +64,14 @@ class SourceFile:
         return begin, end
 
     def shown_line(self, number: int) -> str | None:
-        """The line, or None if it is too long to be shown: a file may be a single line of megabytes."""
+        """The line `number` (from 1), or None if it is too long to be shown: a single line may have megabytes."""
         if not 1 <= number <= len(self._starts):
             return None
         begin, end = self.bounds(number)
         return self.text[begin:end] if end - begin <= _LONGEST_LINE else None
 
     def line(self, number: int) -> str:
-        """The line `number` (from 1) without its line break; empty behind the end."""
+        """The line `number` (from 1) without its line break; empty if the file has fewer lines."""
         if not 1 <= number <= len(self._starts):
             return ""
         begin, end = self.bounds(number)
@@ -79,12 +79,12 @@ class SourceFile:
 
 
 def beside(folder: str, written: str) -> str:
-    """The path `written` in a file that lies in `folder`, with `..` resolved by name."""
+    """The path `written`, taken relative to `folder`, with `..` removed without following links."""
     return os.path.normpath(os.path.join(folder, written))
 
 
 def lies_within(path: Path, folder: Path | None) -> bool:
-    """Whether `path` lies in `folder` once links are followed; always if there is no folder."""
+    """Whether `path`, with symbolic links followed, lies in `folder`; True if `folder` is None."""
     try:
         return folder is None or path.resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError, RuntimeError):  # a null character, a circle of links
@@ -95,7 +95,7 @@ def read_source(path: Path, name: str, most: int = MAX_BYTES, *, within: Path | 
     """The file `path` of at most `most` bytes as text, called `name` in messages; a byte order mark is dropped.
 
     Raises:
-        UnreadableError: it is missing, a folder, no ordinary file, too large, not UTF-8, or not in the folder `within`.
+        UnreadableError: the file is missing, not an ordinary file, too large, not UTF-8, or outside of `within`.
     """
     if not lies_within(path, within):
         raise UnreadableError(OUTSIDE)
@@ -111,7 +111,7 @@ def read_source(path: Path, name: str, most: int = MAX_BYTES, *, within: Path | 
 
 
 def reason_of(error: OSError | ValueError) -> str:
-    """The reason why a path cannot be opened; one wording for null characters, as Python's varies."""
+    """The reason why a path cannot be opened, as text; the text does not depend on the version of Python."""
     return (error.strerror or str(error)) if isinstance(error, OSError) else "embedded null byte"
 
 
@@ -134,7 +134,7 @@ def _read_bytes(path: Path, most: int) -> bytes:
 
 
 def missing_file_reason(path: Path) -> str | None:
-    """The reason why `path` cannot be opened as a file, or None; the file is not read."""
+    """The reason why `path` cannot be opened as a file, or None if it can; the file is not read."""
     try:
         mode = os.stat(path).st_mode
     except FileNotFoundError:

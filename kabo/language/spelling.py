@@ -1,6 +1,6 @@
-"""Formula trees as text in the language's spelling: for plans, messages and round trips.
+"""Writes formula trees as text in kabo's syntax, for plans and messages.
 
-`spell(parse(text))` parses to an equal tree. Blanks are as in `f(a, b)`, `x = y`, `not p`.
+Parsing the text of a tree gives an equal tree. Blanks are placed as in `f(a, b)`, `x = y`, `not p`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ class Manner:
     """Options for writing a tree as text.
 
     Attributes:
-        names: variable name -> the text that replaces the variable; variables not listed keep their names.
+        names: the texts that replace variables, by the variables' names; other variables keep their names.
         explicit: whether every compound part gets parentheses, and calls have their options sorted by name.
     """
 
@@ -30,16 +30,16 @@ def spell(tree: object) -> str:
     """A term, claim, formula, fact, effect or procedure call as text.
 
     Raises:
-        TypeError: `tree` is none of them.
+        TypeError: `tree` is of another type.
     """
     return spelling(tree, _AS_WRITTEN)
 
 
 def spell_bound(tree: object, binding: Mapping[str, str]) -> str:
-    """One instance of a tree as text: bound variables replaced by their values, compound parts in parentheses.
+    """One instance of a tree as text: variables have the values in `binding`, all parts are in parentheses.
 
     Raises:
-        TypeError: `tree` is none that `spell` takes.
+        TypeError: `tree` is not a term, claim, formula, fact, effect or procedure call.
     """
     return spelling(tree, Manner(binding, True))
 
@@ -51,7 +51,7 @@ def spell_number(value: float) -> str:
 
 @singledispatch
 def spelling(tree: object, how: Manner) -> str:
-    """The text of a tree; a room that adds a kind of tree registers its spelling here.
+    """The text of a tree; packages that define further types of trees register functions for them here.
 
     Raises:
         TypeError: no spelling is registered for this kind of tree.

@@ -1,7 +1,7 @@
-"""A task file as plain data with places: the tree of its stages, and the values that stand beside them [T 3.7].
+"""A task file as plain data with places: the tree of its stages, and the values of their properties [T 3.7].
 
-The meaning of a value depends on the stage that has the property. No stages are known here: values stay as
-written.
+The meaning of a value depends on the type of the stage that has the property. Types of stages are not known here,
+so values are kept as written.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean", "any")  # of a task's 
 
 @dataclass(frozen=True)
 class Word:
-    """A scalar; text that is `quoted` is never read as a number."""
+    """A scalar value as text; if it is `quoted`, it is never read as a number."""
 
     text: str
     quoted: bool
@@ -28,7 +28,7 @@ class Word:
 
 @dataclass(frozen=True)
 class PropertyReference:
-    """`<PARENT>`, `<PARENT:name>`, `<INTERFACE:name>`; without a name, the property's own."""
+    """A reference to a property of the parent or the interface, such as `<PARENT:name>`; `<PARENT>`: its own name."""
 
     source: Literal["PARENT", "INTERFACE"]
     name: str | None
@@ -63,9 +63,10 @@ class Input:
     """A property that a task declares; the inputs of a task, in order, are the arguments of its calls.
 
     Attributes:
-        kind: one of `KINDS` (`any` where the file only names the property); None after a reported error.
-        required: whether there is no default.
-        default: a value of the kind, or for `any` the value as written; None if there is no default.
+        kind: the kind of value, one of `KINDS` (`any` if the file gives only a name); None if an error was
+            reported.
+        required: whether a call must give the property, since it has no default.
+        default: the default of this kind (as written if the kind is `any`); None if there is no default.
     """
 
     name: str
@@ -80,10 +81,10 @@ class StageDescription:
     """A stage as described in a task file.
 
     Attributes:
-        type: the value of the key `stage`; None if that is missing (which was reported).
-        stages: the children of a container; None for what has no key `stages`.
-        wrapped: the child of a wrapper.
-        properties: every other key; `keys` are their places.
+        type: the value of the key `stage`; None if the key is missing, which was reported.
+        stages: the children of a container; None if there is no key `stages`.
+        wrapped: the child of a wrapper; None if the stage is no wrapper.
+        properties: the values of all other keys; `keys` are the places of these keys.
     """
 
     name: str
@@ -98,11 +99,11 @@ class StageDescription:
 
     @property
     def children(self) -> tuple["StageDescription", ...]:
-        """The stages below, wrapped or not."""
+        """The child stages: those of a container, or the one of a wrapper."""
         return (*(self.stages or ()), *(() if self.wrapped is None else (self.wrapped,)))
 
     def walk(self) -> Iterator["StageDescription"]:
-        """This stage and all below, each before its children."""
+        """This stage and all its descendants, each before its children."""
         yield self
         for child in self.children:
             yield from child.walk()
@@ -122,10 +123,10 @@ class TaskDescription:
 
 @dataclass(frozen=True)
 class ProcedureProperty:
-    """A property of a procedure, that is, of a task; `kind` is the kind of value that it takes.
+    """A property of a geometric procedure, which is a task; `kind` is the kind of its values.
 
-    Things (robot, body, region) are those of a scene; families (grasp, placement, motion_constraint) names that a
-    scene gives.
+    Values of the kinds robot, body and region are things in a scene; values of the kinds grasp, placement and
+    motion_constraint are names that a scene defines.
     """
 
     name: str
@@ -137,5 +138,5 @@ Signature = tuple[ProcedureProperty, ...]
 
 
 def spell_signature(name: str, properties: Signature) -> str:
-    """`pick(robot, object, grasp = …)`."""
+    """The signature of a procedure as text, such as `pick(robot, object, grasp = …)`."""
     return f"{name}({', '.join(each.name if each.required else f'{each.name} = …' for each in properties)})"

@@ -42,7 +42,7 @@ def variable_names(tree: object) -> set[str]:
 
 
 def substituted(tree: _Tree, terms: Mapping[str, f.Term]) -> _Tree:
-    """The tree with terms substituted for free variables; bound variables are renamed where they would capture one."""
+    """The tree with terms substituted for free variables; bound variables are renamed to avoid capture."""
     if not terms:
         return tree
     if isinstance(tree, f.Variable):
@@ -84,7 +84,7 @@ def rebound(tree: _Tree, avoided: set[str]) -> _Tree:
 
 
 def renaming(variables: Iterable[f.Variable], avoided: set[str], taken: set[str]) -> dict[str, f.Variable]:
-    """New variables for those whose names are among `avoided`; their names are not among `taken`."""
+    """New variables, with names not in `taken`, for the variables with names in `avoided`, by the old names."""
     found: dict[str, f.Variable] = {}
     taken = set(taken)
     for variable in variables:

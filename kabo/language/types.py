@@ -26,7 +26,7 @@ TEST: Kind = ("true or false",)  # what an external procedure without a value an
 
 
 class Types:
-    """A tree of types, by kabo's names. In PDDL and PKS `object` is the root of all others."""
+    """A tree of types, by their names in kabo. In PDDL and PKS `object` is the supertype of all other types."""
 
     def __init__(self) -> None:
         self.names = Names([NUMBER])
@@ -36,14 +36,14 @@ class Types:
         self.root = ""  # what a term of unknown kind is in PDDL and PKS
 
     def declare(self, original: str, place: Place | None) -> str:
-        """Declares a type without a parent yet, under a name that is free in kabo."""
+        """Declares a type that has no parent yet, under an unused name in kabo, which is returned."""
         name = self.names.take(original)
         self.root = name if original == OBJECT else self.root
         self.add(name, place, None, original)
         return name
 
     def add(self, name: str, place: Place | None, parent: str | None, original: str | None = None) -> None:
-        """Adds a type under exactly this name."""
+        """Adds a type with exactly the name `name`."""
         original = name if original is None else original
         self.known[original], self.places[original], self.parents[name] = name, place, parent
 
@@ -81,7 +81,7 @@ class Types:
         return self.is_a(one, other) or self.is_a(other, one)
 
     def common(self, kind: Kind) -> str:
-        """The nearest type that contains all types of a kind; an enumeration as text, `{red, green}`."""
+        """The nearest common supertype of all types of a kind; for an enumeration its text: `{red, green}`."""
         if isinstance(kind, Values):
             return str(kind)
         if len(kind) < 2:
@@ -93,7 +93,7 @@ class Types:
         return shared[0] if shared else kind[0]
 
     def in_order(self) -> dict[str, str | None]:
-        """Every type with its parent, parents first: as a domain file would list them."""
+        """Every type with its parent or None, in an order in which parents come before their children."""
         children: dict[str | None, list[str]] = {}
         for kind, parent in self.parents.items():
             children.setdefault(parent, []).append(kind)
@@ -107,7 +107,7 @@ class Types:
 
 
 def type_of(kind: Kind) -> str:
-    """The text of a kind: the name of its only type, or its enumeration; "" for a kind without types (unknown)."""
+    """The text of a kind: the name of its only type, or its enumeration; empty for an unknown kind."""
     return str(kind) if isinstance(kind, Values) else kind[0] if kind else ""
 
 

@@ -1,8 +1,8 @@
-"""The names that formulas may use: types, and what is declared beside them [docs/files.md#rules].
+"""The declared names that formulas may use: types, predicates, functions, objects [docs/files.md#rules].
 
-In YAML files predicates, functions, objects and variables share one namespace; in PDDL and PKS objects and variables
-have one each, and any name may have to be spelled otherwise in kabo. A name that could not be declared properly is kept
-with what is known of it, so that one mistake gives one finding.
+In YAML files predicates, functions, objects and variables share one namespace. In PDDL and PKS, objects and
+variables have a namespace each, and the name in kabo may differ from that in the file. A name with a faulty
+declaration is kept, as far as it is known, so that one mistake is reported only once.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -26,14 +26,14 @@ class Symbol:
     """The meaning of a name.
 
     Attributes:
-        role: the part of the language to which it belongs, such as predicate or function.
-        name: kabo's name of it.
-        place: the place of its declaration.
-        kind: the kind of its values; empty for a predicate.
+        role: the part of the language to which the name belongs, such as predicate or function.
+        name: the name in kabo.
+        place: the place of the declaration; None for built-in names.
+        kind: the kind of the symbol's values; empty for a predicate.
         arguments: the kinds of the arguments of a predicate, function or procedure.
         value_of: the term whose value a run-time variable has.
-        original: the name in the file, if it is another one.
-        type: for a variable the nearest type that contains its kind.
+        original: the name in the file if it differs from `name`, else None.
+        type: for a variable, the nearest common supertype of the types of `kind`.
     """
 
     role: Role
@@ -52,7 +52,7 @@ class Symbol:
 
     @property
     def description(self) -> str:
-        """The role with its article: `an object`, `a predicate`."""
+        """The role with its article, such as `an object` or `a predicate`."""
         return ("an " if self.role == "object" else "a ") + self.role
 
     @property
@@ -69,15 +69,15 @@ class Symbol:
 
 @dataclass
 class Vocabulary:
-    """All names of a domain, and of a problem on top of it.
+    """All names that are declared by a domain and by a problem for it.
 
     Attributes:
         findings: the collection that receives findings.
-        types: the types.
-        names: the namespace of kabo's names, in which every name of a PDDL or PKS file gets a free one.
-        symbols: predicates and functions by their names in the file; in YAML files all other names, too.
-        objects: the objects of PDDL and PKS files.
-        procedures: those of geometry; None: a broken file, which was reported.
+        types: the declared types.
+        names: the namespace in which every name of a PDDL or PKS file gets a unique name in kabo.
+        symbols: the predicates and functions by their names in the file; for YAML files also all other names.
+        objects: the objects of PDDL and PKS files, by their names in the file.
+        procedures: the signatures of geometric procedures; None for a faulty task file, which was reported.
     """
 
     findings: Findings
@@ -89,7 +89,7 @@ class Vocabulary:
 
     # ------------------------------------------------------------------------------------------------- declaring
     def declare(self, symbol: Symbol) -> bool:
-        """Adds a symbol to the namespace; reports it if the name is taken, which also forbids shadowing."""
+        """Adds a symbol to the namespace and returns True; if its name is already declared, reports it: False."""
         earlier = self.symbols.get(symbol.name)
         if earlier is None:
             self.symbols[symbol.name] = symbol
@@ -105,7 +105,7 @@ class Vocabulary:
         self.findings.add(symbol.place, message, hint)
 
     def check_type(self, name: str, place: Place, where: str, *also: str) -> bool:
-        """Whether `name` is a type; reports it if not, and may propose one of `also` as well."""
+        """Whether `name` is a type; if not, this is reported, and the remedy may be a type or a word of `also`."""
         known = self.types.known
         if name in known:
             return True
@@ -118,7 +118,7 @@ class Vocabulary:
         return False
 
     def report_renamed(self) -> None:
-        """Warns of every name that kabo spells otherwise than the file in an unexpected way."""
+        """Warns of every name whose spelling in kabo is not the usual one, because that is already in use."""
         places = {each.written: each.place for each in self.all_of("predicate", "function")}
         places |= {name: each.place for name, each in self.objects.items()}
         for names, at in ((self.types.names, self.types.places), (self.names, places)):
@@ -147,7 +147,7 @@ class Vocabulary:
         return symbol is not None and symbol.role == "predicate"
 
     def function(self, name: str) -> Symbol | None:
-        """The function of that name."""
+        """The function with the given name in the file; None if there is none."""
         symbol = self.symbols.get(name)
         return symbol if symbol is not None and symbol.role == "function" else None
 
@@ -162,13 +162,13 @@ class Vocabulary:
         return f"{symbol.written}({kinds})" if kinds else symbol.written
 
     def declared_at(self, symbol: Symbol) -> str | None:
-        """The remedy that shows a declaration."""
+        """The remedy that shows the declaration of a symbol and its place; None for a built-in symbol."""
         if symbol.place is None:
             return None
         return f"{self.signature(symbol)} is declared at {spell_place(symbol.place)}"
 
     def near(self, word: str, known: Iterable[str], *, all_if_few: bool = True) -> str | None:
-        """The remedy `did you mean …` for an unknown name; with its declaration if it is a predicate or function."""
+        """The remedy `did you mean …` for an unknown name; it quotes declared predicates and functions."""
         declared: dict[str, tuple[str, Place | None]] = {}
         if self.findings.may_suggest:
             declared = {
@@ -178,12 +178,12 @@ class Vocabulary:
 
     # -------------------------------------------------------------------------------------------- as a domain has them
     def predicates_of_domain(self) -> dict[str, tuple[str, ...]]:
-        """The predicates with the types of their arguments."""
+        """All predicates, by their names in kabo, with the types of their arguments."""
         common = self.types.common
         return {each.name: tuple(map(common, each.arguments)) for each in self.all_of("predicate")}
 
     def functions_of_domain(self) -> dict[str, Function]:
-        """The functions with the types of their arguments and values."""
+        """All functions, by their names in kabo, with the types of their arguments and values."""
         common = self.types.common
         found = {}
         for each in self.all_of("function"):

@@ -1,7 +1,7 @@
 """The plan room: a plan as data, its canonical file, its statistics, and its views as policy, as tree and as text.
 
-It knows the format `kabo-plan/1` (docs/plans.md) and nothing else: not who made a plan, nor whether it is right.
-Searches build plans with `PlanBuilder`, which makes equal continuations one node.
+It depends only on the format `kabo-plan/1` (docs/plans.md): not on how a plan was made, nor on whether it is
+valid. Searches build plans with `PlanBuilder`, which merges nodes with equal content and continuation.
 """
 
 from kabo.plan.builder import PlanBuilder

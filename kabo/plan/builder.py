@@ -16,8 +16,9 @@ _FIRST = {"false": 0, "true": 1}
 class PlanBuilder:
     """Hash-conses nodes: `add` returns the same handle for the same content.
 
-    Two nodes are the same if action, arguments, motion, `after`, continuations, and the starting values of the components
-    that the motion moves are the same. The last are not part of the node, so the caller passes them to `add`.
+    Two nodes are equal if their actions, arguments, motions, `after`, continuations, and the starting values of
+    the components that the motion moves are equal. Starting values are not part of a node, so `add` takes them as
+    `moved`.
     """
 
     def __init__(self) -> None:
@@ -48,7 +49,7 @@ class PlanBuilder:
         return handle
 
     def node(self, handle: str) -> Node:
-        """The node behind a handle."""
+        """The node that belongs to a handle."""
         return self._nodes[handle]
 
     def build(

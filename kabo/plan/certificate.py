@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Clearance:
-    """The least distance of one segment [m], and its two bodies; None where no body is near."""
+    """The least distance [m] between two bodies during one segment, with their names; None if no body is near."""
 
     node: str
     segment: int
@@ -23,9 +23,10 @@ class Clearance:
 class PairProof:
     """The proof that two bodies stay apart during a stretch of motion.
 
-    `first` moves. `place` is the number of the pose of `second` that is meant, 0 if it has only one. `walk` are the
-    letters of the proof's tree in depth-first order; `axes` are the numbers of its axes: first those of every `a`, three
-    little-endian int16 each, then those of every `e`, three float64 each.
+    `first` is a moving body. `place` is the index of the pose of `second` in the proof, 0 if `second` has only one
+    pose. `walk` has one letter for each node of the proof's tree, in depth-first order. `axes` are the components
+    of the separating axes: first of all nodes `a`, three little-endian int16 each, then of all nodes `e`, three
+    float64 each.
     """
 
     first: str
@@ -37,10 +38,11 @@ class PairProof:
 
 @dataclass(frozen=True)
 class StretchProof:
-    """The proofs of one stretch of a node's motion, in which the same segments are under way.
+    """The proofs for one stretch of a node's motion, during which the same segments are executed.
 
-    If the node begins before the preceding one has ended, there are also proofs that the two motions never meet: then
-    `before` are the segments of the preceding motion, and every piece of both paths is cut into `cut` parts.
+    If the node begins before the preceding node has ended, there are also proofs that the two motions do not
+    collide: then `before` are the segments of the preceding motion, and every piece of both paths is divided into
+    `cut` parts.
     """
 
     node: str
@@ -60,10 +62,11 @@ class BodyParts:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The proofs that a plan's motions are free of collision, none of which `verify` takes on trust.
+    """The proofs that a plan's motions are free of collision; `verify` checks all of them.
 
-    Pairs without a proof are more than `near` [m] apart, along an axis of the world's frame or of the link that carries
-    both. `bodies` are the parts of every mesh, by its hash. Without `proofs` it only reports clearances.
+    Pairs of bodies without a proof are more than `near` [m] apart, along an axis of the world's frame or of the
+    link that carries both bodies. `bodies` are the convex parts of every mesh, by the mesh's hash. A certificate
+    without `proofs` only reports clearances.
     """
 
     epsilon: float

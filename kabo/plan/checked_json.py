@@ -30,12 +30,12 @@ class JsonValue:
             self.findings.append(Diagnostic(self.file, 1, 1, f"{self.path}: {message}", hint))
 
     def at(self, step: str | int, value: Any) -> "JsonValue":
-        """The value of an entry of this one."""
+        """An entry of this JSON value, wrapped with its own path: `step` is the key or index of the entry."""
         path = f"{self.path}[{step}]" if isinstance(step, int) else f"{self.path}.{step}"
         return JsonValue(value, path, self.file, self.findings)
 
     def expected(self, what: str) -> None:
-        """Adds the finding that something else was expected here."""
+        """Adds the finding that `what` was expected instead of this value."""
         self.add_finding(f"expected {what}, found {_shown(self.value)}")
 
     # ---------------------------------------------------------------------------------------------- leaves
@@ -63,7 +63,7 @@ class JsonValue:
         return 0.0
 
     def index(self) -> int:
-        """This value as a number 0, 1, 2, …; anything else is a finding."""
+        """This value as a non-negative whole number; anything else is a finding."""
         if isinstance(self.value, int) and not isinstance(self.value, bool) and self.value >= 0:
             return self.value
         self.expected("a number 0, 1, 2, …")
@@ -78,7 +78,7 @@ class JsonValue:
 
     # -------------------------------------------------------------------------------------------- containers
     def items(self, least: int = 0, exactly: int | None = None) -> list["JsonValue"]:
-        """The items of this list; a finding unless it has at least `least` of them, or `exactly` so many."""
+        """The items of this list; it is a finding if there are fewer than `least`, or not `exactly` as many."""
         if not isinstance(self.value, list):
             self.expected("a list")
             return []
@@ -131,7 +131,8 @@ def read_checked(content: bytes, file: str, read: Callable[[JsonValue], _T]) -> 
     """The result of `read` for the contents of a JSON file.
 
     Raises:
-        InputError: the file is no JSON, nests deeper than `MAX_DEPTH`, has a key twice, or `read` had findings.
+        InputError: the file is not valid JSON, is nested deeper than `MAX_DEPTH`, has a duplicate key, or `read`
+            added findings.
     """
     findings: list[Diagnostic] = []
     value = _parse(content, file, findings)

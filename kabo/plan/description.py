@@ -1,4 +1,4 @@
-"""A plan as an indented text: every node once; where branches join, a reference instead of a copy."""
+"""Writes a plan as indented text, with every node once; where branches join, there is a reference."""
 
 from collections.abc import Iterator
 
@@ -6,7 +6,7 @@ from kabo.plan.plan import Node, Plan, ValueOf
 
 
 def describe(plan: Plan) -> str:
-    """The plan as text, one line for each node; a shared node is written where it comes first, and referred to later."""
+    """The plan as text, one line for each node; later occurrences of a shared node are references."""
     shown: set[str] = set()
     lines: list[str] = []
     width = max((len(name) for name in plan.nodes), default=2)

@@ -1,6 +1,6 @@
 """The plan as data: a directed acyclic graph of action, sense, branch and goal nodes with motions (docs/plans.md).
 
-Poses are in the frame of the parent, metres and radians, quaternions (x, y, z, w).
+Poses are in the frame of the parent, in metres and radians; quaternions are (x, y, z, w).
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ Arguments = Mapping[str, "str | float | ValueOf"]
 
 @dataclass(frozen=True)
 class ValueOf:
-    """A run-time argument: the value of this ground term, as the executor will know it."""
+    """An argument that is known only at run time: the value of a ground term, as the executor then knows it."""
 
     term: str
 
@@ -40,9 +40,10 @@ class StateChange:
 class Grant:
     """The reason why a contact is permitted: a claim that the verifier checks against the scene.
 
-    `grasp`: `bodies` are a gripper's link and the object, `by` is the grasp family. `support`: the object that is lifted
-    or lowered and its support, `by` is the grasp family whose `lift` the stroke is. `mate`: the moving and the fixed body,
-    `by` is the mate. `by` is None where no family declares how the object is held.
+    For the kind `grasp`, `bodies` are a link of the gripper and the object, and `by` is the grasp family. For
+    `support`, `bodies` are the object that is lifted or lowered and its support, and `by` is the grasp family that
+    declares the lifting motion. For `mate`, `bodies` are the moving and the fixed body, and `by` is the mate. `by`
+    is None if no grasp family describes how the object is held.
     """
 
     kind: Literal["grasp", "support", "mate"]
@@ -52,11 +53,12 @@ class Grant:
 
 @dataclass(frozen=True)
 class Segment:
-    """One stretch of motion: straight between way points and proportional to time between them.
+    """One stretch of motion, linear in joint space and with constant velocity between consecutive way points.
 
-    `waypoints` [m x n] follow `joints` (names in the robot's URDF), `times` [m] s from the start of the node's
-    motion; `attach` (object, link to attach to) and `detach` happen at its end. `grants` are the reasons for the
-    `allowed_contacts`.
+    `waypoints` is an array of m way points with n values, in the order of `joints` (names in the robot's URDF).
+    `times` are the m times of the way points, counted from the start of the node's motion [s]. At the end of the
+    segment, the objects in `attach` are attached to the given links, and those in `detach` are released. `grants`
+    are the reasons for the `allowed_contacts`.
     """
 
     robot: str
@@ -76,8 +78,9 @@ class Segment:
 class Node:
     """A node of a plan; `kind` decides which fields are set.
 
-    action: action, arguments, next; sense: action, arguments and `on` with `branches`, or `delivers` with `next`;
-    branch: `on`, `branches`; goal: none. `branches` maps outcomes, in their declared order, to node ids.
+    Kind `action`: action, arguments, next. Kind `sense`: action, arguments, and either `on` and `branches` or
+    `delivers` and `next`. Kind `branch`: `on` and `branches`. Kind `goal`: no fields. `branches` maps outcomes, in
+    their declared order, to node ids.
     """
 
     kind: Literal["action", "sense", "branch", "goal"]
@@ -93,15 +96,15 @@ class Node:
 
     @property
     def successors(self) -> tuple[str, ...]:
-        """The ids of the nodes that may follow, in order."""
+        """The ids of the nodes that may follow this node, in the order of the branches."""
         return tuple(self.branches.values()) if self.branches else (() if self.next is None else (self.next,))
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan; `files` are all files that were read, with their hashes, `options` the resolved options that made it.
+    """A plan; `files` are all files that were read, with their hashes, and `options` those that it depends on.
 
-    `certificate_gaps`: where a certificate was requested and could not be made, the motions that it cannot prove free.
+    `certificate_gaps` are the motions that a requested certificate cannot prove to be free of collision.
     """
 
     problem: str

@@ -1,7 +1,7 @@
-"""A plan as a policy: a function from the history of observations to the next actions, a view of the same plan.
+"""A plan as a policy: a function from the history of observations to the next actions.
 
-Between two observations a plan is deterministic. So the history of observations determines the current node, the actions
-up to the next observation, and its possible outcomes.
+Between two observations a plan is deterministic. So the history of observations determines the current node, the
+actions up to the next observation, and the possible outcomes of this observation.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from kabo.plan.plan import Node, Plan
 
 @dataclass(frozen=True)
 class Observation:
-    """An observation at run time: a fact that the plan branches on, and its outcome as plans write it."""
+    """An observation at run time: a fact on which the plan branches, and its outcome, spelled as in the plan."""
 
     fact: str
     outcome: str
@@ -23,7 +23,7 @@ History = tuple[Observation, ...]
 
 @dataclass(frozen=True)
 class Decision:
-    """The next action and sense nodes in order, and then the fact to `observe`, with its possible `outcomes`.
+    """The next action and sense nodes in order, and the fact to `observe` after them, with its `outcomes`.
 
     If `observe` is None, the goal is reached after the actions.
     """
@@ -39,9 +39,9 @@ class Decision:
 
 
 class Policy:
-    """The policy of one plan: `policy(history)` is the decision after these observations.
+    """The policy of one plan: calling it with a history of observations returns the decision after them.
 
-    Two histories with the same `place` have equal decisions from there on.
+    If `place` is equal for two histories, all later decisions are equal, too.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -56,7 +56,7 @@ class Policy:
         return self._from(self.place(history))
 
     def place(self, history: Sequence[Observation] = ()) -> str:
-        """The node from which the plan goes on after the observations.
+        """The id of the node at which the plan continues after the observations.
 
         Raises:
             ValueError: the plan cannot lead to these observations.
@@ -75,7 +75,7 @@ class Policy:
         return name
 
     def rules(self) -> Iterator[tuple[History, Decision]]:
-        """Every history with its decision, as the rows of a table, made lazily since a plan may have very many branches."""
+        """Every history with its decision, generated lazily, since a plan may have very many branches."""
         waiting: list[tuple[History, str]] = [((), self.plan.root)]
         while waiting:
             history, name = waiting.pop()

@@ -1,4 +1,4 @@
-"""Reads the plan's file: all faults of its form are reported at once, each with its JSON path.
+"""Reads the file of a plan; all errors in its form are reported at once, each with its JSON path.
 
 Only the form is checked here. The verifier judges whether ids exist, branches are complete, and motions fit their
 actions.

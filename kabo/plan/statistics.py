@@ -7,7 +7,7 @@ from kabo.plan.plan import Plan
 
 @dataclass(frozen=True)
 class PlanStatistics:
-    """Counts: action and sense nodes on the longest branch, all nodes, branches from root to goal, way points."""
+    """Counts for a plan: action and sense nodes on the longest branch, nodes, branches, way points."""
 
     plan_actions: int
     plan_nodes: int
@@ -18,8 +18,8 @@ class PlanStatistics:
 def topological_order(plan: Plan) -> list[str] | None:
     """The ids of the nodes that the root reaches, each before its successors; None if the plan has a cycle.
 
-    Successors that are no nodes of the plan are left out. Nodes that could come in any order are in that of discovery, so
-    the result is deterministic.
+    Successors that are not nodes of the plan are left out. Nodes that could come in any order are in the order of
+    discovery, so the result is deterministic.
     """
     order: list[str] = []
     open_, done = set[str](), set[str]()
@@ -44,7 +44,7 @@ def topological_order(plan: Plan) -> list[str] | None:
 
 
 def plan_statistics(plan: Plan) -> PlanStatistics:
-    """The figures of a plan.
+    """The statistics of a plan.
 
     Raises:
         ValueError: the plan has a cycle, so it has no longest branch.

@@ -9,7 +9,7 @@ MAX_LEAVES = 100_000  # of the tree; n binary observations one after the other h
 
 
 def unfold(plan: Plan, limit: int = MAX_LEAVES) -> Plan:
-    """The same plan without shared nodes: its branches are those of the plan, in the same order.
+    """The plan without shared nodes; its branches are the same and in the same order.
 
     Nodes, goals included, are numbered breadth-first; the certificate, which refers to nodes, is left out.
 

@@ -1,8 +1,8 @@
 """The canonical file of a plan: equal plans have equal bytes, so that hashes tell whether two plans are the same.
 
-Keys are sorted, there are no blanks and one line feed; numbers are written as Python's `repr`, joints rounded to 1e-9,
-times to 1e-6, never -0.0 or NaN (docs/plans.md). A plan is rounded before it is verified, so that the verifier sees the
-numbers that executors see.
+Keys are sorted; there are no blanks, and one line feed at the end. Numbers are written as by Python's `repr`,
+joint values rounded to 1e-9 and times to 1e-6, never as -0.0 or NaN (docs/plans.md). A plan is rounded before it
+is verified, so that the verifier reads the same numbers as executors.
 """
 
 import hashlib
@@ -46,7 +46,7 @@ def write_atomically(path: Path, content: bytes) -> None:
     """Writes a temporary file beside the target and renames it, so that readers see the old file or the new one.
 
     Raises:
-        OSError: the folder cannot be written; the old file is then as it was.
+        OSError: the folder cannot be written; the old file is then unchanged.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
@@ -65,7 +65,7 @@ def canonical(value: Any) -> bytes:
 
 
 def rounded(node: Node) -> Node:
-    """The node with the numbers of a file: joints rounded to 1e-9, times to 1e-6, no negative zeros."""
+    """The node with its numbers rounded as in a file: joints to 1e-9, times to 1e-6, no negative zeros."""
     after = None if node.after is None else rounded_state(node.after)
     arguments = {name: _argument(value) for name, value in node.arguments.items()}
     motion, overlap = tuple(map(_rounded_segment, node.motion)), _number(node.overlap, TIME_DECIMALS)
@@ -73,7 +73,7 @@ def rounded(node: Node) -> Node:
 
 
 def rounded_state(state: StateChange) -> StateChange:
-    """The state with the numbers of a file: joints rounded to 1e-9, no negative zeros."""
+    """The state with its numbers rounded as in a file: joints to 1e-9, no negative zeros."""
     robots = {
         robot: {joint: _number(value, JOINT_DECIMALS) for joint, value in joints.items()}
         for robot, joints in state.robots.items()
@@ -82,7 +82,7 @@ def rounded_state(state: StateChange) -> StateChange:
 
 
 def node_to_json(node: Node) -> dict[str, Any]:
-    """The node as JSON values, with only the keys of its kind."""
+    """The node as a JSON object that contains only the keys for the kind of the node."""
     node = rounded(node)
     result: dict[str, Any] = {"kind": node.kind}
     if node.kind in ("action", "sense"):

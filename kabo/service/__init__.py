@@ -1,6 +1,6 @@
 """The service: answers requests over zenoh as the command line does, with a queue, worker processes and one reply each.
 
-`Server` and `Client` load zenoh when they are first used. What a request means stands in
+`Server` and `Client` load zenoh when they are first used. Requests are executed by the functions in
 `kabo.requests`, which the command line calls, too.
 """
 

@@ -1,7 +1,7 @@
-"""The client: sends a request to a live server and, if that is lost, again to another one, with the same id.
+"""The client: sends a request to a live server and, if the server is lost, to another one with the same id.
 
-Zenoh returns no reply at all when a server is dead, absent or may not be asked. Then the client chooses another server
-among those whose liveliness tokens it sees.
+Zenoh returns no reply at all if a server is dead, absent or not accessible. Then the client chooses another one of
+the servers whose liveliness tokens it sees.
 """
 
 import json
@@ -33,7 +33,7 @@ OnProgress = Callable[[dict[str, Any]], None]
 
 @dataclass(frozen=True)
 class Reply:
-    """A server's answer: the object of `solve --json` with the id, and the plan file's bytes (None: no plan)."""
+    """A server's answer: the object that `solve --json` prints, with the id, and the plan file's bytes or None."""
 
     body: dict[str, Any]
     plan: bytes | None
@@ -66,7 +66,7 @@ class Client:
 
     Args:
         config: the configuration of the zenoh session.
-        patience_s: the time to wait for a server, or for one that is not busy [s].
+        patience_s: the time to wait for a server that is not busy [s].
     """
 
     def __init__(self, config: zenoh.Config, patience_s: float = 5.0) -> None:
@@ -95,7 +95,7 @@ class Client:
             return sorted(self._load)
 
     def status(self, server: str) -> Status | None:
-        """The status of a server; None if it does not answer, or with something else."""
+        """The status of a server; None if it gives no answer, or an answer that is not a status."""
         answer = self._ask(server, "status", b"", STATUS_TIMEOUT_S)
         return _decoded(answer, Status) if isinstance(answer, zenoh.Sample) else None
 

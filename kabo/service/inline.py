@@ -1,7 +1,7 @@
 """Problems with all their files in one message: the client packs them, a worker unpacks them into its own folder.
 
-A server opens no file only because a request names it: the files of the message are written into a temporary folder,
-and every path is checked to stay inside it before a file is opened.
+A server opens no file merely because a request names it: the files in the message are written into a temporary
+folder, and every path is checked to stay inside this folder before a file is opened.
 """
 
 import base64
@@ -24,10 +24,12 @@ class Forbidden(Exception):
 
 
 def problem_for(path: Path, domain: Path | None = None) -> Callable[[Status], dict[str, Any]]:
-    """Makes the `problem` of a request for a server's status: a path if it lies below its root, otherwise all files.
+    """A function that returns the `problem` of a request for a server with a given status.
+
+    If the problem lies below the root of the server, the result names its path; otherwise it contains all files.
 
     Raises:
-        InputError: see `pack_problem`.
+        InputError: the problem is not valid, or one of its files is named by an absolute path and cannot be sent.
     """
     packed = pack_problem(path, domain)
     named = {"path": path} if domain is None else {"path": path, "domain": domain}
@@ -42,7 +44,7 @@ def problem_for(path: Path, domain: Path | None = None) -> Callable[[Status], di
 
 
 def pack_problem(path: Path, domain: Path | None = None) -> dict[str, Any]:
-    """The `problem` of a request with every file that solving it reads, by paths relative to their common folder.
+    """The `problem` of a request, with every file that solving reads, by their paths relative to a common folder.
 
     Raises:
         InputError: the problem is not valid; or a file cannot be sent, because it is named by an absolute path.
@@ -60,7 +62,7 @@ def pack_problem(path: Path, domain: Path | None = None) -> dict[str, Any]:
 def unpack_problem(
     problem: ProblemFiles, folder: Path, between: Callable[[], None] = lambda: None
 ) -> PurePosixPath:
-    """Writes the inline files below `folder`; returns the problem file's path from there.
+    """Writes the files of a request into `folder`; returns the path of the problem file relative to `folder`.
 
     Args:
         between: called before each file; an error that it raises ends the unpacking.
@@ -84,10 +86,11 @@ def unpack_problem(
 
 
 def safe_name(name: str) -> PurePosixPath:
-    """A path of a request, as a relative path without `..`.
+    """Checks a path in a request and returns it as a relative path without `..`.
 
     Raises:
-        Forbidden: it is absolute, empty, leads out of its folder, or has characters that no file name has.
+        Forbidden: the path is absolute or empty, leads out of its folder, or has characters not allowed in file
+            names.
     """
     path = PurePosixPath(name)
     if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in name or "\0" in name:
@@ -99,7 +102,7 @@ def below(root: Path, name: str) -> PurePosixPath:
     """The path of the file `name`, relative to the server's root; symbolic links may not lead out of it.
 
     Raises:
-        Forbidden: it leads out of the root.
+        Forbidden: the path leads out of the root.
     """
     if not (root / safe_name(name)).resolve().is_relative_to(root.resolve()):
         raise Forbidden(f"the path {name!r} does not lie below the server's root")

@@ -1,8 +1,8 @@
-"""Jobs and their outcomes: equal requests are worked on once, however often and by whomever they are sent.
+"""Jobs and their outcomes: equal requests are worked on only once, however often they are sent.
 
-An id belongs to the problem and options of its request. A client that asks again joins the running job, with its
-deadline, or gets the stored outcome. Waiting requests and stored outcomes are bounded by bytes, so that a server can run
-for ever.
+An id belongs to the problem and options of its request. A client that sends a request again joins the running job,
+whose deadline stays, or gets the stored outcome. Unfinished requests and stored outcomes have limits in bytes, so
+that a server can run without end.
 """
 
 import threading
@@ -27,7 +27,7 @@ class Outcome:
 
     @property
     def size(self) -> int:
-        """The memory that storing it takes [bytes]."""
+        """The memory that the stored outcome takes [bytes]."""
         return BYTES_PER_JOB + len(self.body) + len(self.plan or b"")
 
 
@@ -36,7 +36,7 @@ Deliver = Callable[[Outcome], None]
 
 @dataclass(eq=False)
 class SolveJob:
-    """An accepted request: `deadline` on the monotonic clock [s], `digest` of its problem and options."""
+    """An accepted request; `deadline` is on the monotonic clock [s], `digest` hashes problem and options."""
 
     identifier: str
     request: bytes
@@ -64,7 +64,7 @@ class JobStore:
 
     Args:
         max_bytes: the memory limit of stored outcomes.
-        max_request_bytes: the memory limit of unfinished requests; a single one is accepted, however large.
+        max_request_bytes: the memory limit of all unfinished requests; if there are none, any request is accepted.
     """
 
     def __init__(self, max_bytes: int = 64 << 20, max_request_bytes: int = 128 << 20) -> None:
@@ -104,7 +104,7 @@ class JobStore:
         return refused
 
     def cancel(self, identifier: str) -> bool:
-        """Makes the job with this id end soon; returns whether there is one without an outcome."""
+        """Makes the unfinished job with this id end soon; returns whether there is such a job."""
         with self._lock:
             job = self._unfinished.get(identifier)
         if job is not None:

@@ -1,7 +1,7 @@
 """The keys of a server: `kabo/v1/<server>/<verb>`, never shared by two servers.
 
-A key shared by several servers would give each request to all of them. So a client chooses a server by its liveliness
-token and asks that one alone [docs/decisions/003-service.md].
+If several servers shared a key, each request would reach all of them. So a client chooses one server by its
+liveliness token and sends the request to this server only [docs/decisions/003-service.md].
 """
 
 import os
@@ -20,7 +20,7 @@ def new_server_name() -> str:
 
 
 def verb(server: str, name: str) -> str:
-    """The key of a verb (or of `alive`) of a server."""
+    """The key of a server for a verb such as `solve`, or for the liveliness token `alive`."""
     return f"{ROOT}/{server}/{name}"
 
 
@@ -30,5 +30,5 @@ def progress(server: str, identifier: str) -> str:
 
 
 def server_of(key: str) -> str:
-    """The server that a key belongs to."""
+    """The name of the server to which a key belongs."""
     return key.split("/")[2]

@@ -1,7 +1,7 @@
 """The messages of the service as data: msgspec decodes and checks them, and refuses unknown keys.
 
-The server itself reads an `Envelope` only. Problem and options stay raw bytes until a worker decodes them, so that a
-large request does not hold up the others.
+The server itself decodes only the `Envelope`. Problem and options stay raw bytes until a worker decodes them, so
+that a large request does not delay other requests.
 """
 
 import hashlib
@@ -58,18 +58,18 @@ else:
 
 
 def said(message: OptionsMessage) -> SolveOptions:
-    """The options of a message, by name."""
+    """The options in a message as a dictionary, by their names."""
     return cast("SolveOptions", msgspec.structs.asdict(message))
 
 
 class InlineFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A file of a message that is not text."""
+    """A file in a message that is not text, encoded as base64."""
 
     base64: bytes  # msgspec decodes base64 itself
 
 
 class ProblemFiles(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True, frozen=True):
-    """A problem: all its files inline, or a path below the server's root. With `files`, `path` names one of them.
+    """The problem of a request: its files inline, or a path below the server's root; `path` can name one of them.
 
     `domain` is the path of the domain file in formats whose problems do not name it (PDDL, PKS).
     """
@@ -111,7 +111,7 @@ class CancelRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Cancelled(msgspec.Struct, frozen=True):
-    """The reply to `cancel`: whether the id belongs to an unfinished job, which now ends."""
+    """The reply to `cancel`: tells whether the id belongs to an unfinished job, which then ends soon."""
 
     known: bool
 
@@ -138,14 +138,15 @@ class Status(msgspec.Struct, frozen=True):
 
 
 class Unreadable(ValueError):
-    """A message that cannot be read; the text says where and why."""
+    """The error for a message that cannot be decoded; its text says where and why."""
 
 
 def read(kind: Any, raw: bytes) -> Any:
-    """Decodes a message of a kind.
+    """Decodes a message of the type `kind` from JSON.
 
     Raises:
-        Unreadable: it is no JSON, lacks a key, has an unknown one, or a value of the wrong type or range.
+        Unreadable: the message is not JSON, lacks a key, has an unknown key, or has a value of the wrong type or
+            range.
     """
     try:
         message = msgspec.json.decode(raw, type=kind)

@@ -1,8 +1,8 @@
-"""The server: declares the keys, lets requests in, and answers every one of them.
+"""The server: declares its zenoh keys, accepts or refuses requests, and answers every request.
 
-A zenoh callback only reads the envelope and returns. An exception inside a callback would look to the client as if there
-were no such server, so every callback is wrapped and replies in any case. To add a verb: its message in messages.py, and
-its handler here among `verbs`.
+A zenoh callback only reads the envelope and returns. After an exception in a callback the client would believe
+that the server does not exist, so every callback is wrapped and replies in any case. To add a verb, add its
+message to messages.py, and its handler to `verbs` in this file.
 """
 
 import time
@@ -50,9 +50,10 @@ class ServerSettings:
     Args:
         workers: the number of worker processes.
         bound: the number of requests that may wait.
-        queue_bytes: the size of all unfinished requests; a single one is let in, however large.
-        store_bytes: the size of the outcomes that are kept for clients that ask again.
-        root: if it is given, requests may name paths below this folder.
+        queue_bytes: the size limit of all unfinished requests together; if there are none, any request is
+            accepted.
+        store_bytes: the size limit of the outcomes that are stored for clients that send a request again.
+        root: the folder below which requests may name paths; None: requests may not name paths.
         work: `module:function`; a function `warm_up` of that module is called in each worker before its first job.
     """
 
@@ -108,7 +109,7 @@ class Server:
         return self._pool.processes()
 
     def close(self, patience_s: float = 10.0) -> None:
-        """Refuses new requests, waits up to `patience_s` for the running ones, refuses the rest, and closes."""
+        """Refuses new requests, waits up to `patience_s` for running requests, refuses all others, and closes."""
         self._stopping = True  # the token stays: clients give up what they asked of a server without one
         until = time.monotonic() + patience_s
         while self._store.unfinished() and time.monotonic() < until:

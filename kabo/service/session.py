@@ -1,7 +1,7 @@
 """Zenoh sessions: peers with explicit endpoints, without scouting and without shared memory.
 
-Shared memory is off whatever a configuration file says: a receiver that waits for its processor longer than 100 ms
-loses messages silently, and a planner keeps all processors busy.
+Shared memory is off even if a configuration file enables it: a receiver that gets no processor time for more than
+100 ms loses messages silently, and a planner keeps all processors busy.
 """
 
 import json

@@ -1,7 +1,7 @@
-"""Warming up: what a worker loads and compiles before its first job, so that no request waits for it.
+"""Warming up: loads and compiles in a worker, before its first job, whatever requests would otherwise wait for.
 
-A worker solves two problems that kabo brings along, which loads every room, the libraries and the kernels of geometry.
-The kernels of large symbolic searches are called once by themselves.
+A worker solves two problems that are shipped with kabo, which loads all packages, libraries and geometric kernels.
+The kernels for large symbolic searches are called once separately.
 """
 
 from pathlib import Path

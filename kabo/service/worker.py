@@ -1,8 +1,8 @@
 """The worker process: gets one job at a time through a pipe and answers it; zenoh is never loaded here.
 
 The process is spawned, so it shares no state with the server. It ends by itself when the server has ended, even in the
-middle of a long kernel call. It sends ready (for the first time when it is warm), progress, and for each job done,
-stopped, refused or failed.
+middle of a long kernel call. It sends the messages `ready` (for the first time after warming up), `progress`, and
+for each job one of `done`, `stopped`, `refused` and `failed`.
 
 Its answer is a function of the request's bytes: what it keeps from one job to the next is keyed by content
 [kabo.content_cache], and garbage is collected and memory given back between jobs [docs/decisions/026-worker-purity.md].
@@ -38,7 +38,7 @@ TICK_S = 0.02
 
 
 class Stopped(Exception):
-    """The job was stopped at a check: "cancelled" or "deadline"."""
+    """The job was stopped at a check, for the reason "cancelled" or "deadline"."""
 
 
 class RequestRefused(Exception):
@@ -50,7 +50,7 @@ class RequestRefused(Exception):
 
 
 class Ticker:
-    """The callbacks of a job: send its progress, and check at most every 20 ms whether it has to stop."""
+    """The callbacks of a job, which send its progress and check, at most every 20 ms, whether it must stop."""
 
     def __init__(self, connection: Connection, remaining_s: float) -> None:
         self._connection = connection
@@ -76,17 +76,17 @@ class Ticker:
         return self.stopped is not None
 
     def check(self) -> None:
-        """Returns if the job may go on.
+        """Checks that the job may go on.
 
         Raises:
-            Stopped: it must stop.
+            Stopped: the job must stop.
         """
         if self.cancelled():
             assert self.stopped is not None
             raise Stopped(self.stopped)
 
     def progress(self, progress: Progress) -> None:
-        """Sends the progress of the job, every 20 ms at most."""
+        """Sends the progress of the job, at most every 20 ms."""
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + TICK_S
@@ -100,7 +100,7 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
     """Works on a request to solve: the JSON of the reply, and the plan file's bytes if there is a plan.
 
     Raises:
-        RequestRefused: the request cannot be read, or names files that it may not.
+        RequestRefused: the request cannot be read, or names files that it may not access.
         Stopped: the job was cancelled, or its deadline has passed.
     """
     try:
@@ -148,7 +148,7 @@ def _problem_in(problem: ProblemFiles, root: Path | None, ticker: Ticker) -> Ite
 
 
 def warm_up() -> None:
-    """Loads and compiles what requests need, and fills caches of what never changes."""
+    """Loads and compiles the code that requests need, and fills caches of constant values."""
     from kabo.service.warming import plan_once  # the server imports this module, too, and plans nothing
 
     plan_once()
@@ -211,7 +211,7 @@ def _tidy() -> None:
 
 
 def give_back() -> None:
-    """Gives free memory back to the system, where the C library can (glibc)."""
+    """Returns free memory to the operating system if the C library supports this (glibc)."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)

@@ -1,7 +1,7 @@
 """The pool of worker processes: a bounded queue, and for every process a thread that supervises it.
 
-A worker takes jobs as soon as it is warm. If it dies, its job has lost one of two attempts; if it does not stop in time,
-it is killed. The pool knows nothing of zenoh, and the workers know nothing of the pool.
+A worker takes jobs as soon as it has warmed up. If it dies, its job is tried a second time; if it does not stop in
+time, it is killed. The pool does not depend on zenoh, and the workers do not depend on the pool.
 """
 
 import multiprocessing
@@ -32,7 +32,7 @@ OnProgress = Callable[[SolveJob, bytes], None]
 
 
 class Pool:
-    """Worker processes that take jobs from a queue of `bound` places."""
+    """Worker processes that take jobs from a queue with room for `bound` waiting jobs."""
 
     def __init__(
         self, work: str, store: JobStore, *, workers: int, bound: int, root: Path | None, on_progress: OnProgress
@@ -49,10 +49,10 @@ class Pool:
             thread.start()
 
     def warm_up(self) -> None:
-        """Waits until every worker is warm.
+        """Waits until every worker has warmed up.
 
         Raises:
-            ServiceError: a worker has died each time that it was started.
+            ServiceError: a worker died at every attempt to start it.
         """
         for supervisor in self._supervisors:
             supervisor.tried.wait()
@@ -70,7 +70,7 @@ class Pool:
 
     @property
     def running(self) -> int:
-        """The number of workers that have a job."""
+        """The number of workers that are working on a job."""
         return sum(supervisor.busy for supervisor in self._supervisors)
 
     @property
@@ -79,7 +79,7 @@ class Pool:
         return sum(not job.started for job in self._store.unfinished())
 
     def enqueue(self, job: SolveJob) -> str | None:
-        """Puts a job into the queue; returns the code "busy" if that is full."""
+        """Puts a job into the queue; returns the error code "busy" if the queue is full, else None."""
         try:
             self._queue.put_nowait(job)
         except queue.Full:
@@ -87,7 +87,7 @@ class Pool:
         return None
 
     def close(self) -> None:
-        """Ends all worker processes; jobs without an outcome get none."""
+        """Ends all worker processes; unfinished jobs get no outcome."""
         self._closed.set()
         for supervisor in self._supervisors:
             supervisor.end()

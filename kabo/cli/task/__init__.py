@@ -10,7 +10,7 @@ COMMANDS = (plan, show, compare, stages)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The commands of `kabo task`."""
+    """Adds the subcommands of `kabo task` to the parser."""
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in COMMANDS:
         own = commands.add_parser(command.NAME, help=command.HELP, description=command.HELP)
@@ -19,5 +19,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the chosen command."""
+    """Runs the chosen subcommand and returns its exit code."""
     return int(options.run_task(options))

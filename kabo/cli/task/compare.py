@@ -1,4 +1,4 @@
-"""`kabo task compare`: shows two reports side by side, stage by stage, and what differs by more than chance."""
+"""`kabo task compare`: shows two reports stage by stage, and marks statistically significant differences."""
 
 import argparse
 from pathlib import Path
@@ -12,7 +12,7 @@ HELP = "compare two reports of runs: calls, seconds, costs and failures of every
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo task compare`."""
+    """Adds the arguments and options of `kabo task compare` to the parser."""
     parser.add_argument("first", type=Path, metavar="A.json", help="a report of `kabo task plan --repeat N -o`")
     parser.add_argument("second", type=Path, metavar="B.json", help="another one")
     parser.add_argument("--json", action="store_true", help="print the comparison as one JSON object")
@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the comparison."""
+    """Prints the comparison and returns the exit code."""
     first, second = (rooms.read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
     found = rooms.compare(first, second)
     if options.json:

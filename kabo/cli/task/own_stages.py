@@ -11,7 +11,7 @@ from kabo.errors import Diagnostic, InputError, KaboError
 
 
 def add_stages_argument(parser: argparse.ArgumentParser) -> None:
-    """The argument for Python files with user-defined stages."""
+    """Adds the argument for Python files with user-defined stages."""
     parser.add_argument(
         "--stages",
         type=Path,
@@ -26,7 +26,7 @@ def execute(paths: Sequence[Path]) -> None:
     """Executes Python files, which register their stages.
 
     Raises:
-        InputError: a file raised an error; gives its line.
+        InputError: a file raised an error; the message gives the line of the file.
     """
     for path in paths:
         spec = spec_from_file_location(path.stem, path)
@@ -39,7 +39,7 @@ def execute(paths: Sequence[Path]) -> None:
 
 @contextmanager
 def blamed(paths: Sequence[Path]) -> Iterator[None]:
-    """Turns an error that was raised in one of the files into a finding at its line, not a defect of kabo.
+    """A context that reports an error raised in one of `paths` as a finding at its line, not as a defect of kabo.
 
     Raises:
         InputError: an error was raised in one of the files, or passed through it.

@@ -18,7 +18,7 @@ HELP = "plan the task of a file, and report what each stage found"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo task plan`."""
+    """Adds the arguments and options of `kabo task plan` to the parser."""
     parser.add_argument("file", type=Path, metavar="FILE", help="the task file")
     parser.add_argument("--scene", type=Path, metavar="FILE", help="a scene file, or a problem file with a scene")
     parser.add_argument(
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Plans, writes the report and shows it; exit code 4 if no run found a solution."""
+    """Plans the task, writes and prints the report, and returns the exit code: 4 if no run found a solution."""
     with clean_standard_output():
         file = read_task_file(options)
         arguments = given_arguments(file, options.given)
@@ -85,7 +85,7 @@ def read_task_file(options: argparse.Namespace) -> "rooms.TaskFile":
     """The task file, read after the files with user-defined stages; prints its warnings.
 
     Raises:
-        InputError: all that is wrong in the file; or a file with stages cannot be executed.
+        InputError: the task file has errors, all of which are listed; or a file with stages cannot be executed.
     """
     execute(options.stages)
     file = rooms.load_task_file(options.file)
@@ -96,10 +96,10 @@ def read_task_file(options: argparse.Namespace) -> "rooms.TaskFile":
 
 
 def given_arguments(file: "rooms.TaskFile", given: list[str]) -> dict[str, Any]:
-    """The values of `--set name=value`, as the task declares them.
+    """The values given by `--set name=value`, converted to the types that the task declares.
 
     Raises:
-        InputError: properties are unknown, or texts are not of their type; names all of them.
+        InputError: properties are unknown, or values are of the wrong type; the message lists all of them.
     """
     declared = {each.name: each for each in file.inputs}
     values: dict[str, Any] = {}

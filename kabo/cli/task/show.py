@@ -1,4 +1,4 @@
-"""`kabo task show`: the structure of a task file, or what planning it found, as text or as a page."""
+"""`kabo task show`: shows the structure of a task file, or the results in a report, as text or as an HTML page."""
 
 import argparse
 from pathlib import Path
@@ -15,7 +15,7 @@ HELP = "show the stages of a task file, or what planning found (a report of `kab
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo task show`."""
+    """Adds the arguments and options of `kabo task show` to the parser."""
     parser.add_argument("file", type=Path, metavar="FILE", help="a task file, or a report (.json)")
     parser.add_argument(
         "--comments",
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the tree; reports bad input with its place, and stages that do not fit together."""
+    """Prints the structure of a task file, and its stages that do not fit, or the results of a JSON report."""
     if options.file.suffix.lower() == ".json":
         return _show_report(options)
     if options.html is not None:
@@ -76,7 +76,7 @@ def _show_structure(options: argparse.Namespace) -> int:
 
 
 def describe_inputs(file: "rooms.TaskFile") -> str:
-    """The task's signature and limits: `pick(robot, object, grasp = any); 1 solution`."""
+    """The task's signature and limits as text, such as `pick(robot, object, grasp = any); 1 solution`."""
     given = (
         each.name if each.required else f"{each.name} = {rooms.shown(rooms.default_of(each))}"
         for each in file.inputs

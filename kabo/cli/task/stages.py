@@ -12,14 +12,14 @@ HELP = "list the stages that task files may name, or the properties of one"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `kabo task stages`."""
+    """Adds the arguments and options of `kabo task stages` to the parser."""
     parser.add_argument("name", nargs="?", metavar="NAME", help="the stage whose properties are shown")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print them as one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints all stages, or the properties of one."""
+    """Prints all stages, or the properties of the chosen stage, and returns the exit code."""
     from kabo.tasks.files import registry
 
     with clean_standard_output():

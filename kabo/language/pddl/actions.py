@@ -1,7 +1,7 @@
 """Translates PDDL actions into kabo's: parameters, preconditions, effects, sensed facts, cost.
 
-Two steps, because an effect is about knowledge or about the world depending on what *any* action may make unknown:
-`read_action` collects, `build_action` decides.
+This takes two steps, because an effect changes knowledge or the world depending on which facts *any* action may
+make unknown: `read_action` reads every action, then `build_action` decides and translates.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -30,7 +30,7 @@ _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":e
 
 @dataclass
 class PddlAction:
-    """An action of a PDDL file, read but not yet built."""
+    """An action of a PDDL file that has been read, but not yet translated to kabo's form."""
 
     name: str  # kabo's
     resolver: NameResolver
@@ -42,7 +42,7 @@ class PddlAction:
 
 
 def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> PddlAction:
-    """The parts of `(:action name …)`; what is wrong is reported and left out."""
+    """Reads the parts of `(:action name …)`; faulty parts are reported and left out."""
     parts = _parts_of(document, form)
     shown = form.items[1].text if isinstance(form.items[1], Token) else name
     where = f'in action "{shown}"'
@@ -130,13 +130,13 @@ def _sensed(here: NameResolver, node: Node) -> Iterator[f.Atom]:
 # -------------------------------------------------------------------------------------------------------- building
 @dataclass(frozen=True)
 class Surmise:
-    """Facts about the whole problem that building an action depends on.
+    """Facts about the whole problem on which the translation of an action depends.
 
     Attributes:
-        vocabulary: all names.
-        unknown: the predicates and functions of which something may be unknown at some time.
+        vocabulary: all declared names.
+        unknown: the predicates and functions that may be unknown for some arguments at some time.
         cost: the function (by kabo's name) whose sum is to be minimised, if any.
-        cost_only: nothing else asks for that function.
+        cost_only: whether the function `cost` is used for nothing else.
     """
 
     vocabulary: Vocabulary
@@ -145,12 +145,12 @@ class Surmise:
     cost_only: bool = False
 
     def known(self, tree: object) -> bool:
-        """Whether everything that a tree mentions is always known."""
+        """Whether all predicates and functions in a formula tree are always known."""
         return not self.unknown & symbols(tree)
 
 
 def build_action(schema: PddlAction, surmise: Surmise) -> Action:
-    """The action in kabo's form; what kabo cannot express is reported."""
+    """The action in kabo's form; constructs that kabo cannot express are reported."""
     here, vocabulary = schema.resolver, surmise.vocabulary
     sorts: Mapping[str, str] = vocabulary.types_of_objects()
 
@@ -178,7 +178,7 @@ def build_action(schema: PddlAction, surmise: Surmise) -> Action:
 
 
 def summed(here: NameResolver, pieces: list[ConditionalEffect]) -> list[ConditionalEffect]:
-    """The effects with several changes of one number joined into one: PDDL adds them up."""
+    """The effects, in which several increases and decreases of one number are joined into their sum."""
     found: list[ConditionalEffect] = []
     joined: dict[int, int] = {}  # how many changes are one now, by where it is
     numbers: dict[object, int] = {}  # term and condition -> where its first change is

@@ -1,7 +1,8 @@
 """PDDL conditions as queries of knowledge: negations pushed inwards to the claims, then K around each claim.
 
-Where everything is known, K(p) means p and K(not p) means (not p), so this is exact. Of unknown atoms a condition
-asks more than PDDL: `(or a b)` becomes "a is known or b is known".
+For atoms that are always known, K(p) means p and K(not p) means (not p), so the translation is exact. For unknown
+atoms it is stronger than the condition in PDDL: `(or a b)` becomes "a is known to be true or b is known to be
+true".
 """
 
 from collections.abc import Callable, Iterable
@@ -27,7 +28,7 @@ _REFUSED = {
 
 
 def read_condition(here: NameResolver, node: Node, *, positive: bool = True) -> f.Formula | None:
-    """The query that a condition (or with `positive` False its negation) asks; None after a report."""
+    """The query for a condition, or for its negation if not `positive`; None if an error was reported."""
     head = node.head if isinstance(node, Form) else ""
     if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if not node.items:  # an empty condition is true
@@ -110,7 +111,7 @@ def _quantified(here: NameResolver, form: Form, positive: bool) -> f.Formula | N
 
 
 def quantified_variables(here: NameResolver, form: Form) -> list[dict[str, Symbol]]:
-    """The variables of `(forall (?x - t) body)`, see `read_variables`; none after a report."""
+    """The variables of `(forall (?x - t) body)`, as from `read_variables`; empty if an error was reported."""
     variables = form.items[1] if len(form.items) == 3 else None
     if not isinstance(variables, Form):
         here.report(form, f'expected "({form.head} (?x - type …) …)"')

@@ -1,7 +1,7 @@
-"""Addition wins: PDDL's rule for an action that adds and deletes the same atom, made part of the conditions.
+"""PDDL's rule that additions win if an action adds and deletes the same atom, made explicit in conditions.
 
-In kabo adding p and adding (not p) at once is a contradiction. So every deletion gets a condition that excludes it
-where an addition of the same atom happens. Most often that is a mere inequality of arguments.
+In kabo it is a contradiction to add p and (not p) at once. So every deletion gets a condition that excludes the
+cases in which the same atom is added. Mostly this condition is only an inequality of arguments.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -19,15 +19,15 @@ _MOST_MEETINGS = 20_000  # of one action
 
 @dataclass(frozen=True)
 class ConflictContext:
-    """Knowledge of an action that decides whether a deletion and an addition conflict.
+    """Facts about an action that decide whether one of its deletions conflicts with one of its additions.
 
     Attributes:
         types: the types of the domain.
         sorts: the type of every object.
         assumed: the action's preconditions.
-        known: a predicate on conditions: whether everything in them is always known.
-        report: called with a deletion that may meet an addition while nobody knows whether it does; True: it
-            cannot be expressed, False: it is left as it is.
+        known: a function that returns whether everything in a condition is always known.
+        report: called with a deletion for which it is unknown whether the same atom is added, and with True if the
+            deletion cannot be expressed or False if it stays unchanged.
     """
 
     types: Types
@@ -37,7 +37,7 @@ class ConflictContext:
     report: Callable[[ConditionalEffect, bool], None]
 
     def sort(self, term: f.Term) -> str | None:
-        """The type of a term, if it is a variable or an object."""
+        """The type of a term that is a variable or an object; None for other terms."""
         if isinstance(term, f.Variable):
             return term.type
         return self.sorts.get(term.name) if isinstance(term, f.Constant) else None
@@ -48,7 +48,7 @@ class ConflictContext:
         return one is None or other is None or self.types.is_a(one, other) or self.types.is_a(other, one)
 
     def narrower(self, first: f.Term, variable: f.Variable) -> bool:
-        """Whether every value of `first` is one that the variable can have."""
+        """Whether every possible value of `first` is also a possible value of the variable."""
         sort = self.sort(first)
         return sort is not None and self.types.is_a(sort, variable.type)
 
@@ -59,7 +59,7 @@ class ConflictContext:
 
 
 def additions_win(pieces: list[ConditionalEffect], around: ConflictContext) -> list[ConditionalEffect]:
-    """The effects of one action, each deletion restricted to where no addition of the same atom happens."""
+    """The effects of one action, in which each deletion happens only if the action does not add the same atom."""
     additions: dict[str, list[ConditionalEffect]] = {}
     pieces = list(dict.fromkeys(pieces))
     for piece in pieces:

@@ -77,7 +77,7 @@ def _parent(here: NameResolver, kind: Node | None) -> str | None:
 
 
 def read_kinds(here: NameResolver, node: Node | None) -> Kind | None:
-    """The types that a type specifier allows: one, or those of `(either a b)`; None after a report."""
+    """The types that a type specifier allows: a single type, or those of `(either a b)`; None after an error."""
     types = here.vocabulary.types
     if node is None:
         return (types.known[OBJECT],)
@@ -108,7 +108,7 @@ def read_predicates(here: NameResolver, section: Form | None) -> None:
 
 
 def read_functions(here: NameResolver, section: Form | None) -> None:
-    """Declares the functions of `(:functions …)`: numbers, or objects of the type behind the hyphen."""
+    """Declares the functions of `(:functions …)`; values are numbers, or objects of the type after the hyphen."""
     waiting: list[Node] = []
     nodes = [] if section is None else section.rest
     position = 0
@@ -174,12 +174,13 @@ def read_variables(here: NameResolver, nodes: list[Node], *, split: bool = True)
     """The variables of a parameter list or quantifier, by their names in the file.
 
     Args:
-        here: the names that are declared, and the variables around the list, whose names in kabo stay apart.
-        nodes: the list.
-        split: whether (either a b) gives one alternative for a and one for b.
+        here: the declared names and the variables in scope; the new variables get names in kabo that differ from
+            them.
+        nodes: the items of the parameter list.
+        split: whether a variable of type (either a b) gives one alternative with type a and one with type b.
 
     Returns:
-        The alternatives; several only if a variable is of several types.
+        The alternatives, each with all variables of the list; more than one only if a variable has several types.
     """
     alternatives: list[dict[str, Symbol]] = [{}]
     for word, kind in typed_list(here, nodes):

@@ -1,4 +1,4 @@
-"""Reads PDDL's terms and atoms as expressions; PDDL's rules for names and types, and wording of error messages."""
+"""Reads PDDL's terms and atoms as expressions; defines PDDL's rules for names and types and its error messages."""
 
 import re
 
@@ -34,7 +34,7 @@ class PddlDialect(Dialect):
             here.report(node, f'unexpected "{here.quote(node)}" {here.where}')
 
     def no_value(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
-        """Reports a predicate in the place of a term; its name alone is an unknown object."""
+        """Reports a predicate in the place of a term; a mere name is reported as an unknown object."""
         if node.kind != "call":
             self.unknown_term(here, node)
         else:
@@ -62,7 +62,7 @@ class PddlDialect(Dialect):
         super().wrong_count(here, node, symbol)
 
     def operand_fault(self, operator: str, count: int) -> str | None:
-        """The fault of a number of operands: sums and products take several, a difference may be a negation."""
+        """The message for a wrong number of operands; None if `operator` may have `count` operands."""
         most = _MOST_OPERANDS if operator in "+*" else 2
         if 1 <= count <= most and (count > 1 or operator == "-"):
             return None
@@ -70,7 +70,7 @@ class PddlDialect(Dialect):
         return f'"{operator}" takes {permitted} operands here, not {count}'
 
     def size_fault(self, term: f.Term) -> str | None:
-        """The fault of a term with too many operators: each level may have many operands."""
+        """The message for a term with too many operators; None if it has an acceptable number of them."""
         if sum(isinstance(node, f.Arithmetic) for node in nodes(term)) > _MOST_OPERATORS:
             return f"a term has at most {_MOST_OPERATORS} operators"
         return None
@@ -80,12 +80,12 @@ PDDL = PddlDialect()
 
 
 def resolver_of(document: Document, vocabulary: Vocabulary, where: str) -> NameResolver:
-    """The resolver of a part of a file, without variables."""
+    """A resolver for the names in one part of a file, with no variables in scope."""
     return NameResolver(document.source, document.source.text, vocabulary, where, PDDL)
 
 
 def expression_of(vocabulary: Vocabulary, node: Node) -> Expression:
-    """A word or form as a term; a function may have the name of an operator."""
+    """A word or form as a term; an operator is read as a function if a function of that name is declared."""
     if isinstance(node, Token):
         text, start = node.text, node.start
         kind = _KINDS.get(text[0], "name")
@@ -123,7 +123,7 @@ def read_atom(here: NameResolver, node: Node) -> f.Atom | None:
 
 
 def read_comparison(here: NameResolver, form: Form) -> f.Comparison | f.Truth | None:
-    """`(= a b)`, `(< a b)` …; what can never be equal is false."""
+    """A comparison such as `(= a b)` or `(< a b)`; an equality that can never hold becomes `false`."""
     if len(form.items) != 3:
         here.report(form, f'"{form.head}" compares two things, not {len(form.items) - 1}')
         return None

@@ -30,11 +30,12 @@ class ConditionalEffect:
     """One outcome of an action, with the condition under which it happens.
 
     Attributes:
-        variables: the outcome and its condition hold for every instance of them.
+        variables: the quantified variables; the effect happens for each of their instances that meets the
+            condition.
         condition: the condition in the state before the action.
-        outcome: a literal, or `f = v`.
-        changes: the outcome is `f = f + v`, f - v, f * v or f / v.
-        place: its place in the file.
+        outcome: a literal, or an assignment `f = v`.
+        changes: whether the assignment is relative: `f = f + v`, f - v, f * v or f / v.
+        place: the place of the effect in the file.
     """
 
     variables: tuple[f.Variable, ...]
@@ -61,7 +62,7 @@ class ConditionalEffect:
 
 
 def read_effects(here: NameResolver, node: Node) -> list[ConditionalEffect]:
-    """The conditional effects that an effect consists of; wrong ones are reported and left out."""
+    """The conditional effects into which an effect is split; faulty ones are reported and left out."""
     return list(_pieces(here, node, (), f.Truth(True)))
 
 

@@ -52,7 +52,7 @@ Node = Token | Form
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A file of forms, with the collection that receives findings about it."""
+    """A PDDL file parsed into forms, with the collection that receives errors and warnings about the file."""
 
     source: SourceFile
     findings: Findings
@@ -73,7 +73,7 @@ class Document:
 
 
 def read_forms(source: SourceFile, findings: Findings) -> Document | None:
-    """The forms of a text; None after reporting why it has none."""
+    """Parses a file into forms; None if it cannot be parsed, which is reported."""
     findings.know(source)
     outermost: list[Node] = []
     opened: list[Form] = []

@@ -1,8 +1,8 @@
 """Translates PDDL's initial states into initial knowledge: atoms that are not mentioned are known to be false.
 
-The initial effects are ordered: first all instances of every predicate become false, then the unknown atoms (those
-of `unknown`, `oneof` and `or`) lose this knowledge, then true facts and values are added, and last the
-disjunctions about unknown atoms: exactly one of them holds (oneof), or at least one (or).
+The initial knowledge is built by updates in this order: all instances of every predicate become known to be false;
+the atoms in `unknown`, `oneof` and `or` become unknown; true facts and values are added; last come the
+disjunctions that exactly one (`oneof`) or at least one (`or`) of several unknown atoms holds.
 """
 
 from collections.abc import Iterator, Sequence
@@ -39,7 +39,7 @@ class Initial:
 
 
 def read_initial(here: NameResolver, section: Form | None) -> Initial:
-    """The initial state of `(:init …)`, which holds a plain list, or one `(and …)`."""
+    """Reads the initial state from `(:init …)`, which contains a list of facts, or one `(and …)`."""
     initial = Initial()
     members: list[f.Literal] = []
     for node in [] if section is None else section.rest:
@@ -242,7 +242,7 @@ def _value(here: NameResolver, initial: Initial, form: Form, members: list[f.Lit
 
 # -------------------------------------------------------------------------------------------------------- building
 def build_initial(vocabulary: Vocabulary, initial: Initial, left_out: str | None) -> tuple[f.Effect, ...]:
-    """The initial updates, to be applied in this order; `left_out` is a function that only counts costs."""
+    """The updates that make the initial knowledge, in order; values of the function `left_out` are omitted."""
     effects: list[f.Effect] = [_all_false(vocabulary, each) for each in vocabulary.all_of("predicate")]
     forgotten = [f.Literal(atom, False, literal.place) for atom, literal in initial.unknown.items()]
     effects += _together("del", forgotten)

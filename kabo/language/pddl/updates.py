@@ -16,7 +16,7 @@ _MOST_CASES = 64
 
 @dataclass(frozen=True)
 class Disjunct:
-    """A disjunct of a condition: for some variables a part that is always known, and claims about the world."""
+    """A disjunct of a condition: quantified variables, a part that is always known, and claims about the world."""
 
     variables: tuple[f.Variable, ...] = ()
     guard: tuple[f.Formula, ...] = ()  # nothing in it can be unknown
@@ -30,7 +30,7 @@ class _CannotBeAsked(Exception):
 def updates_of(
     here: NameResolver, pieces: list[ConditionalEffect], known: Callable[[object], bool]
 ) -> tuple[f.Effect, ...]:
-    """The updates, in the order of the effects; neighbours under the same condition are joined."""
+    """The updates for conditional effects, in their order; adjacent effects with equal conditions are joined."""
     updates: list[f.Effect] = []
     for _, group in groupby(pieces, attrgetter("variables", "condition")):
         updates.extend(_updates(here, list(group), known))

@@ -1,7 +1,8 @@
-"""PKS actions, with a variant for each function whose value a parameter may have at run time.
+"""Translates PKS actions, with a variant for each function whose value a parameter may have at run time.
 
-A parameter ?x with the precondition Kv(?x) may be bound to a constant, or to a function whose value will be known:
-kabo's run-time variables name their function, so each function that fits gives an action of its own.
+In PKS, a parameter ?x with the precondition Kv(?x) may be bound to a constant, or to a function whose value will
+be known at run time. A run-time variable of kabo belongs to one function, so each possible function gives one
+action.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -37,9 +38,9 @@ def read_action(
         here: the names of the domain.
         markup: the parsed file.
         element: the element <action>.
-        name: its name in the file.
-        statements: gives the statements in an element's text.
-        names: the names of actions; new ones are taken here.
+        name: the name of the action in the file.
+        statements: a function that returns the statements in the text of an element.
+        names: the namespace of actions, in which the names of the variants are reserved.
     """
     place = markup.place(element)
     bound = _parameters(here, markup, element)

@@ -1,7 +1,8 @@
 """PKS declarations: symbols by their number of arguments (`p/1`) or by types (`p(t, u)`, `f(t):u`), constants, types.
 
-Files without types have one type, `object`; unary predicates that play the part of types stay predicates. The value
-of an untyped function is a number if it is anywhere compared or computed with numbers, else an object.
+Files without types have the single type `object`; unary predicates used like types stay predicates. The value of
+an untyped function is a number if the function is used in arithmetic or compared with numbers anywhere, else an
+object.
 """
 
 from collections.abc import Iterable, Iterator
@@ -23,7 +24,7 @@ DECLARED: tuple[Declared, ...] = ("predicate", "function")
 
 
 def read_types(markup: Markup, vocabulary: Vocabulary, elements: Iterable[Element]) -> None:
-    """Declares `object` and the types of `<types>a, b : a</types>`; without the element, those that are used."""
+    """Declares `object` and all types in the elements, such as `<types>a, b : a</types>`, with supertypes."""
     types = vocabulary.types
     types.declare(OBJECT, None)
     pairs: list[tuple[Expression, Expression | None]] = []
@@ -97,9 +98,9 @@ def read_symbols(
     Args:
         markup: the parsed file.
         vocabulary: the vocabulary that receives the symbols.
-        element: the list.
+        element: the element that lists the symbols.
         role: "predicate" or "function".
-        numeric: untyped functions whose values are numbers.
+        numeric: the untyped functions whose values are numbers.
     """
     tokens = tokens_of(markup, element.inside, element.end)
     at = 0
@@ -184,7 +185,7 @@ def _declare(markup: Markup, vocabulary: Vocabulary, token: Expression, symbol: 
 
 # --------------------------------------------------------------------------------------------- functions of numbers
 def numeric_functions(expressions: Iterable[Expression], constants: frozenset[str]) -> frozenset[str]:
-    """The names used as numbers: in arithmetic, in comparisons by size, or equated with a number.
+    """The names that are used as numbers: in arithmetic, in comparisons by size, or in equations with a number.
 
     Numbers among `constants` are names of objects.
     """

@@ -1,4 +1,4 @@
-"""PKS's rules for names and types, its wording of faults, and the binding of its variables."""
+"""PKS's rules for names and types, its error messages, and the binding of its variables."""
 
 from collections.abc import Sequence
 
@@ -49,7 +49,7 @@ PKS = PksDialect()
 def resolver_of(
     markup: Markup, vocabulary: Vocabulary, where: str, free: dict[str, Symbol] | None = None
 ) -> NameResolver:
-    """The resolver of a part of a file, without variables; `free` collects the unbound ones."""
+    """A resolver for the names in one part of a file, with empty scope; `free` collects unbound variables."""
     return NameResolver(markup.source, markup.text, vocabulary, where, PKS, free=free)
 
 

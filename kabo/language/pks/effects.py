@@ -1,4 +1,4 @@
-"""PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
+"""Translates PKS effects into kabo's updates: databases, conditions, quantifiers, numeric assignments."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,8 @@
 """The parser of PKS expressions: one grammar for queries, effects and facts.
 
-From loose to tight: `=>` (to the right), `|` and xor, `^` and `&`, `!`, comparisons, `+ -`, `* /`. A quantifier's
-body reaches as far as it can. Statements end with `;` or where the next one begins.
+Operators from lowest to highest precedence: `=>` (right-associative), `|` and xor, `^` and `&`, `!`, comparisons,
+`+ -`, `* /`. The body of a quantifier extends as far as possible. A statement ends with `;` or where the next one
+begins.
 """
 
 import re
@@ -25,7 +26,7 @@ _LEVEL_OF = {sign: level for level, signs in enumerate(_LEVELS) for sign in sign
 
 
 class Broken(Exception):
-    """Raised where the text is no expression; carries the unexpected token and what was expected."""
+    """A syntax error: the text is not an expression; carries the unexpected token and what was expected."""
 
     def __init__(self, token: Expression, expected: str) -> None:
         super().__init__(expected)
@@ -33,9 +34,9 @@ class Broken(Exception):
 
 
 def tokens_of(markup: Markup, start: int, end: int) -> list[Expression]:
-    """The words between two offsets, and an end; unknown characters are reported.
+    """The tokens between two offsets, followed by a token of kind `end`; unknown characters are reported.
 
-    The kinds are variable, number, name, sign (by one spelling each) and end.
+    The other kinds are `variable`, `number`, `name` and `sign`; signs with several spellings are unified.
     """
     found: list[Expression] = []
     for match in _TOKEN.finditer(markup.text, start, end):
@@ -58,7 +59,7 @@ def place_of(markup: Markup, piece: Span) -> Place:
 
 
 def statements(markup: Markup, start: int, end: int) -> Iterator[Expression]:
-    """The statements between two offsets; what follows a broken one up to the next `;` is left out."""
+    """The statements between two offsets; after a syntax error, the text up to the next `;` is skipped."""
     parser = _ExpressionParser(tokens_of(markup, start, end))
     while parser.skip_separators().kind != "end":
         try:
@@ -190,10 +191,10 @@ class _ExpressionParser:
 def typed_names(
     tokens: list[Expression], kinds: tuple[str, ...], *, grouped: bool = True
 ) -> list[tuple[Expression, Expression | None]]:
-    """The names of `a : t, b, c : u` with their types; if grouped, a name without one takes the next.
+    """The names of `a : t, b, c : u` with their types; if `grouped`, a name without a type has that of the next.
 
     Raises:
-        Broken: something else stands there.
+        Broken: the tokens are not a list of names with types.
     """
     found: list[tuple[Expression, Expression | None]] = []
     waiting: list[Expression] = []

@@ -1,4 +1,4 @@
-"""PKS queries as kabo's: K, Kw, Kv and their negations, connectives, quantifiers, marks of time in goals."""
+"""Translates PKS queries into kabo's: K, Kw, Kv and negations, connectives, quantifiers, temporal operators."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ _TEMPORAL = {"K0": "initially", "K*": "always", "Kn": None}
 
 
 def read_formula(here: NameResolver, node: Expression, *, goal: bool = False) -> f.Formula | None:
-    """The query of an expression; with `goal`, K0(…), K*(…) and Kn(…) may stand in it. None after a report."""
+    """The query of an expression; None after an error. With `goal`, K0(…), K*(…) and Kn(…) are allowed."""
     place = here.place(node)
     if node.kind in ("and", "group"):
         parts = _all(here, node, goal)
@@ -43,7 +43,7 @@ def read_formula(here: NameResolver, node: Expression, *, goal: bool = False) ->
 
 
 def denial(body: f.Formula, place: f.Place | None) -> f.Formula:
-    """The negation of the body."""
+    """The negation of a formula; the negation of `true` or `false` is simplified."""
     return f.Truth(not body.value, place) if isinstance(body, f.Truth) else f.Not(body, place)
 
 

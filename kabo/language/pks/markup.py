@@ -37,13 +37,13 @@ class Element:
     name_length: int = 0
 
     def all(self, name: str) -> list["Element"]:
-        """The children of that name."""
+        """The child elements with the given name."""
         return [child for child in self.children if child.name == name]
 
 
 @dataclass(eq=False)
 class Markup:
-    """A file as elements; `text` has the length of the file, without comments and entities."""
+    """A file parsed into elements; `text` is as long as the file, with comments and entities replaced."""
 
     source: SourceFile
     findings: Findings
@@ -59,7 +59,7 @@ class Markup:
         self.findings.add(self.place(element), message, hint)
 
     def stray_text(self, element: Element) -> tuple[int, int] | None:
-        """The first word of the element's own text, outside of its children; None if there is only space."""
+        """The offsets of the first word in the element's text outside of its children; None if there is none."""
         starts = [element.inside, *(child.end for child in element.children)]  # tags are blanks in the text
         ends = [*(child.start for child in element.children), element.end]
         for start, end in zip(starts, ends, strict=True):
@@ -70,7 +70,7 @@ class Markup:
 
 
 def read_markup(source: SourceFile, findings: Findings) -> Markup | None:
-    """The elements of a text; None after reporting why it has none."""
+    """Parses a file into elements; None if it cannot be parsed, which is reported."""
     findings.know(source)
     text = _without_asides(source, findings)
     if text is None:

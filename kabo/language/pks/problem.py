@@ -65,7 +65,7 @@ class PksDefinition:
         return name, self.source.place(start, start + max(1, len(name)))
 
     def all(self, name: str) -> list[Element]:
-        """The elements of that name, at any depth."""
+        """The elements with the given name, at any depth."""
         found, waiting = [], [self.element]
         while waiting:
             here = waiting.pop()

@@ -51,7 +51,7 @@ class PartialBody:
 
     @property
     def owner(self) -> Owner:
-        """The body as an owner of features, which roles of constraints refer to."""
+        """The body as an owner of features, to which roles in constraints can refer."""
         return Owner(self.name, self.features)
 
 
@@ -80,7 +80,7 @@ class BodyReader:
     def body(
         self, part: PartialBody, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
     ) -> BodyDescription | None:
-        """The body with its families; None if it has no shape, which was reported."""
+        """The body with its grasp and placement families; None if it has no shape, which was reported."""
         grasps = self._grasps(part, robots)
         placements = self._placements(part, robots, supports, regions)
         if part.shape is None:
@@ -92,7 +92,7 @@ class BodyReader:
         )  # fmt: skip
 
     def region(self, name: str, mapping: Mapping) -> RegionDescription | None:
-        """A region; whether its support exists is checked by the caller."""
+        """The region that a mapping describes; None without a shape. The caller checks its support."""
         self.reader.keys(mapping, REGION_KEYS, "a region")
         shape = self.shape(mapping, required=True, what="a region")
         pose = read_pose(self.reader, mapping.get("pose"))
@@ -101,7 +101,7 @@ class BodyReader:
 
     # ------------------------------------------------------------------------------------------------ shapes
     def shape(self, mapping: Mapping, *, required: bool, what: str) -> Shape | None:
-        """The one shape of a mapping; sizes in metres."""
+        """The shape that a mapping describes, with sizes in metres; None if it is absent or faulty."""
         given = [key for key in SHAPE_KEYS if key in mapping.entries]
         if len(given) > 1:
             place = mapping.key(given[1]).place
@@ -218,18 +218,18 @@ class BodyReader:
         return families
 
     def conjunction(self, mapping: Mapping, roles: Roles, what: str) -> tuple[Constraint, ...]:
-        """The constraints of a mapping's key `constraints`, which must be there."""
+        """The constraints under the required key `constraints` of a mapping."""
         node = self.reader.require(mapping, "constraints", what)
         return self.constraint_list(node, roles, f"a constraint of {what}")
 
     def constraint_list(self, node: YamlNode | None, roles: Roles, what: str) -> tuple[Constraint, ...]:
-        """The constraints of a list."""
+        """The constraints in a list; faulty ones are reported and left out."""
         read = [self.constraints.read(scalar, roles) for scalar in self.reader.formulas(node, what)]
         return tuple(constraint for constraint in read if constraint is not None)
 
     # ----------------------------------------------------------------------------------------------- strokes
     def stroke(self, owner: Mapping, key: str, roles: Roles) -> Stroke | None:
-        """The straight motion `{along | against: line, distance: …}` under `key`, if it is there."""
+        """The straight motion `{along | against: line, distance: …}` under `key`; None if absent or faulty."""
         mapping = self.reader.mapping(owner.get(key), f"`{key}`")
         if mapping is None:
             return None
@@ -272,7 +272,7 @@ class BodyReader:
         return values[0], values[1]
 
     def joint_values(self, node: YamlNode | None, what: str) -> dict[str, float] | None:
-        """Values of joints by name, rad or m; None if absent."""
+        """The values of joints by their names [rad or m]; None if `node` is None."""
         if node is None:
             return None
         values: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""Calls of procedures: those of geometry, and the external ones that a domain declares."""
+"""Reads calls of procedures: geometric procedures, and the external procedures that a domain declares."""
 
 from collections.abc import Sequence
 

@@ -17,7 +17,7 @@ from kabo.language.yaml.syntax import Parsed, Tree, parse
 
 @dataclass(frozen=True)
 class Owner:
-    """A thing that a role of a constraint may refer to, with its features."""
+    """A thing (body, region, tool) with features, to which a role in a constraint may refer."""
 
     name: str
     features: Mapping[str, Feature | None]  # None: something is wrong with it, which was reported
@@ -49,7 +49,7 @@ class ConstraintReader:
         return self._in_order(written, set(product(first, second)))
 
     def check_stroke_feature(self, name: FeatureName, place: Place, roles: Roles) -> bool:
-        """Whether a stroke may follow this feature: one that exists and is a line."""
+        """Whether a stroke may be along this feature, which must exist and be a line; others are reported."""
         kinds = self._kinds(name, place, roles, None)
         if kinds is None or all(kind == "line" for kind in kinds):
             return kinds is not None

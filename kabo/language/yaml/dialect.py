@@ -1,4 +1,4 @@
-"""The rules of kabo's own files for names and types (one namespace for all names), and the wording of faults."""
+"""The rules of kabo's YAML files for names and types (one namespace for all names), and their error messages."""
 
 from kabo.language import formulas as f
 from kabo.language.expressions import Expression
@@ -14,12 +14,12 @@ class YamlDialect(Dialect):
     longest_quote = None
 
     def unknown_term(self, here: NameResolver, node: Expression) -> None:
-        """Reports an unknown name or function; checks the arguments."""
+        """Reports an unknown name or function, and checks its arguments."""
         report_unknown(here, node, "name" if node.kind == "name" else "function")
         _check_arguments(here, node)
 
     def no_value(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
-        """Reports a predicate or test in the place of a term; the remedy shows how to ask a test."""
+        """Reports a predicate or test in the place of a term; the remedy shows how to write a test."""
         if symbol.role == "predicate":
             here.report(node.name, f'"{node.text}" is a predicate: it is true or false, and no value')
             return
@@ -55,11 +55,11 @@ class YamlDialect(Dialect):
             here.report(node, "a function must stand here")
 
     def no_number(self, here: NameResolver, node: Expression, kind: Kind) -> None:
-        """Reports the kind of a term that is no number."""
+        """Reports a term whose value is not a number, with the kind of its values."""
         here.report(node, f"a number must stand here, this is {with_article(kind)}")
 
     def no_size(self, here: NameResolver, node: Expression, part: Expression, kind: Kind) -> None:
-        """Reports the kind of a side that is compared by size and is no number."""
+        """Reports a side of a comparison by size whose value is not a number, with the kind of its values."""
         here.report(part, f'"{node.kind}" compares numbers, this is {with_article(kind)}')
 
     def never_equal(self, here: NameResolver, node: Expression, left: Kind, right: Kind) -> f.Truth | None:
@@ -76,7 +76,7 @@ class YamlDialect(Dialect):
     def wrong_argument(
         self, here: NameResolver, node: Expression, number: int, symbol: Symbol, kind: Kind
     ) -> None:
-        """Reports an argument of a wrong kind, by its number if there are several."""
+        """Reports an argument of a wrong kind; the message gives its number if there are several arguments."""
         what = f"argument {number + 1} of" if len(node.parts) > 1 else "the argument of"
         message = f"{what} {symbol.written} must be {with_article(symbol.arguments[number])}"
         hint = here.vocabulary.declared_at(symbol)
@@ -103,7 +103,7 @@ def report_unknown(here: NameResolver, node: Expression, what: str, *roles: Role
 
 
 def with_article(kind: Kind) -> str:
-    """`a bottle`, `an object`, `one of {oslo, rome}`."""
+    """A kind as text with its article, such as `a bottle`, `an object` or `one of {oslo, rome}`."""
     if isinstance(kind, Values):
         return f"one of {kind}"
     name = one_of(kind)

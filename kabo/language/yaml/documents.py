@@ -1,10 +1,10 @@
 """YAML documents as trees of scalars, lists and mappings with places; scalars stay text.
 
-Read from parser events with an explicit stack: libyaml's composer would overflow the C stack on deep nesting, and
-its trees would hide duplicate keys. What YAML could do beyond plain data (tags, anchors, aliases, merge keys, a
-second document) is refused where it stands, so nothing is ever expanded. Task files alone may have anchors and
-aliases [T 3.7]: an alias is the node of its anchor once more, whoever reads the tree meets it as often as it stands
-there, and the limits hold for the expanded tree (which is never made).
+The trees are built from parser events with an explicit stack: libyaml's composer would overflow the C stack on
+deep nesting, and its trees would hide duplicate keys. YAML features beyond plain data (tags, anchors, aliases,
+merge keys, a second document) are reported as errors, so nothing is ever expanded. Only task files may have
+anchors and aliases [T 3.7]: an alias refers to the same node as its anchor, so this node occurs several times in
+the tree. The limits on size apply to the expanded tree, which is never built.
 """
 
 import re
@@ -53,7 +53,7 @@ class Scalar(YamlNode):
 
 @dataclass(frozen=True, eq=False)
 class Sequence(YamlNode):
-    """A list; `flow` if it is written with brackets."""
+    """A list; `flow` is true if it is written with brackets."""
 
     items: list[YamlNode] = field(default_factory=list)
     flow: bool = False
@@ -61,7 +61,7 @@ class Sequence(YamlNode):
 
 @dataclass(frozen=True, eq=False)
 class Mapping(YamlNode):
-    """A mapping of keys to values in the order of the file; `flow` if it is written with braces."""
+    """A mapping of keys to values in the order of the file; `flow` is true if it is written with braces."""
 
     entries: dict[str, tuple[Scalar, YamlNode]] = field(default_factory=dict)
     flow: bool = False
@@ -72,7 +72,7 @@ class Mapping(YamlNode):
         return None if entry is None else entry[1]
 
     def key(self, key: str) -> Scalar:
-        """The scalar of the key itself, which has its place."""
+        """The scalar that is the key itself, for its place in the file."""
         return self.entries[key][0]
 
 
@@ -90,9 +90,9 @@ def size_of(node: YamlNode) -> int:
 
 
 def read_document(source: SourceFile, findings: Findings, *, aliases: bool = False) -> Mapping | None:
-    """The mapping that `source` consists of; None if there is none or the YAML is broken. Findings say why.
+    """Parses a YAML file into its mapping; None if it is not a mapping or not valid YAML, which is reported.
 
-    With `aliases` anchors and aliases are allowed, and an alias stands for the node of its anchor.
+    With `aliases`, anchors and aliases are allowed, and each alias is replaced by the node of its anchor.
     """
     findings.know(source)
     builder = _DocumentBuilder(source, findings, aliases)

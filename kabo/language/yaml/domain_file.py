@@ -34,7 +34,7 @@ _Read = TypeVar("_Read")
 
 @dataclass
 class DomainReading:
-    """A domain while it is read, and its vocabulary, which problems extend."""
+    """A domain that is being read, and its vocabulary, to which problems add their names."""
 
     findings: Findings
     reader: Reader
@@ -48,7 +48,7 @@ class DomainReading:
 
 
 def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None) -> DomainReading:
-    """The domain of a document; its formulas that could not be read are reported and left out.
+    """The domain that a document describes; formulas that cannot be read are reported and left out.
 
     `within`: if given, no task file outside of this folder is opened.
     """
@@ -109,14 +109,14 @@ def _declare_type(reading: DomainReading, scalar: Scalar, parent: str | None) ->
 
 
 def named(scalar: Scalar, role: Literal["constant", "object"], kind: str | None) -> Symbol:
-    """The symbol of an object or constant; without a kind its type is unknown."""
+    """The symbol of an object or constant; if `kind` is None, its type is unknown."""
     return Symbol(role, scalar.text, scalar.place, ANY if kind is None else (kind,), type=kind or "")
 
 
 def read_named_things(
     reader: Reader, vocabulary: Vocabulary, node: YamlNode | None, what: str
 ) -> Iterator[tuple[Scalar, str | None]]:
-    """Name and type of every entry of `{type: [names]}`; the type is None if there is no such one."""
+    """Every name in a mapping `{type: [names]}` with its type; the type is None if it is not declared."""
     for kind, key, value in reader.entries(node, f"the {what}s"):
         known = vocabulary.check_type(kind, key.place, f"of {what}s")
         for item in reader.items(value, f"the {what}s of a type"):

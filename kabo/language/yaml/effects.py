@@ -23,7 +23,7 @@ _TAKES = {
 def read_effects(
     here: NameResolver, node: Expression, *, world: bool = True, conditional: bool = True
 ) -> tuple[f.Effect, ...]:
-    """The effects of one string; those that are wrong are reported and left out.
+    """The effects in one expression; faulty effects are reported and left out.
 
     Args:
         here: the resolver of names in scope.

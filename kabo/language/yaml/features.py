@@ -18,7 +18,7 @@ WORLD_FEATURES: MappingType[str, Feature] = {
 
 
 def given_features(shape: Shape | None) -> dict[str, Feature]:
-    """The implicit features of a primitive."""
+    """The implicit features of a primitive shape, such as its origin and axes; none for a mesh or no shape."""
     if shape is None or shape.size is None:
         return {}
     features = {"center": Feature("point", _ZERO)}
@@ -34,7 +34,7 @@ def given_features(shape: Shape | None) -> dict[str, Feature]:
 
 
 def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | None]:
-    """The features of a mapping by name; None for each that is wrong, which is reported."""
+    """The features in a mapping by their names; None for each faulty feature, which is reported."""
     features: dict[str, Feature | None] = {}
     for name, key, value in reader.entries(node, "features"):
         reader.check_name(key, "a feature")
@@ -51,7 +51,7 @@ def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | 
 
 
 def sound_features(features: MappingType[str, Feature | None]) -> dict[str, Feature]:
-    """The features that were read without errors; the others are None in `features`."""
+    """The features that were read without errors; faulty features, which are None in `features`, are left out."""
     return {name: feature for name, feature in features.items() if feature is not None}
 
 

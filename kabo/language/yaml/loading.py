@@ -117,7 +117,7 @@ _TELLING = {
 
 
 def kind_of(root: Mapping) -> str | None:
-    """The kind of a document, by the keys that only one kind of file has; None if it has none of them."""
+    """The kind of a document, judged by keys that only one kind of file has; None if it has no such key."""
     keys = root.entries.keys()
     for kind, telling in _TELLING.items():
         if keys & telling:
@@ -151,7 +151,7 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
 
 
 def load_scene_description(path: str | Path, *, within: Path | None = None) -> SceneDescription:
-    """The description of a scene file, or of the scene of a problem file with what the problem adds.
+    """The description of the scene in a scene file, or of a problem's scene with the bodies that the problem adds.
 
     Args:
         path: the file.
@@ -195,7 +195,7 @@ def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
 
 
 def own_task_files(path: str | Path) -> list[str]:
-    """The task files that belong to a file without errors: itself, or those beside a domain that its calls name."""
+    """The user's task files that a file depends on: itself if it is one, or those that its domain calls."""
     loading = _Loading()
     name = os.fspath(path)
     root = loading.document(name, aliases=True)

@@ -1,7 +1,7 @@
 """Paths in files: relative to the file that names them, or `package://NAME/…` [docs/files.md#rules].
 
-`packages: {NAME: installed}` is the folder `share/NAME` that an installed package has brought along, such as
-example-robot-data of the extra `robots`.
+`packages: {NAME: installed}` refers to the folder `share/NAME` of an installed Python package, such as
+example-robot-data, which the extra `robots` installs.
 """
 
 import sys
@@ -50,7 +50,7 @@ def read_packages(reader: Reader, node: YamlNode | None) -> dict[str, Path]:
 
 
 def read_file_path(reader: Reader, node: YamlNode | None, what: str, packages: Mapping[str, Path]) -> Path | None:
-    """The path of a file that must exist; reported at the scalar if it does not (the path is returned even so)."""
+    """The path of a file; if the file does not exist, this is reported and the path is returned nevertheless."""
     text = reader.text(node, what)
     if text is None or node is None:
         return None

@@ -31,7 +31,7 @@ def quaternion_of_rpy(rpy: Vector) -> Quaternion:
 def read_pose(reader: Reader, node: YamlNode | None) -> PoseDescription:
     """The pose that a mapping describes, with defaults for absent keys.
 
-    Its `place`, for messages, is where the file names the frame, or the mapping if it names none.
+    The `place` of the pose, used in messages, is that of the frame's name, or of the mapping if it names no frame.
     """
     mapping = reader.mapping(node, "a pose")
     if mapping is None:
@@ -70,7 +70,7 @@ def _orientation(reader: Reader, mapping: Mapping) -> Quaternion:
 
 @dataclass(frozen=True)
 class Framed:
-    """A thing with a pose; `place` is that of the name of its frame."""
+    """A thing with a pose; `place` is the place where the file names its frame."""
 
     frame: str
     place: Place
@@ -80,12 +80,12 @@ def check_frames(
     things: MappingType[str, Framed], robots: MappingType[str, object], regions: MappingType[str, object],
     findings: Findings,
 ) -> None:  # fmt: skip
-    """Reports frames that do not exist and frames that form a circle.
+    """Reports frames that do not exist, and frames that depend on each other in a cycle.
 
     Args:
         things: everything that has a pose, robots included.
         robots: the robots of the scene.
-        regions: the regions; they are no frames.
+        regions: the regions of the scene, which cannot be used as frames.
         findings: the collection that receives findings.
     """
     for name, thing in things.items():

@@ -1,4 +1,4 @@
-"""Problem files: objects, what they add to the scene, initial knowledge, goal, options [docs/files.md#problem]."""
+"""Problem files: objects, additions to the scene, initial knowledge, goal, options [docs/files.md#problem]."""
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType
@@ -33,9 +33,10 @@ BUDGET_KEYS = tuple(path[1] for path in _SAID if path[0] == "budget")
 def read_problem(
     root: Mapping, domain: DomainReading | None, scene: SceneReading | None, findings: Findings
 ) -> Problem | None:
-    """The problem of a document; None (after reports) if its domain is unknown.
+    """The problem that a document describes; None if `domain` is None, after errors have been reported.
 
-    Without a domain the formulas are only parsed: none of their names can be known. `files` is left empty.
+    Without a domain, formulas are only parsed, because their names cannot be resolved. `Problem.files` is left
+    empty.
     """
     reader = Reader(findings)
     reader.keys(root, PROBLEM_KEYS, "a problem")

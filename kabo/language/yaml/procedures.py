@@ -1,7 +1,7 @@
 """The geometric procedures that a domain may call: each is a task file, whose declared properties are its arguments.
 
-Task files beside the domain take precedence over those of kabo's library [docs/tasks.md]. Only the declared
-properties are used here; `kabo.tasks` interprets the stages. A file is opened when its name is called.
+Task files in the domain's folder take precedence over those of kabo's library [docs/tasks.md]. Only the declared
+properties are used here; `kabo.tasks` interprets the stages. A task file is opened when its procedure is called.
 """
 
 import os
@@ -20,11 +20,11 @@ TASK_LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
 
 
 class ProcedureSignatures(Mapping[str, Signature | None]):
-    """The signature of each procedure by its name; None for a task file that is broken, which was reported.
+    """The signatures of all procedures by name; None for a procedure whose task file is faulty, which is reported.
 
     Args:
-        folder: the domain's folder as messages name it; None for the library alone.
-        findings: the collection that receives the faults of the task files that are called.
+        folder: the domain's folder, as written in messages; None if only the library is used.
+        findings: the collection that receives errors in the task files of called procedures.
         within: if given, no file outside of this folder is opened.
     """
 
@@ -101,7 +101,7 @@ def library_signature(name: str) -> Signature:
     """The signature of a task of the library.
 
     Raises:
-        KeyError: it has none of that name.
+        KeyError: the library has no task of this name.
     """
     if name not in library_names():
         raise KeyError(name)

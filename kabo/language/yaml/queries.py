@@ -1,4 +1,4 @@
-"""Formulas of knowledge: expressions of the start symbol `formula`, resolved into queries."""
+"""Reads queries of knowledge from expressions that were parsed with the start symbol `formula`."""
 
 from collections.abc import Callable
 
@@ -12,9 +12,9 @@ from kabo.language.yaml.calls import read_call, read_test
 
 
 def read_formula(here: NameResolver, node: Expression, *, temporal: bool = False) -> f.Formula | None:
-    """The formula of an expression; with `temporal`, initially(…) and always(…) may stand in it (goals).
+    """The formula of an expression; with `temporal`, as in goals, initially(…) and always(…) are allowed.
 
-    Returns None after reporting what is wrong; parts beside a wrong one are still checked.
+    Returns None if an error was reported; the other parts of the expression are checked even so.
     """
     place = here.place(node)
     if node.kind in ("true", "false"):
@@ -35,7 +35,7 @@ def read_formula(here: NameResolver, node: Expression, *, temporal: bool = False
 
 
 def read_variables(here: NameResolver, node: Expression) -> tuple[tuple[f.Variable, ...], NameResolver]:
-    """The variables of a quantifier, and a resolver with them in scope."""
+    """The variables of a quantifier, and a resolver that has these variables in scope."""
     found: dict[str, Symbol] = {}
     variables: list[f.Variable] = []
     for name, kind in node.variables:

@@ -31,7 +31,7 @@ class RobotReader:
     tools: dict[str, Owner] = field(default_factory=dict)  # of every robot and robot model read
 
     def robot(self, name: str, mapping: Mapping, model: str | None, *, complete: bool) -> RobotDescription | None:
-        """A robot, or a model of one, which need not be `complete`; None without a URDF."""
+        """The robot that a mapping describes; None without a URDF, which is reported if it must be `complete`."""
         reader = self.reader
         node = reader.require(mapping, "urdf", "a robot") if complete else mapping.get("urdf")
         urdf = read_file_path(reader, node, "URDF", self.packages)

@@ -1,6 +1,6 @@
-"""Scene files, and what a problem adds to them [docs/files.md#scene].
+"""Scene files, and the bodies and regions that a problem adds to them [docs/files.md#scene].
 
-Features are known before the constraints that name them: first robots, shapes and features, then families.
+Robots, shapes and features are read first; then families, whose constraints name features.
 """
 
 import re
@@ -39,7 +39,7 @@ _CONTACT = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
 
 @dataclass
 class SceneReading:
-    """A scene being read, and the facts about it against which problems are checked afterwards."""
+    """A scene that is being read, with the facts about it that are needed to check problems afterwards."""
 
     findings: Findings
     reader: Reader
@@ -97,7 +97,7 @@ def read_scene(
 def with_model(
     reading: "SceneReading", mapping: Mapping, models: MappingType[str, Mapping]
 ) -> tuple[Mapping, str | None]:
-    """The mapping completed by the keys of its `model`, and the model's name."""
+    """The mapping with absent keys taken from its `model`, and the model's name, or None without one."""
     reader = reading.reader
     name = reader.text(mapping.get("model"), "`model`")
     if name is None:

@@ -1,7 +1,7 @@
 """The parser of formulas: from text to expressions by the grammar kabo.lark, with exact places and remedies.
 
-The parser gets the source text between the scalar's marks with header and quotes blanked, not the value that YAML
-folds from it, so that an offset in the formula is an offset in the file.
+The parser reads the text of the scalar in the file (with quotes and block header replaced by blanks), not the
+value that YAML makes of it, so that an offset in the formula is an offset in the file.
 """
 
 import re
@@ -118,7 +118,7 @@ _OF_RULES = {"negation": "not", "denial": "!"}
 
 
 def expression_of(parsed: Parsed, tree: Tree) -> Expression:
-    """A parse tree of the start symbols formula, effect, procedure or value; other rules keep their names as kinds."""
+    """The expression of a parse tree; grammar rules without a reader of their own give their name as its kind."""
     start, end = parsed.span(tree)
     return _READ.get(str(tree.data), _plain)(parsed, tree, start, end)
 
@@ -166,7 +166,7 @@ def _argument(parsed: Parsed, tree: Tree, start: int, end: int) -> Expression:
 
 
 def word(parsed: Parsed, token: Token) -> Expression:
-    """A single token."""
+    """The expression of a single token: a number or a name."""
     start, end = parsed.span(token)
     return Expression("number" if token.type == "NUMBER" else "name", str(token), start, end)
 

@@ -1,6 +1,6 @@
 """Task files: declared properties, and the tree of stages, as plain data with places [T 3.7, docs/tasks.md#task-files].
 
-Which stages there are and what their properties mean is not known here; the task room checks that.
+The types of stages and the meanings of their properties are not known here; the package `kabo.tasks` checks them.
 """
 
 import re
@@ -37,10 +37,10 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 
 
 def load_task_description(path: Path, name: str | None = None) -> TaskDescription:
-    """The task of a file, called `name` in messages.
+    """The task that a file describes; the file is called `name` in messages.
 
     Raises:
-        InputError: with every finding.
+        InputError: the file has errors; all of them are listed.
     """
     findings = Findings()
     task = find_task(path, name or str(path), findings)
@@ -50,7 +50,7 @@ def load_task_description(path: Path, name: str | None = None) -> TaskDescriptio
 
 
 def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | None:
-    """The task of a file, or None after reports."""
+    """The task that a file describes; None if it cannot be read, which is reported."""
     try:
         source = read_source(path, name)
     except UnreadableError as error:
@@ -60,13 +60,13 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
 
 
 def read_task_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
-    """The task that `source` describes, or None after reports."""
+    """The task that `source` describes; None if it cannot be read, which is reported."""
     root = read_document(source, findings, aliases=True)
     return None if root is None else read_task(root, findings)
 
 
 def read_task(root: Mapping, findings: Findings) -> TaskDescription:
-    """The task of a document that was read with aliases."""
+    """The task that a document describes; the document must have been read with `aliases`."""
     reading = _Reading(findings)
     return reading.task(root)
 

@@ -1,6 +1,6 @@
-"""Readers of scalars and mappings: the key decides what a scalar means, never the look of the word.
+"""Readers of scalars and mappings: the key of a scalar decides its type, never the form of its text.
 
-Every reading returns the value, or None after having reported what is wrong.
+Every method returns the value that it reads, or None after it has reported an error.
 """
 
 import math
@@ -24,7 +24,7 @@ _Word = TypeVar("_Word", bound=str)
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads values from nodes; faults go to `findings`.
+    """Reads values from nodes of a YAML file; errors are reported to `findings`.
 
     `within`: if given, no file outside of this folder is accessed.
     """
@@ -34,7 +34,7 @@ class Reader:
 
     # --------------------------------------------------------------------------------------------- structure
     def mapping(self, node: YamlNode | None, what: str) -> Mapping | None:
-        """The node as a mapping; None if absent, empty or something else."""
+        """The node if it is a mapping; None if it is absent, empty, or something else, which is reported."""
         if isinstance(node, Mapping) or node is None:
             return node
         if not (isinstance(node, Scalar) and node.empty):
@@ -42,7 +42,7 @@ class Reader:
         return None
 
     def entries(self, node: YamlNode | None, what: str) -> Iterator[tuple[str, Scalar, YamlNode]]:
-        """Key, its scalar, and value of every entry of a mapping; nothing if absent."""
+        """The key, the key's scalar and the value of every entry of a mapping; nothing if the node is absent."""
         mapping = self.mapping(node, what)
         for key, (scalar, value) in {} if mapping is None else mapping.entries.items():
             yield key, scalar, value
@@ -59,7 +59,7 @@ class Reader:
             self.findings.add(scalar.place, f'unknown key "{key}" of {what}', hint)
 
     def require(self, mapping: Mapping, key: str, what: str, at: YamlNode | None = None) -> YamlNode | None:
-        """The value of a key that must be there and not empty."""
+        """The value of a required key, which must not be empty; None if it is, which is reported."""
         node = mapping.get(key)
         if node is None:
             place = (at or mapping).place
@@ -81,7 +81,7 @@ class Reader:
         return [node]
 
     def formulas(self, node: YamlNode | None, what: str) -> list[Scalar]:
-        """The formulas of a list; a formula split by the commas of a flow list is reported with this cause."""
+        """The formulas in a list; formulas that the commas of a YAML flow list have split are reported as such."""
         found: list[Scalar] = []
         open_parentheses = 0
         flow = isinstance(node, Sequence) and node.flow
@@ -115,7 +115,7 @@ class Reader:
 
     # ----------------------------------------------------------------------------------------------- scalars
     def scalar(self, node: YamlNode | None, what: str) -> Scalar | None:
-        """The node as a scalar with some text."""
+        """The node if it is a scalar that is not empty; otherwise None."""
         if node is None:
             return None
         if not isinstance(node, Scalar):
@@ -134,12 +134,12 @@ class Reader:
         return None if scalar is None else scalar.text
 
     def name(self, node: YamlNode | None, what: str) -> str | None:
-        """A name of the language; the right spelling is proposed for a wrong one."""
+        """A valid name in kabo; for an invalid name the report suggests a valid spelling."""
         scalar = self.scalar(node, what)
         return scalar.text if scalar is not None and self.check_name(scalar, what) else None
 
     def check_name(self, scalar: Scalar, what: str) -> bool:
-        """Whether the scalar is a name that may be declared; reports if not."""
+        """Whether the scalar is a name that may be declared; if not, this is reported."""
         word = scalar.text
         if word in RESERVED:
             self.findings.add(scalar.place, f'"{word}" is a word of the language and cannot be the name of {what}')
@@ -170,11 +170,11 @@ class Reader:
         return math.radians(value) if found[2] else value + 0.0
 
     def epsilon(self, node: YamlNode | None, what: str) -> float | None:
-        """A tolerance that geometric predicates can keep [m]."""
+        """A tolerance within the range that bounded geometric predicates support [m]."""
         return self.between(node, what, SMALLEST_EPSILON, LARGEST_EPSILON, "m")
 
     def between(self, node: YamlNode | None, what: str, least: float, most: float, unit: str) -> float | None:
-        """A number between two bounds above zero."""
+        """A number above zero that is at least `least` and at most `most`, in `unit`."""
         value = self.positive(node, what)
         if value is not None and node is not None and not least <= value <= most:
             span = f"between {least:g} and {most:g} {unit}"
@@ -196,7 +196,7 @@ class Reader:
         return values if all(near) else None
 
     def sensible(self, node: YamlNode, what: str, value: float | None, least: float = 0.0) -> bool:
-        """Whether a length is possible in a scene [m]; reports if not."""
+        """Whether the size of a length is at least `least` and possible in a scene [m]; else this is reported."""
         if value is not None and abs(value) > FARTHEST:
             hint = "lengths are metres; move the scene to its origin"
             self.findings.add(node.place, f"{what} reaches farther than {FARTHEST:g} m: {value:g}", hint)
@@ -228,7 +228,7 @@ class Reader:
         return int(word)
 
     def boolean(self, node: YamlNode | None, what: str) -> bool | None:
-        """`true` or `false`."""
+        """A truth value, written `true` or `false`."""
         scalar = self.scalar(node, what)
         if scalar is None:
             return None
