@@ -40,7 +40,8 @@ def greatest_overlap(
     Args:
         context: the context of the geometry server.
         first, second: motions of different robots with different objects.
-        most: the greatest permitted overlap [s]; it may begin in the middle of a segment.
+        most: the greatest permitted overlap [s]; only an overlap of this length may start
+            within a segment of the first motion.
     """
     legs, others = legs_of(context, *_of(first)), legs_of(context, *_of(second))
     if legs is None or others is None:

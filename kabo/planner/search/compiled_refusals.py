@@ -25,7 +25,8 @@ Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
 class LearntTask:
     """A finite-domain task with compiled refusals, and for each operator the attempt at its call.
 
-    `whole`: whether the task includes every attempt that is still possible.
+    `whole`: whether all variants of the operators are included; if not, the task may be unsolvable although a plan
+    exists.
     """
 
     compiled: CompiledTask
