@@ -1,4 +1,4 @@
-"""Counterfactuals: a few changes of the problem that its failures suggest, each solved from scratch."""
+"""Counterfactuals: changes of a problem that its failed calls suggest, each of them solved from scratch."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -33,7 +33,11 @@ USED_FACTOR = 4  # times what the problem itself used
 
 @dataclass(frozen=True)
 class TrialBudget:
-    """The budget for solving changed problems: samples and expansions allowed and used, and the remaining seconds."""
+    """The budget for solving changed problems: limits, use by the original run, and the seconds left.
+
+    `samples` and `expansions` are the limits of the run on the original problem, `used_samples` and
+    `used_expansions` what that run used.
+    """
 
     samples: int
     expansions: int
@@ -44,7 +48,7 @@ class TrialBudget:
 
     @property
     def share(self) -> tuple[int, int]:
-        """The samples and expansions that one change may use."""
+        """The greatest numbers of samples and of expansions for solving the problem with one change."""
         samples = min(self.samples // BUDGET_DIVISOR, max(MIN_SAMPLES, USED_FACTOR * self.used_samples))
         return samples, min(
             self.expansions // BUDGET_DIVISOR, max(MIN_EXPANSIONS, USED_FACTOR * self.used_expansions)
@@ -54,7 +58,7 @@ class TrialBudget:
 def candidates(
     problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding], most: int = MAX_CHANGES
 ) -> list[Change]:
-    """The changes that the failures suggest, the most promising first."""
+    """The changes that the failed calls suggest, the most promising first; at most `most` of them."""
     needed = [finding for finding in findings if not finding.dispensable] or list(findings)
     found = list(dict.fromkeys(_suggested(problem, surroundings, needed)))
     return found[:most]
@@ -94,14 +98,14 @@ def tried(
     means: TrialBudget,
     **options: Any,
 ) -> list[Counterfactual]:
-    """The result of each change: those with a plan first, by their number of actions, then the others in order.
+    """The results of solving the problem with each change alone: solved ones first, the shortest plans leading.
 
     Args:
-        problem: the problem to be changed.
-        surroundings: the geometry of its scene.
+        problem: the problem without changes.
+        surroundings: the geometry of the problem's scene.
         changes: the changes to try, from `candidates`.
-        means: the budget of all changes together.
-        options: the options of `solve` with which the problem itself was solved.
+        means: the budget for all changes together; changes are left out once its time is spent.
+        options: the options of `solve` with which the unchanged problem was solved.
     """
     found = []
     for number, change in enumerate(changes):

@@ -1,9 +1,9 @@
 """Explains, as sentences for users, why a problem has no plan, and which parts of it are useless.
 
-`explain` grounds the whole problem and uses the delete relaxation first: conjuncts of the goal that it does not reach are
-proven to be out of reach, whatever geometry says, and have root causes. Otherwise it searches; and only if there is a
-symbolic plan does it ask for motions. If there are none, it examines the failed calls, and tries what single changes of
-the problem would do.
+`explain` grounds the whole problem and first computes the delete relaxation. Goal conjuncts that the relaxation
+does not reach are proven unreachable, whatever geometry says, and their root causes are reported. If the
+relaxation reaches the whole goal, `explain` searches for a symbolic plan, and if there is one, for motions. If
+there are no motions, it examines the failed calls and solves the problem again with single changes.
 """
 
 from collections.abc import Callable, Mapping
@@ -48,14 +48,14 @@ Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
 
 @dataclass(frozen=True)
 class Explanation:
-    """What `kabo explain` says.
+    """The explanation that `kabo explain` prints.
 
-    `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or neither (`exhausted`: the budget was
-    spent, or kabo would have to reason by cases);
-    `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
-    relaxation; `reachable` says whether all of the goal is in the last one. `findings` describe procedures that
-    failed, `counterfactuals` changes that were tried. Where kabo's knowledge is not `complete`, what can never be
-    known is so only as far as kabo's knowledge goes.
+    `verdict`: `solvable` (there is a plan), `proved` (there is proven to be none), `exhausted` (neither: the
+    budget was spent, or the answer would need reasoning by cases), or `invalid` (the files cannot be read).
+    `summary`: one to three sentences. `layers`: the number of layers of the delete relaxation. `reachable`:
+    whether the last layer contains the whole goal. `findings`: the procedure calls that failed. `counterfactuals`:
+    the changes that were tried. `complete`: whether kabo's reasoning about knowledge is complete for this problem;
+    if not, "never holds" and "never known" are not proven.
     """
 
     verdict: Verdict
@@ -88,7 +88,7 @@ class Explanation:
         return "\n".join(lines)
 
     def nearest(self, goal: UnreachableGoal) -> str:
-        """A clause that names the last layer of the delete relaxation that came nearer to an unreachable goal conjunct."""
+        """A clause naming the last layer of the delete relaxation that came nearer to an unreachable goal."""
         if not goal.layer:
             return "which nothing brings nearer"
         return f"which nothing brings nearer after layer {goal.layer} of {self.layers}"
@@ -106,23 +106,25 @@ def explain(
     geometry: bool = True,
     **options: "Unpack[ExplainOptions]",
 ) -> Explanation:
-    """The explanation why a problem has no plan, or that it has one, and which parts of it are useless.
+    """The reasons why a problem has no plan, or that it has one; and the parts of the problem that are useless.
 
     Args:
         problem: a problem whose names have been checked.
         search: the search algorithm if the relaxation reaches the goal; as for `solve`.
-        max_expansions: nodes that this search expands at most.
-        timeout: seconds after which it gives up.
-        memory: bytes that this process may hold before it gives up (None: half of what there is).
+        max_expansions: the greatest number of nodes that the search expands.
+        timeout: the number of seconds after which the work ends without an answer.
+        memory: bytes that this process may hold before the work ends (None: half of the available memory).
         cancelled: called periodically; True ends the work soon.
-        procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
-            procedure is then taken to succeed.
-        geometry: whether to ask for motions as well, if the problem has a scene; else calls are assumed to succeed.
-        options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of solving with
-            geometry; `changes`: the greatest number of changes that are tried.
+        procedures: functions that answer the external procedure calls inside formulas, as for `solve`; the
+            procedure calls of actions are then assumed to succeed.
+        geometry: whether to search for motions as well if the problem has a scene; if not, procedure calls are
+            assumed to succeed.
+        options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of
+            solving with geometry; `changes`: the greatest number of changes that are tried.
 
     Raises:
-        InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
+        InputError: the problem uses what the planner does not support, or its initial knowledge
+            contradicts itself.
     """
     seconds = SECONDS if timeout is None else timeout
     bytes_ = default_memory() if memory is None else memory

@@ -1,8 +1,9 @@
 """Finds out why calls failed: repeats each of them and examines every refused attempt.
 
-Calls are repeated at the least effort: its samples are the first ones of greater effort, so all were refused as well.
-Each attempt that a body blocked is checked again with the original meshes, and with one body after the other taken out.
-For targets out of reach, the least move of the base that brings them within reach is computed.
+Each call is repeated at the lowest effort only: its samples are the first samples of every higher effort, so they
+were all refused in the run as well. Each attempt that a body blocked is checked again with the original meshes,
+and with one blocking body removed at a time. For targets out of reach, the shortest displacement of the robot's
+base that brings them within reach is computed.
 """
 
 from collections import Counter
@@ -28,11 +29,11 @@ MAX_REPEATED_PATH_SEARCHES = 2  # searches for a path that are checked again, fo
 
 
 def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Finding]:
-    """The findings about the failed calls of a run, the most informative first.
+    """The findings about the failed procedure calls of a run, the most informative first.
 
     Args:
-        asked: the procedures of the run; they are not changed.
-        stop: called periodically; True ends the examination, with the findings so far.
+        asked: the server that answered the calls of the run; it is not changed.
+        stop: called periodically; when it returns True, the findings so far are returned.
     """
     failed = [item for item in asked.records.of.items() if item[1].places and item[1].places[0].attempt == 0]
     ranked = sorted(failed, key=lambda item: _rank(item[0], item[1], asked))

@@ -1,6 +1,6 @@
 """The geometric part of an explanation as data: failed calls, tried changes of the scene, and their effects.
 
-Nothing here loads geometry, so that explanations of symbolic problems are quick to make.
+This module does not import the geometry kernels, so that symbolic problems are explained without loading them.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from kabo.language.formulas import GroundCall
 
 @dataclass(frozen=True)
 class LeastMove:
-    """The least move found of a robot's base that brings something within reach: its length [m], and (x, y, z) [m]."""
+    """The shortest displacement (x, y, z) [m] found of a robot's base that brings a target within reach."""
 
     metres: float
     by: tuple[float, float, float]
@@ -20,9 +20,10 @@ class LeastMove:
 
 @dataclass(frozen=True)
 class Row:
-    """Attempts that failed for one reason, between one pair of things.
+    """The number of attempts at a call that failed for the same reason, for the same pair of bodies or robots.
 
-    `missing`: how far out of reach [m]. `because_of_epsilon`: how many of them pass with exact geometry.
+    `missing`: the distance by which the target is out of reach [m]. `because_of_epsilon`: the number of these
+    attempts that succeed with exact geometry.
     """
 
     reason: str
@@ -34,11 +35,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Finding:
-    """The reasons why one call failed: examined attempts, answers with a motion, failures by reason and pair.
+    """The reasons why one call failed, with the numbers of examined and of successful attempts.
 
-    `proof`: no number of samples would help. `dispensable`: another robot could do it. `freed`: for each body that
-    blocked, the number of attempts that pass without it. `nearer`: moves of the base of `robot` that bring the target
-    within reach, the last one at the same height.
+    `rows`: the failed attempts by reason and pair of bodies. `proof`: no number of samples would help.
+    `dispensable`: another robot could do the task. `freed`: for each blocking body, the number of attempts that
+    succeed without it. `nearer`: displacements of the base of `robot` that bring the target within reach, the last
+    one at the same height.
     """
 
     call: GroundCall
@@ -64,7 +66,7 @@ class Finding:
 
     @property
     def missing(self) -> float | None:
-        """The distance by which the target is out of reach [m]; None if it failed for another reason."""
+        """The distance by which the target is out of reach [m]; None if the call failed for another reason."""
         return next((row.missing for row in self.rows if row.missing is not None), None)
 
     def share(self, body: str) -> int:
@@ -82,7 +84,7 @@ class BodyRemoved:
         return f"without {self.body}"
 
     def json(self) -> dict[str, Any]:
-        """The JSON object of the schema `kabo-explain-1`."""
+        """The JSON object for a removed body, in the schema `kabo-explain-1`."""
         return {"remove": self.body}
 
 
@@ -96,7 +98,7 @@ class SmallerEpsilon:
         return f"with epsilon = {self.epsilon:g}"
 
     def json(self) -> dict[str, Any]:
-        """The JSON object of the schema `kabo-explain-1`."""
+        """The JSON object for a smaller epsilon, in the schema `kabo-explain-1`."""
         return {"epsilon": self.epsilon}
 
 
@@ -112,7 +114,7 @@ class BaseMoved:
         return f"with the base of {self.robot} moved by ({x}, {y}, {z}) m"
 
     def json(self) -> dict[str, Any]:
-        """The JSON object of the schema `kabo-explain-1`."""
+        """The JSON object for a moved base, in the schema `kabo-explain-1`."""
         return {"move_base": {"robot": self.robot, "by": list(self.by)}}
 
 
@@ -121,20 +123,23 @@ Change = BodyRemoved | SmallerEpsilon | BaseMoved
 
 @dataclass(frozen=True)
 class Counterfactual:
-    """A change, and the result of solving the problem with it; `plan_actions` of the longest branch."""
+    """A change, and the result of solving the problem with it.
+
+    `plan_actions`: the number of actions on the longest branch of the plan that was found; None if none was found.
+    """
 
     change: Change
     result: Literal["solved", "no_plan", "exhausted"]
     plan_actions: int | None = None
 
     def json(self) -> dict[str, Any]:
-        """The JSON object of the schema `kabo-explain-1`."""
+        """The JSON object for a change and its result, in the schema `kabo-explain-1`."""
         return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions}
 
 
 @dataclass(frozen=True)
 class Obstacles:
-    """The result of looking for motions; if there are none, the reasons, with the main finding first."""
+    """The result of solving with geometry, and if no plan was found, the reasons, the main finding first."""
 
     verdict: Literal["solvable", "proved", "exhausted"]
     summary: tuple[str, ...]

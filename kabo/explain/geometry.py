@@ -45,13 +45,13 @@ def obstacles(
     changes: int = MAX_CHANGES,
     **options: Any,
 ) -> Obstacles:
-    """Whether a problem with a symbolic plan has one with motions, and if not, why.
+    """The verdict on whether a problem with a symbolic plan has a plan with motions, and if not, the reasons.
 
     Args:
         problem: a problem with a scene.
-        seconds: the time limit; steps that exceed it are left out.
+        seconds: the time limit; steps for which no time is left are skipped.
         cancelled: called periodically; True ends the work soon.
-        expansions: nodes that may be expanded; each change may use a part of as many.
+        expansions: the greatest number of nodes to expand; each changed problem gets a fraction of this number.
         changes: the greatest number of changes to try.
         options: the options of `solve`.
 

@@ -1,4 +1,4 @@
-"""Problems with one change: a body taken out, a smaller epsilon, a robot's base moved."""
+"""Applies one change to a problem: a body removed, a smaller epsilon, or a robot's base moved."""
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
@@ -13,12 +13,12 @@ from kabo.scene import Scene, world_T
 
 
 def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
-    """The problem with one change; a changed epsilon is set in its options, which come before the scene's.
+    """The problem with one change; a smaller epsilon is set in the problem's options, which override the scene's.
 
     Args:
         problem: a problem with a scene.
         scene: the loaded scene of the problem.
-        change: a body that `removable` gives, a robot of the scene.
+        change: the change; a removed body must be `removable`, a moved base that of a robot of the scene.
 
     Raises:
         ValueError: the problem has no scene.
@@ -43,9 +43,10 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
 
 
 def removable(problem: Problem, body: str) -> bool:
-    """Whether a body may be taken out: neither the goal nor an action names it, and nothing stands on it.
+    """Whether a body can be removed: goal and actions do not name it, and nothing in the scene refers to it.
 
-    The objects that the goal quantifies over count as named, and so does the support of a region.
+    Objects that the goal quantifies over and constants of the domain count as named. Bodies, regions, bases and
+    mates that are defined relative to the body refer to it.
     """
     scene = problem.scene
     if scene is None or body not in scene.bodies:

@@ -18,7 +18,7 @@ RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, 
 
 
 def main_finding(findings: Sequence[Finding], counterfactuals: Sequence[Counterfactual]) -> Finding | None:
-    """The most important finding: the first one that a helpful change concerns, else the first of all."""
+    """The first finding that a successful change concerns; else the first finding; None if there is none."""
     for each in counterfactuals:
         about = [finding for finding in findings if _concerns(each.change, finding)]
         if each.result == "solved" and about:
@@ -37,7 +37,7 @@ def _concerns(change: Change, finding: Finding) -> bool:
 def summary(
     verdict: str, budget: str | None, finding: Finding, others: Sequence[Counterfactual], epsilon: float
 ) -> list[str]:
-    """Up to three sentences: which call never succeeded, why, and what would help, if changes were tried."""
+    """Up to three sentences: the call that failed, the reason, and what tried changes would help."""
     failed = "can never succeed" if finding.proof else "never succeeded"
     if finding.successes:
         failed = f"failed in a state that mattered (and succeeded {counted(finding.successes, 'time')} elsewhere)"
@@ -46,7 +46,10 @@ def summary(
 
 
 def why(finding: Finding, epsilon: float) -> str:
-    """The most frequent reason of its refused attempts, as "It was blocked by crate in 388 of 400 samples (97 %)."."""
+    """A sentence with the most frequent reason of a finding's refused attempts.
+
+    For example "It was blocked by crate in 388 of 400 samples (97 %)."
+    """
     reasons = Counter[str]()
     for row in finding.rows:
         reasons[row.reason] += row.count
@@ -72,12 +75,12 @@ def _of(count: int, total: int) -> str:
 
 
 def blocking(finding: Finding) -> list[tuple[str, int]]:
-    """The bodies and other robots that blocked attempts, with how many, the most frequent first."""
+    """The bodies and other robots that blocked attempts, with the number of attempts, the most frequent first."""
     return blocking_pairs(finding.call, ((row.between, row.count) for row in finding.rows if row.between))
 
 
 def best(others: Sequence[Counterfactual]) -> list[str]:
-    """The sentence about the change that helps most, or that none helps; no sentence if none was tried."""
+    """A one-sentence list: the change that helps most, or that no change helps; empty if no change was tried."""
     if not others:
         return []
     first = others[0]
@@ -88,7 +91,7 @@ def best(others: Sequence[Counterfactual]) -> list[str]:
 
 
 def report(findings: Sequence[Finding], others: Sequence[Counterfactual]) -> Iterator[str]:
-    """The lines of the report beneath the summary."""
+    """The lines of the report after the summary: the findings, then the results of the changes."""
     if findings:
         yield "\nProcedures that failed:"
     for finding in findings:

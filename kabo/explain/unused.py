@@ -15,7 +15,7 @@ from kabo.planner.proofs.wording import MissingFact, listed
 
 
 class Unused:
-    """Sentences about what the delete relaxation cannot reach, for a grounded problem."""
+    """Sentences about the parts of a grounded problem that the delete relaxation cannot reach."""
 
     def __init__(self, causes: RootCauses) -> None:
         self.causes, self.meanings, self.mentions = causes, causes.meanings, causes.mentions
@@ -23,7 +23,7 @@ class Unused:
         self.ones, self.zeros = causes.achievers.ones, causes.achievers.zeros
 
     def actions(self) -> list[str]:
-        """A sentence for every action schema, and every group of alike instances, that never applies."""
+        """A sentence for each action schema, or group of similar ground instances, that is never applicable."""
         used = {action.index for action in self.whole.reach.actions}
         instances: dict[str, list[GroundAction]] = {}
         for action in self.whole.actions:
@@ -51,7 +51,7 @@ class Unused:
         return sentences
 
     def never_known(self) -> list[str]:
-        """A sentence for all atoms or terms of one symbol that are asked for and can never become known."""
+        """A sentence for each symbol with atoms or terms that conditions ask for but that can never be known."""
         goal = union(part.query.reads for part in self.whole.goal)
         asked = goal | union(action.reads for action in self.whole.actions)
         asked |= union(rule.condition.reads for rule in self.whole.rules)

@@ -1,7 +1,7 @@
 """The result of planning: a plan, a proof that there is none, or the budget that ended the search.
 
-All three are results, not errors. `result_to_json` is the one object that `kabo solve --json`, the service and
-the schema `kabo-result-1` speak of (docs/plans.md#the-result), whichever door the request came through.
+All three are results, not errors. `result_to_json` makes the JSON object (schema `kabo-result-1`,
+docs/plans.md#the-result) that both `kabo solve --json` and the service return.
 """
 
 from collections.abc import Iterable, Mapping
@@ -33,9 +33,10 @@ SECONDS = ("collision_s", "geometric_s", "load_s", "symbolic_s", "total_s")
 class Reason:
     """The reason why there is no plan.
 
-    `proved`: `knowledge` (unreachable whatever geometry says), `refusals` (every refusal was a proof), or None;
-    `budget`: what ran out, if nothing is proved (`reasoning`: everything was tried, but a plan may need reasoning by
-    cases, which kabo does not do). `message` is one sentence, `details` are its parts.
+    `proved`: `knowledge` (the goal is unreachable whatever geometry says), `refusals` (every refusal is a proof),
+    or None. `budget`: the budget that was spent if nothing is proved; `reasoning` means that everything was tried,
+    but a plan may need reasoning by cases, which kabo does not do. `message`: one sentence. `details`: further
+    sentences.
     """
 
     proved: Literal["knowledge", "refusals"] | None
@@ -46,9 +47,10 @@ class Reason:
 
 @dataclass(frozen=True)
 class Progress:
-    """The progress of planning; sent periodically, never part of a result.
+    """The progress of planning, sent periodically; it is never part of a result.
 
-    `doing` describes the present step in two or three words. `fraction` (0 to 1) is None where the total is unknown.
+    `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
+    is unknown.
     """
 
     doing: str
@@ -77,7 +79,7 @@ def result_to_json(
     Args:
         result: the result of planning.
         plan_path: the path of the plan file; None if none was written.
-        diagnostics: warnings about a problem that is nevertheless valid.
+        diagnostics: warnings about the problem, which is valid nevertheless.
     """
     body: dict[str, Any] = {
         "status": result.status,

@@ -1,7 +1,7 @@
-"""Rounds of planning: the search proposes a skeleton, procedures are asked along it, and what they refuse is recorded.
+"""Rounds of planning: search proposes a skeleton, its procedure calls are made, and refusals are recorded.
 
-Three kinds of problems differ in what they ask: nothing (`SymbolicRounds`), functions that the caller supplies
-(`ExternalRounds`), or the geometry of a scene (`GeometricRounds`).
+There are three kinds of rounds: without procedures (`SymbolicRounds`), with functions that the caller supplies
+(`ExternalRounds`), and with the geometry of a scene (`GeometricRounds`).
 """
 
 from collections.abc import Callable
@@ -25,19 +25,19 @@ Variants = tuple[Variant, ...]
 
 
 class Rounds(Protocol):
-    """The planning rounds of one kind of problem: the geometry for each search, and the evaluation of its skeleton."""
+    """The interface of planning rounds: the geometry for each search, and the evaluation of its skeleton."""
 
     @property
     def geometry(self) -> Geometry | None:
-        """The geometry that the next search uses; None if every procedure succeeds."""
+        """The geometry that the next search uses; None if all procedure calls are assumed to succeed."""
         ...
 
     def prepare(self) -> None:
-        """Prepares the next search; called before each search."""
+        """Prepares the next search; it is called before each search."""
         ...
 
     def evaluated(self, skeleton: Skeleton) -> Variants | None:
-        """The skeleton with an answer for every call along it; None if one was refused, which is recorded."""
+        """The variants of a skeleton with answers to all its calls; None if a call was refused (and recorded)."""
         ...
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
@@ -46,7 +46,7 @@ class Rounds(Protocol):
 
 
 class SymbolicRounds:
-    """Rounds without procedures: the first skeleton is the plan."""
+    """Rounds for problems without procedures: the first skeleton found is the plan."""
 
     geometry = None
 
@@ -54,11 +54,11 @@ class SymbolicRounds:
         self._run = run
 
     def prepare(self) -> None:
-        """Reports progress."""
+        """Reports progress before the search."""
         self._run.report_progress("searching")
 
     def evaluated(self, skeleton: Skeleton) -> Variants:
-        """The skeleton as variants without geometry."""
+        """The nodes of the skeleton as variants without geometry."""
         return symbolic_variants(skeleton.root, in_order(skeleton.root))
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
@@ -67,7 +67,7 @@ class SymbolicRounds:
 
 
 class ExternalRounds:
-    """Rounds that ask functions which the caller supplies, until all calls along a skeleton succeed."""
+    """Rounds that call functions supplied by the caller, until all calls along a skeleton succeed."""
 
     def __init__(self, run: SolveRun, task: GroundedTask, procedures: ExternalProcedures) -> None:
         self._run, self._task, self.geometry = run, task, procedures
@@ -80,7 +80,7 @@ class ExternalRounds:
         self._seconds = self.geometry.seconds
 
     def evaluated(self, skeleton: Skeleton) -> Variants | None:
-        """The skeleton as variants without geometry, if every call along it succeeds."""
+        """The skeleton as variants without geometry; None if a call along it was refused."""
         self._leave_out_procedures()
         return (
             symbolic_variants(skeleton.root, in_order(skeleton.root)) if self.geometry.follow(skeleton) else None
@@ -100,13 +100,13 @@ class ExternalRounds:
 
 
 class GeometricRounds:
-    """Rounds that ask the geometry of a scene, lazily along skeletons or eagerly while searching.
+    """Rounds with the geometry of a scene: calls are made lazily along skeletons, or eagerly while searching.
 
     Args:
-        run: the options, and when to stop.
+        run: the run with its options and its stop flag.
         task: the grounded problem.
         server: answers the calls.
-        expect: called with the calls that will be asked next.
+        expect: called with the calls that will be made next.
     """
 
     def __init__(self, run: SolveRun, task: GroundedTask, server: ProcedureServer, expect: Expect) -> None:
@@ -122,7 +122,11 @@ class GeometricRounds:
         return self.geometry is self.refusals
 
     def prepare(self) -> None:
-        """Records calls refuted without samples, once; if adaptive, turns eager where lazy geometry often fails."""
+        """Prepares the next search: records refusals known without samples, and may switch to eager geometry.
+
+        Those refusals are recorded once. Adaptive order switches to eager geometry when calls along skeletons fail
+        too often.
+        """
         if not self._begun and self._is_lazy:
             self._record_proofs()
         self._begun = True
@@ -132,7 +136,10 @@ class GeometricRounds:
         self._report_progress("searching")
 
     def evaluated(self, skeleton: Skeleton) -> Variants | None:
-        """The skeleton with an answer for every call; where plans branch, repairs of it are tried as well."""
+        """The variants of the skeleton with an answer to every call; None if a call was refused.
+
+        If the plan branches, repaired versions of the skeleton are tried as well.
+        """
         self._report_progress("moving")
         for _ in range(1 + tuning.MAX_REPAIRS):
             evaluation = self._evaluated(skeleton)
@@ -146,7 +153,7 @@ class GeometricRounds:
         return None
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
-        """The final result, a proof or a spent budget; None if other answers or more samples can still be tried."""
+        """The final result (a proof or a spent budget); None if other answers or more samples can be tried."""
         if isinstance(found, FoundSkeleton):
             return self._after_refusal(found)
         proof = self._proof() if isinstance(found, Unreachable) else None

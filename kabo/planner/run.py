@@ -1,4 +1,4 @@
-"""One run of the planner: its options, limits and statistics, and its result if there is no plan."""
+"""One run of the planner: options, limits and statistics; and the results of runs without a plan."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -36,7 +36,7 @@ OnProcedures = Callable[["GeometricProcedures"], None]
 
 @dataclass
 class SolveRun:
-    """One run of the planner: its options, its stop flag, and its figures so far."""
+    """One run of the planner: its options, its stop flag, and its statistics so far."""
 
     problem: Problem
     options: Options
@@ -60,27 +60,30 @@ class SolveRun:
 
     @property
     def began(self) -> float:
-        """The start of the run on the clock of `perf_counter` [s]."""
+        """The start time of the run on the clock of `perf_counter` [s]."""
         return self.stop.began
 
     @property
     def certifies(self) -> bool:
-        """Whether a plan gets a certificate."""
+        """Whether the run makes a certificate for its plan."""
         return self.options.certificate and self.options.geometry == "bounding"
 
     def note_cut(self, doing: str, lacks: str) -> None:
-        """Records, as a sentence, that the step `doing` was cut off, why, and what the plan therefore lacks."""
+        """Records in a sentence that the step `doing` was cut off, why, and what the plan lacks as a result."""
         why = "it was interrupted" if self.stop.interrupted else f"{self.stop.spent} exhausted"
         self.cut_off.append(f"{doing} was cut off ({why}): {lacks}")
 
     def report_progress(self, doing: str, calls: int = 0) -> None:
-        """Calls `progress`, if there is one, with the counts so far."""
+        """Calls `progress`, if it is set, with the present step and the counts so far."""
         if self.progress is not None:
             self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
 
 
 def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) -> SearchResult:
-    """The outcome of one search: a skeleton, a proof that there is none, or a spent budget; `run` counts and times it."""
+    """The outcome of one search: a skeleton, a proof that there is none, or a spent budget.
+
+    The counts and the time of the search are added to `run`.
+    """
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
     most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
@@ -103,14 +106,14 @@ def without_plan(
     *,
     proved: bool = True,
 ) -> Result:
-    """The result of a run that has found no plan, with the reason.
+    """The result of a run that found no plan, including the reason.
 
     Args:
-        run, task: the run, and the task that it planned.
+        run, task: the run, and the grounded problem for which it searched a plan.
         found: the outcome of the search.
         statistics: the statistics of the run.
-        failures: calls that were refused, each with one failure.
-        proved: whether all of these are proofs.
+        failures: the refused calls, each with one refusal.
+        proved: whether all these refusals are proofs.
     """
     if isinstance(found, Exhausted):
         why = "interrupted" if run.stop.interrupted else found.budget
@@ -124,7 +127,7 @@ def without_plan(
 
 
 def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[str, Any]:
-    """The statistics of a run (docs/plans.md#the-result)."""
+    """The statistics of a run, as part of its result (docs/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,
         "symbolic_s": run.symbolic_s,

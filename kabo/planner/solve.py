@@ -1,9 +1,9 @@
-"""The integrated planner [K ch. 6]: knowledge proposes a contingent plan, geometry proves or refuses it.
+"""The integrated planner [K ch. 6]: knowledge proposes a contingent plan, and geometry confirms or refuses it.
 
 until a plan is found, proven impossible, or the budget is spent (`planned`):
-    skeleton := a contingent plan on the knowledge level, taking every procedure as possible that is not refused
-    ask the procedures along it, in order, wherever its branches lead
-    if all have a motion: the plan;  else: record the refusals and what they depend on (`rounds.py`)
+    skeleton := a contingent plan on the knowledge level, assuming that all calls not yet refused succeed
+    make the procedure calls of the skeleton in order, in every branch
+    if all have a motion: return the plan;  else: record the refusals and what they depend on (`rounds.py`)
 """
 
 from collections.abc import Callable, Mapping
@@ -45,23 +45,26 @@ def solve(
     on_found: Callable[[Result], None] | None = None,
     **options: "Unpack[SolveOptions]",
 ) -> Result:
-    """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
+    """A plan whose leaves all fulfil the goal and whose motions are proven free, or the reason for having none.
 
     The same problem, options and seed give the same plan for any number of workers. Limits of time and memory, and
-    `cancelled`, only cut the run off. A plan that was found by then is kept; `Result.cut_off` says what it lacks.
+    `cancelled`, only end the run early. A plan that was found before is returned; `Result.cut_off` says what it
+    lacks.
 
     Args:
-        problem: what to solve.
-        workers: processes that compute answers of geometric procedures; with 1 this process does.
+        problem: the problem to solve.
+        workers: the number of processes that compute answers of geometric procedures; 1 means this process alone.
         progress: called periodically with the current progress.
         cancelled: called periodically; True stops the run.
-        procedures: functions by the names of procedures: of external ones that the domain declares, or of those of
-            geometry, which then nobody else is asked for. Called with the arguments (names of objects and numbers),
-            and with a `seed` if they take one. They answer true for success, or with their value, None if there is
-            none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
-        on_procedures: called with the procedures of geometry before any is asked; they keep what came of each call.
-        on_found: called with the result as soon as there is a plan, if that is still to be refined or certified.
-        options: `kabo.options.SolveOptions`; what is None or absent is left to the problem, the scene or the default.
+        procedures: functions by procedure name, for external procedures that the domain declares, or in place of
+            geometric ones. Each is called with the arguments (names of objects and numbers), and with `seed` if it
+            has such a parameter. It returns True for success, or its value (None if there is none). Equal
+            arguments must have equal answers. Tests and external calls without a function always succeed.
+        on_procedures: called with the server of geometric procedures before any call is made; the server keeps the
+            outcome of each call.
+        on_found: called with the first result that has a plan, if this plan is still to be refined or certified.
+        options: `kabo.options.SolveOptions`; options that are None or absent are taken from the
+            problem, the scene or the defaults.
 
     Raises:
         InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
@@ -90,7 +93,7 @@ def solve(
 
 
 def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
-    """A skeleton along which every call succeeded; the proof that there is none; or the budget that was spent."""
+    """The variants of a skeleton whose calls all succeed; or the proof that there is none; or the spent budget."""
     try:
         while True:
             rounds.prepare()

@@ -1,1 +1,1 @@
-"""Certificates: the proofs that the motions of a plan are free of collision, and what grants its contacts."""
+"""Certificates: proofs that the motions of a plan are collision-free, and the permissions for its contacts."""

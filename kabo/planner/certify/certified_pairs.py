@@ -1,4 +1,4 @@
-"""Chooses the pairs of bodies that a certificate has to prove apart along a stretch, and the joint frame of each."""
+"""Chooses the body pairs to be proven apart along a stretch of motion, and the joint frame for each proof."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -12,7 +12,7 @@ Numbers = list[tuple[int, int]]  # of two things
 
 
 class Thing(NamedTuple):
-    """A body at one of its possible poses; a moving body is attached to a joint of a moving robot."""
+    """A body at one of its possible poses; a moving body has the robot and the joint that carry it."""
 
     name: str
     place: int
@@ -23,7 +23,7 @@ class Thing(NamedTuple):
 
 
 class PairChoice:
-    """Chooses the pairs to prove; cached, because most stretches move the same bodies on the same joints."""
+    """Chooses the pairs of bodies to be proven apart; caches them, since many stretches move the same bodies."""
 
     def __init__(self, never_collide: Callable[[str, str], bool]) -> None:
         """`never_collide` says whether two things, by their names, need no proof."""
@@ -33,12 +33,12 @@ class PairChoice:
     def pairs(
         self, things: Sequence[Thing], moving: int, permitted: frozenset[frozenset[str]], tree: KinematicTree
     ) -> tuple[Numbers, Integers]:
-        """The pairs to prove: their numbers, and rows (P, 3) of both bodies and the joint in whose frame they are proven.
+        """The pairs to be proven apart: index pairs, and rows (P, 3) of two indices and the nearest common joint.
 
         Args:
-            things: the moving bodies, then those that stand still.
+            things: the moving bodies, then the bodies at rest; the indices refer to this sequence.
             moving: the number of moving bodies.
-            permitted: pairs of names that may touch.
+            permitted: pairs of names whose contact is allowed; they are left out.
             tree: the kinematic tree whose joints carry the moving bodies.
         """
         key = moving, len(tree.parent), tuple((thing.name, thing.joint) for thing in things)
@@ -71,7 +71,7 @@ class PairChoice:
         return numbers, np.array(rows, np.int64).reshape(-1, 3), by_names
 
     def across(self, first: Sequence[Thing], second: Sequence[Thing]) -> tuple[Numbers, Integers]:
-        """All pairs of one of the first and one of the second things, which share no joint."""
+        """All pairs of a body in `first` and one in `second` that may collide, to be proven apart in the world."""
         numbers = [
             (i, k)
             for i, thing in enumerate(first)

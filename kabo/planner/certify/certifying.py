@@ -1,7 +1,7 @@
-"""Makes the certificate of a plan: for every stretch of motion, proofs that what moves stays apart from all else.
+"""Makes the certificate of a plan: for every stretch of motion, proofs that moving bodies do not collide.
 
-It works from the plan alone, as the verifier will, so that the proofs hold for the written plan. Where a component
-may have several values, it counts as standing at all of these places.
+It uses only the plan as it will be written, as the verifier does. A component of the geometric state with several
+possible values is treated as if it had all of them at once.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -40,7 +40,7 @@ MAX_WAYPOINTS = 20_000  # way points of a path that visits every pair of pieces;
 
 
 class MovingStretch(NamedTuple):
-    """A certified stretch: its course with the moving bodies alone, and these bodies by name."""
+    """A stretch of motion that was certified, with the course and the names of its moving bodies."""
 
     stretch: MotionStretch
     course: Course
@@ -52,7 +52,7 @@ UNFINISHED = "the work was cut off before its proofs were found"
 
 @dataclass(frozen=True)
 class UnprovenPair:
-    """A pair of bodies that is not proven apart: in which node, on which segments, and where on the path."""
+    """A pair of bodies that could not be proven apart: the node, its segments, and the place on the path."""
 
     node: str
     segments: tuple[int, ...]
@@ -69,10 +69,10 @@ class UnprovenPair:
 def certified(
     plan: Plan, surroundings: SceneSurroundings, look: Callable[[], None] = never
 ) -> tuple[Plan, dict[str, Any]]:
-    """The plan with its certificate, and statistics: how long that took, and which pairs are not proven.
+    """The plan with its certificate; and statistics: the time this took, and the pairs that are not proven apart.
 
-    If not everything is proven, or not in time, the plan has these gaps instead: it is then verified without a
-    certificate. `look` is called periodically; CutOff ends the work.
+    If a proof is missing, or the work is cut off, the plan gets a list of the missing proofs instead of a
+    certificate, and is then verified without one. `look` is called periodically and raises CutOff to end the work.
     """
     began = perf_counter()
     try:
@@ -95,12 +95,12 @@ def certify(
 
     Args:
         plan: the plan as it will be written.
-        surroundings: the scene with the parts that the plan was made with.
-        near: pairs farther apart than this need no axis [m]; epsilon if None.
+        surroundings: the scene, with the convex parts for which the plan was made.
+        near: the distance [m] above which a pair needs no separating axis; epsilon if None.
         look: called periodically; an exception that it raises ends the work.
 
     Raises:
-        ValueError: the plan moves what may be in several places, or says nothing of its start.
+        ValueError: the plan has a cycle, no start state, or moves something that may be in several places.
     """
     return _Certifying(plan, surroundings, near or surroundings.budget.epsilon, look).made()
 

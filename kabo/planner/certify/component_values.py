@@ -1,7 +1,8 @@
-"""The values that components of the geometric state can have at the nodes of a plan, by following `after` from `start`.
+"""The possible values of the geometric components at each node of a plan, from its `start` and `after` entries.
 
-A component is one robot's configuration or one object's parent and pose. Where branches have met, one may have several
-values [docs/plans.md#sharing]; components that decide a place together are followed together.
+A component is one robot's configuration, or one object's parent and pose. At a node where branches meet, a
+component may have several values [docs/plans.md#sharing]. Components that together determine a pose are tracked as
+combinations.
 """
 
 from collections.abc import Sequence
@@ -27,12 +28,12 @@ class ComponentValues:
                     self._parents[name].append(pose.parent)
 
     def configurations(self, node: str, robot: str) -> list[tuple[float, ...]]:
-        """The configurations that a robot can have, in the order of their text."""
+        """The possible configurations of a robot at the start of a node, sorted by their text form."""
         found = [row[0] for row in self._at(node, (robot,))]
         return sorted((q for q in found if isinstance(q, tuple)), key=repr)
 
     def states(self, node: str, name: str) -> list[dict[str, Value]]:
-        """The combinations of values that an object and all its possible parents can have together."""
+        """The possible combinations of values of an object and its possible parents, at a node's start."""
         names = self._supports(name)
         return [dict(zip(names, row, strict=True)) for row in self._at(node, names)]
 

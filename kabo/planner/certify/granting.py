@@ -1,7 +1,7 @@
 """Adds to every segment of a plan the reasons for its contacts: names of grasp families, supports and mates.
 
-It works from the plan alone, as the verifier will. Each grant is a claim: the verifier asks the scene whether that family
-or mate really allows the contact of these bodies there.
+It uses only the plan as it will be written, as the verifier does. Each grant is a claim: the verifier checks with
+the scene whether the named family or mate really allows the contact of these bodies at this place.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ Frames = dict[str, Frame]
 
 
 def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
-    """The plan with the grants of contacts added to its segments.
+    """The plan, with a grant (the reason why it is allowed) for each contact of its segments.
 
     Args:
         plan: the plan as it will be written, still without grants.
@@ -30,7 +30,7 @@ def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
         models: body -> the name of its model, to which mates refer.
 
     Raises:
-        ValueError: the plan moves what may be in several places.
+        ValueError: the plan moves something that may be in several places.
     """
     order = topological_order(plan)
     if order is None or plan.start is None:

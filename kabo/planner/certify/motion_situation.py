@@ -1,6 +1,7 @@
-"""The poses of all things during the motion of a node: robots, attached objects, and objects with several places.
+"""The poses of all objects during the motion of a node: robots, attached objects, and those with several poses.
 
-Objects that hang together move as one: the object that is taken becomes the root of its group, the others hang on it.
+Objects attached to each other move as one group. When one of them is grasped, it becomes the root of the group,
+and the others are attached to it, directly or indirectly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +28,10 @@ class Mounted(NamedTuple):
 
 @dataclass
 class MotionSituation:
-    """The configurations of robots that have one, the objects that have one place, and the places of the others."""
+    """The known robot configurations, attached objects with their poses, and the poses of objects with several.
+
+    Robots with several possible configurations are left out.
+    """
 
     scene: Scene
     q: dict[str, Array] = field(default_factory=dict)
@@ -36,7 +40,7 @@ class MotionSituation:
 
     @classmethod
     def at(cls, node: str, values: ComponentValues, scene: Scene, moving: Sequence[str]) -> "MotionSituation":
-        """The situation in which the motion of a node begins.
+        """The situation at the start of a node's motion; `moving` names the robots that move.
 
         Raises:
             ValueError: a robot that moves, or what it carries, may be in several places.
@@ -60,7 +64,7 @@ class MotionSituation:
         return made
 
     def end(self, segment: Segment) -> None:
-        """Applies the changes at the end of a segment: objects are released, then taken or joined."""
+        """Applies the changes at the end of a segment: detaches objects, then attaches others."""
         for name in segment.detach:
             if self._root_parent(name).partition(".")[0] == segment.robot:
                 self._hang(name, "world")
@@ -68,7 +72,7 @@ class MotionSituation:
             self._hang(name, to)
 
     def mounted(self, name: str) -> Mounted | None:
-        """The attachment of an object to a robot; None if no robot carries it."""
+        """The robot joint that carries an object, and the object's pose there; None if no robot carries it."""
         parent, parent_T = self.hung[name]
         robot, dot, link = parent.partition(".")
         if dot:
@@ -94,7 +98,7 @@ class MotionSituation:
         return np.asarray(joint_pose(self.scene.robots[robot], self.q[robot], on.joint) @ on.joint_T_link)
 
     def root(self, name: str) -> str:
-        """The object at the root of an object's group."""
+        """The object at the root of the group of attached objects that contains the named one."""
         while self.hung[name][0] in self.hung:
             name = self.hung[name][0]
         return name
@@ -124,7 +128,10 @@ def joint_pose(robot: Robot, q: Array, joint: int) -> Array:
 
 
 def key_of(name: str, state: Mapping[str, Value]) -> tuple[object, ...]:
-    """A key that determines an object's pose: parent, pose there, and the parent's own key or configuration."""
+    """A key that determines an object's pose: its parent, its pose relative to it, and the parent's own key.
+
+    If the parent is a link of a robot, the robot's configuration takes the place of the parent's key.
+    """
     pose = state[name]
     assert isinstance(pose, ObjectPose)
     parent, dot, _ = pose.parent.partition(".")

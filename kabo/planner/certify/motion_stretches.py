@@ -1,7 +1,7 @@
-"""The motion of a node cut into stretches, in each of which the same bodies move and are carried.
+"""Divides the motion of a node into stretches, during each of which the same bodies move and are attached.
 
-Segments of one robot follow each other; those of different robots may overlap in time, and a stretch then ends
-wherever one of them begins or ends. Configurations are straight between way points and proportional to time.
+Segments of one robot follow one another; segments of different robots may overlap in time, and a new stretch
+starts whenever a segment begins or ends. Between way points, configurations are interpolated linearly in time.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from kabo.scene import KinematicTree, Robot
 
 @dataclass(frozen=True, eq=False)
 class MotionStretch:
-    """One stretch: the numbers of the segments under way, those that end with it, the way points of each robot, times."""
+    """One stretch: indices of the segments active in it and of those ending with it, way points, and times."""
 
     segments: tuple[int, ...]
     ending: tuple[int, ...]
@@ -27,7 +27,11 @@ class MotionStretch:
 def stretches(
     motion: Sequence[Segment], robots: dict[str, Robot], start: dict[str, Array]
 ) -> Iterator[MotionStretch]:
-    """The stretches of a motion in the order of time; `start` (n,) is where each robot begins, and is updated."""
+    """The stretches of a motion in order of time.
+
+    `start` maps each robot to its configuration (n,) before the motion; it is updated while the stretches are
+    generated.
+    """
     if not _overlapping(motion):
         for i, segment in enumerate(motion):
             own = _whole(segment, robots[segment.robot], start[segment.robot], np.array(segment.waypoints))
@@ -77,7 +81,10 @@ def _whole(segment: Segment, robot: Robot, start: Array, rows: Array) -> Array:
 
 
 def joined(trees: Sequence[KinematicTree]) -> tuple[list[int], KinematicTree]:
-    """The offset of each tree's joints in the joined tree, and that tree; configurations are concatenated."""
+    """The offset of each tree's joints in the combined tree, and the combined tree.
+
+    A configuration of the combined tree is the concatenation of those of the trees.
+    """
     if len(trees) == 1:
         return [0], trees[0]
     shifts, parents, sources = [], [np.zeros(1, np.int64)], [np.zeros(1, np.int64)]

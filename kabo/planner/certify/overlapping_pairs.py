@@ -1,6 +1,7 @@
-"""Two motions with unknown relative timing, as one path that visits every pair of their pieces.
+"""Combines two motions with unknown relative timing into one path that visits every pair of their pieces.
 
-What is proven of a whole piece of that path holds for any moment of the one motion beside any moment of the other.
+What is proven along a whole piece of this path holds for every moment of the first motion combined with every
+moment of the second.
 """
 
 from dataclasses import replace
@@ -13,7 +14,7 @@ from kabo.planner.certify.motion_stretches import joined
 
 
 def from_time_on(waypoints: Array, times: Array, time: float) -> Array | None:
-    """The way points (W, n) of a path from a time on [s]; None if it has ended by then."""
+    """The way points (W, n) of a path from `time` [s] to its end; None if the path has ended by then."""
     if times[-1] <= time:
         return None
     if times[0] >= time:
@@ -24,15 +25,15 @@ def from_time_on(waypoints: Array, times: Array, time: float) -> Array | None:
 
 
 def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: int) -> Course:
-    """The course on which each piece of the first path is passed with each piece of the second.
+    """The course that combines each piece of the first path with each piece of the second.
 
-    The second path is passed forward and backward in turn, once for each piece of the first, which alternates between
-    the two ends of that piece meanwhile.
+    For each piece of the first path, the second path is passed once, alternately forward and backward, while the
+    first alternates between the two ends of its piece.
 
     Args:
-        first, second: courses on separate kinematic trees; their own pairs are ignored.
-        pairs: (P, 3) of a body of the first, a body of the second, and the world.
-        cut: the number of equal parts of each piece.
+        first, second: courses on separate kinematic trees; the body pairs within each course are ignored.
+        pairs: rows (P, 3): the index of a body in the first course, of one in the second, and 0 for the world.
+        cut: the number of equal parts into which each piece is divided.
     """
     (_, shift), tree = joined([first.tree, second.tree])
     mine, theirs = _cut(first.waypoints, cut), _cut(second.waypoints, cut)

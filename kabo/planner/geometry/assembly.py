@@ -1,4 +1,4 @@
-"""Builds the plan from an evaluated skeleton: nodes with motions, equal ones shared [docs/plans.md#sharing]."""
+"""Builds the plan from an evaluated skeleton: nodes with motions, equal nodes shared [docs/plans.md#sharing]."""
 
 import os
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ def assemble(
     files: Mapping[str, str],
     options: Mapping[str, str | float | int | None],
 ) -> Plan:
-    """The plan for an evaluation in which every call succeeded; the first variant becomes the root."""
+    """The plan for the variants of an evaluation in which every call succeeded; the first becomes the root."""
     builder = PlanBuilder()
     handles = handles_of(variants, server, builder)
     start = (
@@ -48,7 +48,7 @@ def handles_of(
 
 
 def files_read(problem: Problem, server: ProcedureServer) -> Mapping[str, str]:
-    """The hash of every file that was read, by its path relative to the folder of the problem."""
+    """The hashes of all files that were read, by path relative to the problem's folder."""
     folder = problem.path.resolve().parent
     read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
     return {**problem.files, **read}
@@ -100,7 +100,7 @@ def _arguments(action: GroundAction) -> dict[str, str | ValueOf]:
 
 
 def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:
-    """Components in the form of plans: robots as joint values by name, objects as parent and pose."""
+    """The components in the format of plans: robots as joint values by name, objects as parent and pose."""
     robots, objects = {}, {}
     for name, value in components.items():
         if isinstance(value, Attachment):
@@ -111,7 +111,7 @@ def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChang
 
 
 def symbolic_variants(root: SkeletonNode, order: list[SkeletonNode]) -> tuple[Variant, ...]:
-    """The nodes of a skeleton, in the given order from the root, as variants without geometry."""
+    """The skeleton's nodes as variants without geometry, in the order of `order`, which starts with the root."""
     nothing = Situation({}, {})
     made = {node: Variant(node, nothing, frozenset()) for node in order}
     for node, variant in made.items():

@@ -1,7 +1,7 @@
-"""Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: calls are asked while searching.
+"""Eager geometry, interleaved with search as in the thesis [K Tables 6.2, 6.7]: calls are made during the search.
 
-A call is asked when the node that it leads to is about to be expanded, not when that node is generated: nodes in the
-open list that are never expanded cost no geometry.
+A call is made when the node that it leads to is about to be expanded, not when this node is generated. Nodes in
+the open list that are never expanded therefore need no geometric computation.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from kabo.planner.geometry.procedure_server import ProcedureServer
 
 
 class DeferredState:
-    """The geometric state after an attempt at a call; the call is made when the state is first needed."""
+    """The geometric state after an attempt at a call; the call is made only when the state is first needed."""
 
     __slots__ = ("attempt", "before", "call", "state")
 
@@ -32,8 +32,9 @@ class DeferredState:
 class EagerGeometry:
     """Geometry for a contingent search that makes procedure calls during the search.
 
-    A trace is a geometric state, computed or deferred. At first a call has one answer in each state (a geometric
-    branching factor of one); if no plan is found, more answers are asked for, with more samples [K 6.1.2].
+    Here a trace (the geometric part of a search node) is a geometric state, computed or deferred. At first, one
+    answer to each call is used in each state (a geometric branching factor of one). If no plan is found, more
+    answers are computed, from more samples [K 6.1.2].
     """
 
     server: ProcedureServer
@@ -57,7 +58,7 @@ class EagerGeometry:
         return self._awaited[asked] if limit is None else self._awaited[asked][:limit]
 
     def confirm(self, trace: DeferredState) -> bool:
-        """Whether the call that leads to a trace succeeds; it is made now if it was not before."""
+        """Whether the call that leads to a trace succeeds; the call is made now if it is still pending."""
         if trace.state is None and trace.call is not None and trace.before is not None:
             asked = trace.before, trace.call
             if trace.attempt >= self._refused.get(asked, inf):
@@ -72,7 +73,7 @@ class EagerGeometry:
         return trace.state is not None
 
     def key(self, trace: DeferredState) -> object:
-        """The identifier of the geometric state; a deferred state is its own key."""
+        """The identifier of the geometric state; for a deferred state, the deferred state itself."""
         return trace if trace.state is None else trace.state
 
     def test(self, call: GroundCall, trace: DeferredState) -> bool:
@@ -80,14 +81,14 @@ class EagerGeometry:
         return True
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """No calls: eager geometry knows refusals in single states only."""
+        """An empty set, and False: eager geometry records refusals in single states only."""
         return frozenset(), False
 
     def learnt(self) -> None:
-        """None: refusals in single states cannot be compiled."""
+        """None, because refusals in single states cannot be compiled into a finite-domain task."""
 
     def most_expansions(self, search: Search) -> float:
-        """The number of expansions before more answers are offered; unlimited for the thesis' strategies [K 6.2]."""
+        """The number of expansions before more answers are offered; infinite for some algorithms [K 6.2]."""
         return (
             tuning.EAGER_EXPANSIONS * tuning.EAGER_EXPANSIONS_GROWTH**self.effort
             if search in ("best", "greedy", "astar")
@@ -95,15 +96,15 @@ class EagerGeometry:
         )
 
     def try_harder(self) -> bool:
-        """Raises the effort: more answers of each call, from more samples; False beyond the highest effort."""
+        """Raises the effort: each call gets more answers, from more samples; False if already at the highest."""
         self.effort += 1
         self._awaited, self._refused = {}, {}
         return self.effort <= MAX_EFFORT
 
     def failures(self) -> list[tuple[GroundCall, Refusal]]:
-        """Every call that failed in some state, with its first failure."""
+        """All calls that failed in some state, each with its first refusal."""
         return list(self.failed.items())
 
     def proved(self) -> bool:
-        """False: other answers of successful calls were not tried, so refusals prove nothing."""
+        """False: refusals prove nothing here, since other answers of successful calls were not tried."""
         return False

@@ -1,8 +1,8 @@
-"""Evaluates a skeleton in geometry: calls every procedure along it, in order, and keeps shared nodes shared.
+"""Evaluates a skeleton in geometry: calls its procedures in order and keeps shared nodes shared if possible.
 
-Where branches meet in a node of the skeleton, components that no later step moves may have several values, and a
-procedure answers for all of them at once. Components that are moved must have one value, so the node is evaluated
-once for each [docs/plans.md#sharing].
+At a node where branches meet, a component may have several values. If no later step moves it, the procedures are
+asked for an answer that is valid for all these values. A component that is moved must have one value, so the node
+is evaluated separately for each value [docs/plans.md#sharing].
 """
 
 from collections import Counter
@@ -22,7 +22,7 @@ Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after 
 
 @dataclass(eq=False)
 class Variant:
-    """A node of the skeleton in one situation, with the answer to its call there, and its successors by outcome."""
+    """A skeleton node in one geometric situation, with the answer to its call and its successors by outcome."""
 
     node: SkeletonNode
     situation: Situation
@@ -34,7 +34,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class RefusedCall:
-    """A call of the skeleton that failed, and the traces in which it did."""
+    """A call of the skeleton that failed, and the traces (provenances of all components) for which it failed."""
 
     call: GroundCall
     attempt: int
@@ -46,7 +46,8 @@ class RefusedCall:
 class Evaluation:
     """All variants in topological order, and the calls that were refused.
 
-    `whole`: every call that can be made was made; else time or budget was spent before, and only the refusals count.
+    `whole`: whether every call that can be made was made; if not, time or budget was spent, and only the refusals
+    are valid.
     """
 
     variants: tuple[Variant, ...]
@@ -76,7 +77,7 @@ class Evaluator:
     expect: Expect | None = None  # called with the calls that will be made, as soon as they are known
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
-        """Calls every procedure of the skeleton, except those behind a refusal."""
+        """Makes the calls of the skeleton in order, except those after a refused call, and returns the results."""
         variants: list[Variant] = []
         refused: list[RefusedCall] = []
         whole = True
@@ -196,14 +197,14 @@ class Evaluator:
 
 
 def successors(node: SkeletonNode) -> dict[str | None, SkeletonNode]:
-    """The successors of a node by outcome; the key is None where there is no branch."""
+    """The successors of a node by outcome; the only key is None if the node does not branch."""
     if node.outcomes:
         return dict(node.outcomes)
     return {} if node.next is None else {None: node.next}
 
 
 def in_order(root: SkeletonNode) -> list[SkeletonNode]:
-    """Every node that the root reaches, in topological order (without recursion: plans may be long)."""
+    """All nodes reachable from the root, in topological order (without recursion, since plans may be long)."""
     done: dict[SkeletonNode, None] = {}
     stack: list[tuple[SkeletonNode, bool]] = [(root, False)]
     while stack:
@@ -219,7 +220,7 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
 def answered(
     server: ProcedureServer, call: GroundCall, situation: Situation, attempt: int, effort: int
 ) -> Success | Refusal:
-    """The answer to a call at the least effort at which it succeeds, else at the given effort."""
+    """The answer to a call at the lowest effort at which it succeeds; if none does, the refusal at `effort`."""
     answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()
     for more in range(1, effort + 1):
         if isinstance(answer, Success) or answer.proof:

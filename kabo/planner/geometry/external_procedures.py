@@ -1,10 +1,11 @@
 """External procedures that a caller supplies: pure functions of their arguments, called as rarely as possible.
 
-Equal arguments have equal answers, so each call is made once; a procedure that takes a `seed` is called again with the
-next seed where it failed or had no value [K 3.3: re-sampling]. Lazy: the search assumes success, and calls are made
-along the plan that it finds, in order. Eager: calls are made when the search meets them. Adaptive: lazy, until a
-procedure fails so often that making all its calls at once is cheaper than finding plans that are refused. Calls inside
-formulas and effects are made wherever these are evaluated.
+Equal arguments must have equal answers, so each call is made once. A procedure with a parameter `seed` is called
+again with the next seed if it fails or returns no value [K 3.3: re-sampling]. With lazy order, the search assumes
+that calls succeed, and they are made in order along the plan that it finds. With eager order, they are made when
+the search reaches them. Adaptive order is lazy until a procedure fails so often that making all its calls in
+advance is cheaper than finding plans that are refused. Calls inside formulas and effects are made when the formula
+or effect is evaluated.
 """
 
 import inspect
@@ -36,7 +37,7 @@ class CallCounts:
 
 @dataclass
 class ExternalProcedures:
-    """The procedures of one run; the search sees them as a geometry without state.
+    """The external procedures of one run; to the search they are a geometry with a single state.
 
     Raises (from every call):
         InputError: an answer is not as the procedure's declaration allows.
@@ -56,29 +57,29 @@ class ExternalProcedures:
         self._takes_seed = {name: _takes_seed(function) for name, function in self.functions.items()}
 
     def answering(self) -> Problem:
-        """The problem with these functions as its external procedures."""
+        """The problem, with the supplied functions answering its external procedure calls."""
         return replace(self.problem, answers=Answers(frozenset(self.functions), self.value))
 
     # ---------------------------------------------------------------------------------- what the search may ask
     def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
-        """The one attempt at a call, unless it is refused."""
+        """Attempt 0 with the unchanged trace, or no attempt if the call is refused."""
         answer = self.ask(call) if self.order == "eager" else self._answers.get(call, True)
         return ((0, trace),) if answer is not False else ()
 
     def key(self, trace: Trace) -> Trace:
-        """The trace, which is always the same: there is no geometric state."""
+        """The trace itself, which is the same at all nodes because there is no geometric state."""
         return trace
 
     def confirm(self, trace: Trace) -> bool:
-        """True: no call is ever pending, since `options`, `test`, `prepare` and `follow` make calls at once."""
+        """True: calls are made at once by the other methods, so none is ever pending."""
         return True
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
-        """The answer of a test inside a formula; the call is made now, after the conjuncts before it held."""
+        """Whether a test inside a formula succeeds; it is called only if the preceding conjuncts hold."""
         return self.ask(call)
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The refused calls, and True: answers depend on arguments alone, so every refusal holds in all states."""
+        """The refused calls; and True, because answers depend on arguments alone and so hold in all states."""
         return frozenset(self.failed()), True
 
     def learnt(self) -> None:
@@ -94,7 +95,7 @@ class ExternalProcedures:
         return self.value(call) is not False
 
     def value(self, call: GroundCall) -> Answer:
-        """The answer to a call; True for a procedure without a function."""
+        """The answer to a call, computed once and remembered; True for a procedure without a function."""
         if call.procedure not in self.functions:
             return True
         if call not in self._answers:
@@ -118,7 +119,7 @@ class ExternalProcedures:
         return answer
 
     def prepare(self, task: GroundedTask) -> None:
-        """Makes all calls of some procedures in advance: of all if eager, of those that fail often if adaptive."""
+        """Makes calls in advance: all calls if eager; if adaptive, all calls of the procedures that often fail."""
         for name in self.functions:
             counted = self.counted.get(name, CallCounts())
             often = (
@@ -131,7 +132,7 @@ class ExternalProcedures:
                         self.ask(action.call)
 
     def follow(self, skeleton: Skeleton) -> bool:
-        """Makes the calls along a skeleton until one fails; whether all succeed."""
+        """Makes the calls along a skeleton until one fails; returns True if all succeed."""
         for node in skeleton.nodes():
             if node.action is not None and node.action.call is not None and not self.ask(node.action.call):
                 return False
@@ -142,7 +143,7 @@ class ExternalProcedures:
         return [call for call, answer in self._answers.items() if answer is False]
 
     def figures(self) -> dict[str, Any]:
-        """Calls and failures of each procedure, and the seconds they took, with the keys of the statistics."""
+        """The calls and failures of each procedure, and the total time [s], as statistics of the result."""
         rows = {
             name: {"calls": counted.calls, "failures": {"refused": counted.failures} if counted.failures else {}}
             for name, counted in self.counted.items()
@@ -151,7 +152,7 @@ class ExternalProcedures:
 
 
 def refuse_without_motion(problem: Problem) -> None:
-    """Checks that every action's procedure is one of geometry; with a scene, external ones belong into formulas.
+    """Checks that no action calls an external procedure; in a problem with a scene, only formulas may.
 
     Raises:
         InputError: an action calls an external procedure.

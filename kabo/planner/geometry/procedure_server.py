@@ -1,6 +1,7 @@
-"""The interface of geometric procedures to the planner, implemented by `kabo.tasks.procedures`, and by fakes in tests.
+"""The interface between planner and geometric procedures; `kabo.tasks.procedures` and test doubles implement it.
 
-The planner speaks to this protocol, so that only a problem with a scene loads the procedures and their kernels.
+The planner uses only this protocol, so that the procedures and their kernels are loaded only for problems with a
+scene.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,7 @@ Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometrySt
 
 
 class CallComponents(Protocol):
-    """The components of the geometric state that a call with bound arguments moves and reads."""
+    """The components of the geometric state that a call changes or reads."""
 
     @property
     def moves(self) -> tuple[str, ...]:
@@ -29,28 +30,28 @@ class CallComponents(Protocol):
 
 
 class ProcedureServer(Protocol):
-    """Answers calls of geometric procedures; equal questions have equal answers."""
+    """Answers calls of geometric procedures; equal calls in equal situations get equal answers."""
 
     elsewhere: Elsewhere | None  # asked first for an answer: worker processes that may have it
 
     @property
     def scene(self) -> Scene:
-        """The scene in which calls are answered."""
+        """The scene in which the calls take place."""
         ...
 
     @property
     def statistics(self) -> GeometryStatistics:
-        """Counts of what was computed so far."""
+        """The counts of calls, failures and samples so far."""
         ...
 
     @property
     def stop(self) -> Callable[[], bool]:
-        """Whether time or a budget is spent."""
+        """A function that returns True when time or another budget is spent."""
         ...
 
     @property
     def states_met(self) -> int:
-        """The number of distinct geometric states after successful calls."""
+        """The number of distinct geometric states that resulted from successful calls."""
         ...
 
     def identify(self, state: GeometricState) -> int:
@@ -58,31 +59,34 @@ class ProcedureServer(Protocol):
         ...
 
     def state(self, identifier: int) -> GeometricState:
-        """The geometric state of an identifier."""
+        """The geometric state that has this identifier."""
         ...
 
     def bind(self, call: GroundCall) -> CallComponents:
-        """The components that a call moves and reads."""
+        """The components that a call changes and those that its answer depends on."""
         ...
 
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
-        """The components that must have one value before a call, sorted."""
+        """The names of the components that must have a single value when the call is made, sorted."""
         ...
 
     def knows(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> bool:
-        """Whether the answer to a question is remembered."""
+        """Whether the answer to this attempt at a call in this situation is already known."""
         ...
 
     def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
         """The answer to a call, valid for all values that components may have in the situation.
 
-        `attempt` is the number of solutions to skip.
+        `attempt` is the number of earlier solutions to skip.
 
         Raises:
-            CutOff: time or a budget was spent before there was an answer.
+            CutOff: time or another budget was spent before the answer was found.
         """
         ...
 
     def refuted(self, call: GroundCall) -> Refusal | None:
-        """The failure of a call, proven without sampling, wherever its components have their start values; or None."""
+        """The refusal of a call in the start state if it is proven without sampling; None if there is no proof.
+
+        The refusal is valid wherever the components that the call depends on have their start values.
+        """
         ...

@@ -1,12 +1,14 @@
-"""The refusal table of lazy geometry: which calls were refused, and in which situations their refusals hold [nogoods].
+"""The refusal table of lazy geometry: refused calls, and the situations in which each refusal holds [nogoods].
 
-The search assumes that calls succeed. It tracks each geometric component by its provenance: which call made its
-present value, and the provenances of what that call depended on. A refusal is a call and the provenances of the
-components that it depends on: it holds wherever these are the same, whatever else has changed. Only provenances that a
-refusal names distinguish search nodes, so as long as nothing is refused the search is that of the knowledge level.
+The search assumes that calls succeed. It tracks each geometric component by its provenance: the call that made its
+present value, and the provenances of the values which that call depended on. A refusal consists of a call and the
+provenances of the components that the call depends on; it holds wherever these provenances are the same, whatever
+else has changed. Only provenances that some refusal names distinguish search nodes, so that as long as nothing is
+refused, the search runs on the knowledge level alone.
 
-A suspicion is weaker and wider: it names only what was in the way of a call. It refuses nothing, but the call costs
-more wherever that is still in the way; so the obstacle is moved before another grasp is tried.
+A suspicion is weaker than a refusal but applies to more situations: it names only the provenances of the objects
+that blocked a call. It refuses nothing, but makes the call more expensive wherever the same objects are in the
+same places, so that the search prefers to move the obstacle before it tries another grasp.
 """
 
 from collections import Counter
@@ -30,7 +32,7 @@ Provenances = tuple[int, ...]
 
 @dataclass(frozen=True)
 class LearntRefusal:
-    """A call that fails from `attempt` on, wherever the components have these provenances."""
+    """A call whose attempts from number `attempt` on fail wherever the components have these provenances."""
 
     attempt: int
     pattern: Pattern
@@ -68,13 +70,13 @@ class RefusalTable:
     # ------------------------------------------------------------------------------ what the search may ask
     @property
     def start(self) -> Provenances:
-        """The trace of the initial state."""
+        """The trace (the provenances of all components) of the initial state."""
         return (0,) * len(self.components)
 
     def options(self, call: GroundCall, trace: Provenances) -> Sequence[tuple[int, Provenances]]:
         """The attempts at a call that are not refused, with the trace after each.
 
-        A further attempt is offered only if what every earlier one made is named by a refusal.
+        A further attempt is offered only if every earlier attempt makes a value that some refusal names.
         """
         known = self._options.get((call, trace))
         if known is None:
@@ -108,7 +110,7 @@ class RefusalTable:
         return True
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The calls whose attempts are all refused in every situation; and whether these are all refusals."""
+        """The calls that are refused in every situation, and whether the table contains no other refusals."""
         rows = [(call, not r.attempt and not r.pattern) for call, found in self.refusals.items() for r in found]
         return frozenset(call for call, everywhere in rows if everywhere), all(
             everywhere for _, everywhere in rows
@@ -119,7 +121,7 @@ class RefusalTable:
         return inf
 
     def learnt(self) -> LearntRefusals:
-        """Refusals, suspicions and the provenances that they name, without the failures."""
+        """The refusals, the suspicions and the provenances that they name, in the form used by the search."""
         refusals = {
             call: tuple(dict.fromkeys((r.attempt, r.pattern) for r in rows))
             for call, rows in self.refusals.items()
@@ -136,14 +138,14 @@ class RefusalTable:
 
     # -------------------------------------------------------------------------------------------- recording
     def moves(self, call: GroundCall) -> tuple[int, ...]:
-        """The numbers of the components that a call moves, as far as is known."""
+        """The indices of the components that a call moves, as far as is known."""
         known = self._moves.get(call)
         if known is None:
             known = self._moves[call] = tuple(self._index[name] for name in self.server.bind(call).moves)
         return known
 
     def reads(self, call: GroundCall) -> frozenset[int]:
-        """The numbers of the components that the result of a call depends on, as far as is known."""
+        """The indices of the components that the result of a call depends on, as far as is known."""
         if self.effort >= tuning.FULL_DEPENDENCE_EFFORT:
             return self._everything
         known = self._reads.get(call)
@@ -152,7 +154,11 @@ class RefusalTable:
         return known
 
     def after(self, call: GroundCall, attempt: int, trace: Provenances) -> Provenances:
-        """The trace after a successful call: moved components get a provenance made of the call and its inputs."""
+        """The trace after a call that is assumed to succeed; components that it moves get a new provenance.
+
+        The new provenance is determined by the call, the attempt, and the provenances of the components that the
+        call depends on.
+        """
         reads = frozenset((i, trace[i]) for i in self.reads(call))
         result = list(trace)
         for i in self.moves(call):
@@ -164,9 +170,10 @@ class RefusalTable:
         return tuple(result)
 
     def record_success(self, call: GroundCall, attempt: int, trace: Provenances, answer: Success) -> Provenances:
-        """The trace after a call that has succeeded: equal values have one provenance, whichever call made them.
+        """The trace after a successful call; equal values of a component have the same provenance.
 
-        Components that the call moved without declaring it (parts of a group) are added to what it moves.
+        Components that the call moved without declaring it (parts of a group) are added to the components that it
+        moves.
         """
         if self.effort:
             self._depend_on(call, answer.reads)
@@ -237,7 +244,7 @@ class RefusalTable:
     def record_refusal(
         self, call: GroundCall, attempt: int, refusal: Refusal, traces: Iterable[Provenances]
     ) -> None:
-        """Records that a call fails wherever the components it depends on have the provenances of one of the traces."""
+        """Records that a call fails wherever its components have their provenances in one of `traces`."""
         self._options.clear()
         for trace in traces:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in refusal.reads)
@@ -267,10 +274,10 @@ class RefusalTable:
     def responsible_attempt(
         self, call: GroundCall, refusal: Refusal, trace: Provenances
     ) -> tuple[GroundCall, int] | None:
-        """The earlier call and its attempt to replace, because it placed an object on which the failure depends.
+        """The earlier call, with its attempt, to be replaced because it placed an object that made `call` fail.
 
-        If that call has no other answer, the calls that placed the objects it depended on are considered, and so
-        on; None if there is none.
+        If the call that placed the object has no attempt left, the calls that placed the objects it depended on
+        are considered, and so on. The result is None if no such call has an attempt left.
         """
         bound, objects = self.server.bind(call), self.server.scene.movable
         own = (name for name in (*bound.moves, *bound.reads) if name in refusal.reads and name in objects)
@@ -296,17 +303,17 @@ class RefusalTable:
         return failures >= tuning.MIN_FAILED_CALLS and failures >= tuning.FAILED_CALL_SHARE * calls
 
     def proved(self) -> bool:
-        """Whether every refusal is a proof that does not depend on a sample: more samples would not help."""
+        """Whether all refusals are proofs that depend on no sampled value, so that more samples would not help."""
         rows = [row for each in self.refusals.values() for row in each]
         return all(row.refusal.proof and not any(number for _, number in row.pattern) for row in rows)
 
     def failures(self) -> list[tuple[GroundCall, Refusal]]:
-        """Every call that was refused, with its first failure; proofs first, else in order of refusal."""
+        """All refused calls, each with its first refusal; proofs come first, each group in order of refusal."""
         firsts = [(call, rows[0].refusal) for call, rows in self.refusals.items()]
         return sorted(firsts, key=lambda item: not item[1].proof)
 
     def try_harder(self) -> bool:
-        """Raises the effort and forgets the refusals that are no proofs; False at the highest effort."""
+        """Raises the effort and forgets refusals that are not proofs; False if already at the highest effort."""
         if self.effort >= MAX_EFFORT:
             return False
         self.effort += 1

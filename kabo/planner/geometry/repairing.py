@@ -1,7 +1,8 @@
-"""Repairs: the same skeleton, with other answers of the earlier calls that a refused call depends on.
+"""Repairs a skeleton: tries other answers of the earlier calls that a refused call depends on.
 
-Where plans branch, a new search has to distinguish everything that refusals name, in every branch. Often another sample
-of one earlier call is enough: another place for a cup, so that the hand that lets go of it has room.
+Where plans branch, a new search must distinguish in every branch everything that refusals name. Often another
+sample for one earlier call is enough: for example another place for a cup, so that the hand can release it without
+collision.
 """
 
 from collections.abc import Collection
@@ -14,13 +15,13 @@ from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 
 
 def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], table: RefusalTable) -> Skeleton | None:
-    """The skeleton with the next attempts at the calls responsible for the refusals; None if there are none.
+    """The skeleton with the next attempts at the calls responsible for the refusals; None if one has no such call.
 
-    A refused call itself restarts at its first attempt, because its input is another one now.
+    A refused call itself restarts at its first attempt, because its input has changed.
 
     Args:
         skeleton: the skeleton in which calls were refused.
-        refused: these calls, already recorded in the table.
+        refused: the refused calls, already recorded in the table.
         table: the refusal table, which knows the call that produced each component.
     """
     responsible_attempt: set[tuple[GroundCall, int]] = set()

@@ -1,9 +1,9 @@
 """Worker processes that make calls in advance; their answers equal those that the planner would compute itself.
 
-A procedure is a pure function of its call, the situation, the attempt and the effort, and its random samples come from
-counted streams; so it does not matter in which process it runs, nor when. The planner announces early which calls it
-will make, and takes answers, counts and identifiers in its own order. Hence the plan is the same, byte for byte, with
-any number of workers: they change when an answer is available, never which answer it is.
+A procedure is a pure function of its call, the situation, the attempt and the effort, and its random numbers come
+from counter-based streams, so that neither the process nor the time of its evaluation changes the answer. The
+planner announces the calls that it will make, and uses answers, counts and identifiers in its own order. The plan
+is therefore the same, byte for byte, with any number of workers.
 """
 
 import os
@@ -26,7 +26,7 @@ POLL_S = 0.05  # seconds between two looks at whether the run is to stop
 
 @dataclass(frozen=True)
 class SituatedCall:
-    """A call with everything that its answer depends on."""
+    """A call together with everything that its answer depends on: situation, attempt and effort."""
 
     call: GroundCall
     situation: Situation
@@ -35,12 +35,12 @@ class SituatedCall:
 
     @property
     def resumed(self) -> tuple[object, ...]:
-        """The key that all attempts at one call share: a worker continues where its earlier attempts ended."""
+        """The key shared by all attempts at a call: one worker computes them, each continuing the last."""
         return self.call, self.effort, self.situation.key
 
     @property
     def key(self) -> tuple[object, ...]:
-        """The key of a call: calls with equal keys have equal answers."""
+        """The key of a situated call: equal keys have equal answers."""
         return *self.resumed, self.attempt
 
 
@@ -59,15 +59,15 @@ class _ProcedureWorker:
 
 
 class ProcedureWorkers:
-    """Processes that compute announced calls in advance; a context manager, which ends them.
+    """Processes that compute announced calls in advance; a context manager that ends them on exit.
 
-    They are started at the first announcement (see `expect`), and each has a copy of the procedures.
+    The processes are started at the first announcement (see `expect`), each with a copy of the procedures.
 
     Args:
-        procedures: the procedures to be copied. Within the context they look for an answer among those that the
-            processes have computed, or are computing, before they compute it themselves.
-        size: the number of processes; below two none are started, and announcements are ignored.
-        stop: tells whether the run is to end; then no answer is waited for.
+        procedures: the procedures to be copied; inside the context, they take the answers of announced calls from
+            the processes instead of computing them.
+        size: the number of processes; if it is below two, none is started, and announcements are ignored.
+        stop: returns True when the run is to end, after which no answer is waited for.
     """
 
     def __init__(self, procedures: ProcedureServer, size: int, stop: Callable[[], bool]) -> None:
@@ -92,7 +92,7 @@ class ProcedureWorkers:
             worker.connection.close()
 
     def expect(self, questions: Iterable[SituatedCall]) -> None:
-        """Announces calls that will be made soon; a single one is left to the planner itself."""
+        """Announces calls that will be made soon; a single call is left to the planner's own process."""
         if self._size < 2:
             return
         new = {question.key: question for question in questions}
@@ -121,7 +121,7 @@ class ProcedureWorkers:
     def take(
         self, call: GroundCall, situation: Situation, attempt: int, effort: int
     ) -> tuple[Answer, GeometryStatistics] | None:
-        """The answer to an announced call, and its statistics; None if it was not announced, or the run stops."""
+        """The answer to an announced call with its statistics; None if it was not announced or the run stops."""
         key = SituatedCall(call, situation, attempt, effort).key
         if key not in self._expected:
             return None

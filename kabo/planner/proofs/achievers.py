@@ -1,4 +1,4 @@
-"""The achievers of a fact: actions, sensing, rules and entries that could make it true, and what blocks each of them."""
+"""The achievers of a fact: actions, sensing, rules and entries that could make it true; and what blocks each."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,7 +17,10 @@ Kind = Literal["does", "senses", "rule", "entry"]
 
 @dataclass(frozen=True)
 class Achiever:
-    """Something that would make a missing fact true if `blocker` could ever hold; `family` is the action's schema."""
+    """Something that would make a missing fact true if its condition `blocker`, which never holds, did hold.
+
+    `family`: the action schema to which an action belongs.
+    """
 
     kind: Kind
     family: str
@@ -45,7 +48,7 @@ class Achievers:
         )
 
     def of(self, fact: MissingFact) -> list[Achiever]:
-        """The achievers of a fact, in the order of the file."""
+        """The achievers of a missing fact: actions, sensing, rules and entries, in the order of the file."""
         if not fact.is_set:
             return [*self._actions(self._cleared, fact.bit, "does"), *self._rules(fact)]
         found = [*self._actions(self._made, fact.bit, "does")]
@@ -54,7 +57,7 @@ class Achievers:
         return [*found, *self._rules(fact), *self._entries(fact.bit)]
 
     def missing_facts(self, achiever: Achiever) -> list[MissingFact]:
-        """The facts that block an achiever."""
+        """The facts that an achiever's condition requires and that can never hold."""
         return list(dict.fromkeys(missing_facts(achiever.blocker, self.ones, self.zeros)))
 
     def _index(self) -> None:

@@ -1,4 +1,4 @@
-"""Explains why no plan reaches a goal that the delete relaxation reaches: dead ends, or outcomes without a plan."""
+"""Explains why a goal that the delete relaxation reaches has no plan: dead ends, or outcomes without a plan."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -18,10 +18,10 @@ SHOWN_STEPS = 6  # actions, or conjuncts, that a sentence lists
 
 
 def dead_ends(task: GroundedTask, deadline: Callable[[], bool] | None = None) -> list[str]:
-    """Sentences that say why there is no plan; none if that cannot be found out within the limits.
+    """Sentences that say why a task has no plan; an empty list if no reason is found within the limits.
 
     Args:
-        task: has been proven to have no plan.
+        task: a task that is proven to have no plan.
         deadline: called periodically; True ends the searches.
     """
     ends = _DeadEnds(SearchSpace(task, None), Counter(SearchLimits(MAX_EXPANSIONS, deadline)))

@@ -37,7 +37,7 @@ Spoken = tuple[str, str]  # a symbol, and the role of what is said of it
 
 
 class Mentions:
-    """The action schemas and update rules of a problem, by the symbols that they add knowledge about."""
+    """An index of the action schemas and update rules of a problem by the symbols they add knowledge about."""
 
     def __init__(self, whole: Grounding) -> None:
         self.whole = whole
@@ -54,7 +54,7 @@ class Mentions:
         ]
 
     def why_no_achiever(self, meaning: Meaning) -> str:
-        """The reason why no action and no rule achieves a fact, as the rest of a sentence."""
+        """The reason why no action or rule achieves a fact, as a clause that ends a sentence."""
         says = [name for name, spoken in self._actions.items() if _speaks(spoken, meaning)]
         sentences = [
             f"{name} has no instance ({self.without_instance[name]})"
@@ -76,7 +76,7 @@ class Mentions:
         return "no action adds or senses it, and no update rule infers it"
 
     def never(self, formula: Formula) -> str | None:
-        """The reason why static facts make a condition false for all objects; None if they do not."""
+        """The reason why static facts make a condition false for all objects; None if they do not do so."""
         compiler = self.whole.compiler
         for part in formula.parts if isinstance(formula, And) else ():
             why = self.never(part)
@@ -109,12 +109,12 @@ class Mentions:
 
 
 def rule_name(effect: Effect, number: int) -> str:
-    """The name of an update rule in messages, with its place."""
+    """The name of an update rule in messages, which includes its place in the file."""
     return f"update rule {number}" + ("" if effect.place is None else f" ({where(effect.place)})")
 
 
 def condition_of(effect: Effect) -> Formula | None:
-    """The condition of an update rule; None if it has none, or several."""
+    """The condition of an update rule; None if the rule has no condition or several conditions."""
     while isinstance(effect, ForEach) and len(effect.effects) == 1:
         effect = effect.effects[0]
     return effect.condition if isinstance(effect, Conditional) else None

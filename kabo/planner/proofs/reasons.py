@@ -33,7 +33,7 @@ def no_plan(
     failures: Sequence[tuple[GroundCall, Refusal]],
     deadline: Callable[[], bool] | None = None,
 ) -> Reason:
-    """The reason of a proof: the goal is out of reach of all actions, or every refusal is a proof."""
+    """The reason why there is provably no plan: no action can reach the goal, or every refusal is a proof."""
     if not failures:
         return _beyond(problem) if unreachable_goals(task) else _dead_end(task, deadline)
     text = "no plan reaches the goal: every procedure that was refused was refused by a proof"
@@ -69,9 +69,10 @@ def _dead_end(task: GroundedTask, deadline: Callable[[], bool] | None) -> Reason
 
 
 def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Refusal]] = ()) -> Reason | None:
-    """The reason where everything was tried, but kabo's reasoning is incomplete here; None if it is complete: a proof.
+    """The reason that kabo's reasoning is incomplete although everything was tried; None if it is complete.
 
-    The details name the constructs that make it incomplete, each with its place.
+    If it is complete, a search that tried everything is a proof. The details of the reason name the constructs
+    that make the reasoning incomplete, each with its place in the file.
     """
     if verdict.is_proof:
         return None
@@ -82,7 +83,10 @@ def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Refu
 
 
 def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Refusal]], why: str | None = None) -> Reason:
-    """The reason of a spent budget (`why`, if that says it better), with the calls that were refused until then."""
+    """The reason that a budget was spent, with the calls that were refused until then.
+
+    `why`: a more specific cause for the message, such as an interruption; by default the name of the budget.
+    """
     return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _listed(failures))  # type: ignore[arg-type]
 
 

@@ -9,7 +9,7 @@ from kabo.planner.proofs.wording import counted
 
 
 def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list[tuple[str, int]]:
-    """The bodies and robots in pairs with counts, without those that the call names, the most frequent first."""
+    """The bodies and robots in pairs, with counts, most frequent first; those that the call names are left out."""
     arguments = {str(value) for value in call.arguments}
     found = Counter[str]()
     for pair, count in counts:
@@ -21,7 +21,7 @@ def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list
 
 
 def refused(call: GroundCall, refusal: Refusal) -> str:
-    """A refusal as a short sentence, from the counts of the run: `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
+    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
     body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
     if body is None or refusal.reason not in ("collision", "no_path"):
         return f"{call}: {refusal.comment.partition(': ')[2] or refusal.comment}"

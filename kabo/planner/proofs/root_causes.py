@@ -1,7 +1,8 @@
-"""Explains why a fact can never be known, down to root causes: its achievers, and the facts that block each of them.
+"""Explains why a fact can never be known: its achievers, and the facts that block each, down to root causes.
 
-Of everything that blocks an achiever only the fact nearest to a root cause is reported. Similar facts are reported
-once: those of the same symbol with the same kinds of achievers, blocked by the same kinds of facts, form one group.
+Of everything that blocks an achiever, only the fact nearest to a root cause is reported. Similar facts are
+reported once: facts of the same symbol, with the same kinds of achievers, blocked by the same kinds of facts, form
+one group.
 """
 
 from collections.abc import Iterable
@@ -25,7 +26,7 @@ Kind = tuple[str, str, bool]  # symbol, role, whether it is asked to be set
 
 @dataclass
 class CauseGroup:
-    """Similar missing facts, in the order in which they were met, and the achievers of the first."""
+    """A group of similar missing facts, in order of discovery, and the achievers of the first fact."""
 
     members: list[MissingFact]
     achievers: list[Achiever]
@@ -34,10 +35,10 @@ class CauseGroup:
 
 @dataclass
 class Reasons:
-    """The missing facts and other causes because of which a query can never hold.
+    """The missing facts and other causes that prevent a query from ever holding.
 
-    `circular` facts wait for each other and for nothing else. `layer` is the last layer of the relaxation in which
-    something became possible that the achievers need.
+    `circular`: facts that are blocked only by each other. `layer`: the last layer of the delete relaxation in
+    which something that the achievers need became possible.
     """
 
     cases: list[CauseGroup] = field(default_factory=list)
@@ -46,7 +47,7 @@ class Reasons:
 
 
 class RootCauses:
-    """Explains facts that the delete relaxation cannot reach."""
+    """Explains why the delete relaxation cannot reach a fact."""
 
     def __init__(self, achievers: Achievers, meanings: BitMeanings, mentions: Mentions) -> None:
         self.achievers, self.meanings, self.mentions = achievers, meanings, mentions
@@ -55,7 +56,7 @@ class RootCauses:
         self._rank: dict[MissingFact, int] = {}  # distance of a fact from its root causes; circular ones have none
 
     def reasons(self, query: Query) -> Reasons:
-        """The reasons why an impossible query can never hold, the nearest causes first."""
+        """The reasons why an impossible query can never hold; the facts that the query itself lacks come first."""
         first = list(dict.fromkeys(missing_facts(query, self.achievers.ones, self.achievers.zeros)))
         self._rank_all(first)
         queue, seen, reads = list(first), set(first), query.reads
@@ -74,7 +75,10 @@ class RootCauses:
         return Reasons(list(cases.values()), self._circular(queue), self._layer(reads))
 
     def lacking(self, blocker: Query) -> tuple[str, list[MissingFact]]:
-        """The missing facts of a blocked query, also as text; of a conjunction only the fact nearest to a root cause."""
+        """The facts missing for a query, as text and as a list.
+
+        If the query contains a conjunction that can never hold, only the fact nearest to a root cause is included.
+        """
         parts = blocker.parts if isinstance(blocker, All) else (blocker,)
         for part in parts:
             if isinstance(part, AllOf) and not part.possible(self.achievers.ones, self.achievers.zeros):
@@ -85,12 +89,12 @@ class RootCauses:
         return self.meanings.query(blocker, self.achievers.ones, self.achievers.zeros), found
 
     def kind_of_lack(self, blocker: Query) -> tuple[Kind, ...]:
-        """The kinds of facts that a blocked query lacks; computes their causes."""
+        """The kinds of the facts that are missing for a query."""
         self._rank_all(missing_facts(blocker, self.achievers.ones, self.achievers.zeros))
         return self._kinds(self.lacking(blocker)[1])
 
     def sentences(self, reasons: Reasons) -> list[str]:
-        """The reasons as sentences; root causes are never left out."""
+        """The reasons as sentences; long lists are shortened, but include the root causes."""
         roots = [case for case in reasons.cases if not case.achievers][:MAX_SENTENCES]
         first = reasons.cases[:MAX_SENTENCES]
         shown = [case for case in reasons.cases if case in first or case in roots]
@@ -189,7 +193,7 @@ class RootCauses:
         return f"{_BY[first.kind]}{first.name}{more}, which needs {self.lacking(first.blocker)[0]}"
 
     def nothing(self, fact: MissingFact) -> str:
-        """The sentence about a fact without achievers."""
+        """The sentence that says that a fact has no achievers, and why."""
         meaning = self.meanings.meaning(fact.bit)
         if not fact.is_set:
             return f"{meaning.text} holds from the start, and nothing ever takes that away."
@@ -207,7 +211,7 @@ class RootCauses:
         return f"{said}: {self.why_nothing(meaning)}."
 
     def why_nothing(self, meaning: Meaning) -> str:
-        """The reason why neither the start nor an action nor a rule makes a fact known, as the end of a sentence."""
+        """The reason why no initial fact, action or rule makes a fact known, as a clause that ends a sentence."""
         return f"{self._at_the_start(meaning)}, {self.mentions.why_no_achiever(meaning)}"
 
     def _at_the_start(self, meaning: Meaning) -> str:

@@ -1,4 +1,4 @@
-"""Explains why static facts make a formula false in every state: the false part, and the reason."""
+"""Explains why static facts make a formula false in every state: which part is false, and why."""
 
 from collections.abc import Iterable, Iterator
 
@@ -26,7 +26,7 @@ SHOWN_ALTERNATIVES = 3  # alternatives of which each gets a sentence of its own
 
 
 def why_false(compiler: Compiler, formula: Formula, binding: Binding) -> Iterator[str]:
-    """Sentences that say why a formula is false in every state; none if it is not."""
+    """Sentences that say why a formula is false in every state; none if static facts do not make it false."""
     if compiler.query(formula, binding) != FALSE:
         return
     match formula:

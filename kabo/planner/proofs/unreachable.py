@@ -16,7 +16,10 @@ SAME_REASONS = "For the same reasons as"  # begins the sentence about a conjunct
 
 @dataclass(frozen=True)
 class UnreachableGoal:
-    """A conjunct of the goal that can never hold, and why; `layer`: the last layer of the relaxation that came nearer."""
+    """A conjunct of the goal that can never hold, and why.
+
+    `layer`: the last layer of the delete relaxation in which something that the conjunct needs became possible.
+    """
 
     text: str
     layer: int
@@ -29,13 +32,13 @@ def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
 
 
 def root_causes_in(whole: Grounding) -> RootCauses:
-    """The analysis of root causes for a grounded problem."""
+    """The object that explains root causes in a grounded problem."""
     meanings = BitMeanings(whole)
     return RootCauses(Achievers(whole, meanings), meanings, Mentions(whole))
 
 
 def unreachable_in(causes: RootCauses) -> list[UnreachableGoal]:
-    """The conjuncts of the goal that the delete relaxation never reaches, each with why."""
+    """The goal conjuncts that the delete relaxation never reaches, each with sentences that say why."""
     whole = causes.achievers.whole
     compiler, reach = whole.compiler, whole.reach
     first_with: dict[tuple[object, ...], str] = {}

@@ -1,4 +1,4 @@
-"""Bits of knowledge states as text: which fact a bit stands for, and which facts an impossible query lacks."""
+"""Bits of knowledge states as text: the fact that a bit represents, and the facts missing for a query."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ SHOWN_ITEMS = 3  # items that a list in a sentence shows
 
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of one bit: its text in the language's spelling, and the atom, term or entry that it concerns."""
+    """The meaning of a bit: its text in kabo's language, and the atom, term or entry that it represents."""
 
     text: str
     role: Role
@@ -30,7 +30,7 @@ class Meaning:
 
 @dataclass(frozen=True)
 class MissingFact:
-    """A bit that should be 1 (`is_set`) or 0, and never can be."""
+    """A bit that a query requires to be 1 (`is_set`) or 0, and that can never have this value."""
 
     bit: int
     is_set: bool = True
@@ -56,12 +56,15 @@ class BitMeanings:
         return self._meanings.get(bit) or Meaning("what it remembers", "always", "it", "it")
 
     def text(self, fact: MissingFact) -> str:
-        """The fact as a query: `K(p)`, or `not K(p)` for a bit that should be 0."""
+        """A missing fact as a query: `K(p)`, or `not K(p)` for a bit that should be 0."""
         said = self.meaning(fact.bit).text
         return said if fact.is_set else f"not {said}"
 
     def query(self, query: Query, ones: int, zeros: int) -> str:
-        """The parts of an impossible query that can never hold, as text."""
+        """The parts of an impossible query that can never hold, as text.
+
+        `ones` are the bits that can become 1, `zeros` those that can become 0.
+        """
         match query:
             case AllOf() | AnyOf():
                 texts = [self.text(fact) for fact in missing_facts(query, ones, zeros)]
@@ -110,7 +113,7 @@ class BitMeanings:
 
 
 def missing_facts(query: Query, ones: int, zeros: int) -> Iterator[MissingFact]:
-    """The facts that keep a query from ever holding; one that occurs several times is repeated."""
+    """The facts whose absence makes a query impossible; a fact that occurs several times is repeated."""
     match query:
         case AllOf(mask, value):
             for bit in bits_of(mask):
@@ -125,7 +128,7 @@ def missing_facts(query: Query, ones: int, zeros: int) -> Iterator[MissingFact]:
 
 
 def claim_in_words(claim: Claim) -> str:
-    """A claim in the language's spelling."""
+    """A claim as text in kabo's language."""
     group = claim.group
     about = group.text.removeprefix(PREFIX)
     if isinstance(group, AtomBits):
@@ -144,7 +147,7 @@ def entry_text(entry: Entry) -> str:
 
 
 def listed(texts: Iterable[str], word: str, shown: int = SHOWN_ITEMS) -> str:
-    """Texts as a list for messages: `a, b and 5 more`; each text once."""
+    """A list for messages, such as `a, b and 5 more`; repeated texts appear once."""
     every = list(dict.fromkeys(texts))
     if len(every) > shown + 1:
         every = [*every[:shown], f"{len(every) - shown} more"]

@@ -1,1 +1,1 @@
-"""Better motion for a plan that was found: joined, shortened and timed across its tasks, never worse."""
+"""Refinement of a plan: motion is shortened, joined across tasks and retimed; the plan never gets worse."""

@@ -1,7 +1,8 @@
 """The parts of a task's motion that refinement may change without changing the task.
 
-A free motion between two configurations may take any path. Of a stroke, the least length that its family requires is
-kept; the rest was optional. Everything else stays as its stage made it.
+The path of a free motion between two configurations may be replaced by any other free path. A stroke (a straight
+approach or retreat) may be shortened to the least length that its family requires. All other motion stays as its
+stage made it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,7 +24,7 @@ from kabo.tasks.robots.stages.strokes import MoveRelative
 
 @dataclass(frozen=True)
 class Freedom:
-    """The permitted changes of one stage's motion; `least` [m] is the length of a stroke that must be kept."""
+    """The permitted change of one stage's motion; `least` [m] is the least length to which a stroke may be cut."""
 
     kind: Literal["way", "stroke", "fixed"]
     least: float = 0.0
@@ -34,7 +35,10 @@ FIXED, WAY = Freedom("fixed"), Freedom("way")
 
 @dataclass(frozen=True)
 class Freedoms:
-    """The permitted changes of a call's stages, by path; `anywhere`: the robot may end in another configuration."""
+    """The permitted changes of the motions of a call's stages, by the path of each stage in the task.
+
+    `anywhere`: whether the robot may end the task in another configuration.
+    """
 
     by_stage: Mapping[str, Freedom]
     anywhere: bool = False
@@ -48,9 +52,9 @@ NONE = Freedoms({})
 
 
 def freedoms(stages: Sequence[RobotStage], bodies: Iterable[Body]) -> Freedoms:
-    """The permitted changes of the motion of a task's stages; `bodies` are those that the task is about.
+    """The permitted changes of the motion of a task's stages; `bodies` are the bodies among the task's arguments.
 
-    The motion of a task that adds geometry, or sets its own times, is not changed.
+    Nothing may be changed if a stage of the task adds geometry or sets its own times.
     """
     if any(isinstance(stage, (AddGeometry, Pad, Reparameterise)) for stage in stages):
         return NONE

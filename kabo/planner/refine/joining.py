@@ -1,8 +1,9 @@
-"""Joint refinement: shortens the free motion of one robot across the stages and tasks of a stretch.
+"""Shortens the free motion of each robot across the stages and tasks of a stretch of the plan.
 
-The purposes of the tasks are kept: where something is taken, let go or looked at, and the strokes to and from there.
-Between these a robot's motion is one run, whichever tasks its pieces were planned for: it is shortened as a whole, and
-the configuration in which one task ends and the next begins is chosen anew.
+The purposes of the tasks are kept: the poses at which objects are grasped, released or looked at, and the strokes
+to and from these poses. Between them, a robot's motion forms one run, whichever tasks its pieces were planned for.
+Each run is shortened as a whole, and the configurations in which one task ends and the next begins are chosen
+anew.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,7 +29,7 @@ SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next 
 
 @dataclass(frozen=True)
 class ActMotion:
-    """The motion of one node of a plan, the components it changes, and which parts of it may be changed."""
+    """The motion of one plan node, the components that it changes, and the changes to it that are permitted."""
 
     motion: tuple[Segment, ...]
     changes: Mapping[str, Component]
@@ -37,7 +38,7 @@ class ActMotion:
 
 @dataclass(frozen=True)
 class Effort:
-    """The effort for each run: the number of shortcuts, and of new paths where the straight one is not free."""
+    """The effort for each run: the number of shortcuts, and of new paths if the straight one collides."""
 
     shortcuts: int = 150
     ways: int = 3
@@ -60,14 +61,15 @@ Run = list[_RunPiece]
 def joined(
     context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
 ) -> list[ActMotion]:
-    """The acts with shorter motion, proven free; start, grasps and releases are kept, and with `pinned` the end.
+    """The acts with shorter motion, proven collision-free, with the same start, grasps and releases.
 
     Args:
         context: the context of the geometry server.
         start: the situation in which the first act begins.
-        acts: one after the other, with nothing in between.
-        effort: the number of attempts for each run.
-        pinned: whether the robots have to end where they do; else a last stroke is cut to its least length.
+        acts: the motions of consecutive nodes.
+        effort: the number of attempts to shorten each run.
+        pinned: whether the robots must end in the same configurations; if not, a stroke at the end is cut to its
+            least length.
     """
     made = list(acts)
     robots = dict.fromkeys(segment.robot for act in acts for segment in act.motion)
@@ -85,12 +87,12 @@ def joined(
 
 
 def lengths(acts: Sequence[ActMotion]) -> float:
-    """The length of all motion of arms [rad or m, L2 over the joints of each]."""
+    """The total path length of all segments of the acts [rad or m, L2 over the joints of each segment]."""
     return sum(segment_length(segment) for act in acts for segment in act.motion)
 
 
 def segment_length(segment: Segment) -> float:
-    """The length of a segment's path [rad or m, L2]."""
+    """The length of a segment's path [rad or m, L2 over its joints]."""
     return float(np.linalg.norm(np.diff(np.array(segment.waypoints), axis=0), axis=1).sum())
 
 

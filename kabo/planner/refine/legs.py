@@ -1,7 +1,7 @@
-"""Legs: the segments of a node's motion, each with the scene in which it is executed, to be proven again.
+"""Legs: the segments of a node's motion, each with the scene in which it is executed, for proving it again.
 
-A motion may be replayed in another situation than that in which it was planned: with other robots elsewhere, and with
-objects that it does not move at other places, or at several.
+A motion may be executed in a situation other than the one for which it was planned: other robots may be elsewhere,
+and objects that it does not move may have other poses, or several possible ones.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,23 +22,23 @@ JOINED = 1e-6  # rad or m: a leg begins where the one before it ended, or it is 
 
 @dataclass(frozen=True)
 class Leg:
-    """A segment, and the stretch of all the robot's joints in the scene in which it begins."""
+    """A segment, with its path over all joints of the robot and the scene in which it begins."""
 
     segment: Segment
     part: MotionPart
 
     @property
     def arm(self) -> bool:
-        """Whether the joints of the arm move, not those of the gripper."""
+        """Whether the leg moves the joints of the arm; False if it moves the gripper."""
         return self.part.stretch.group == "arm"
 
     @property
     def path(self) -> Array:
-        """The way points (m, n) of all joints."""
+        """The way points (m, n) of the leg, over all joints of the robot."""
         return self.part.stretch.path
 
     def along(self, path: Iterable[Sequence[float]] | Array) -> Segment:
-        """The segment with other way points (m, n) of all joints, still to be timed."""
+        """The segment along other way points (m, n), given over all joints; its times are placeholders."""
         robot = self.part.scene.robot(self.segment.robot)
         index = [robot.joint_names.index(joint) for joint in self.segment.joints]
         rows = tuple(tuple(configuration(np.asarray(q)[index])) for q in path)
@@ -50,8 +50,8 @@ class Leg:
 def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
     """The legs of a motion that begins in a situation, or None if legs cannot represent it.
 
-    That is so for several robots, a robot with several configurations, objects attached to objects, and a motion
-    that does not start at the robot's configuration.
+    Legs cannot represent a motion of several robots, of a robot with several possible configurations, or with
+    objects attached to objects, nor a motion that does not start at the robot's configuration.
     """
     if situation.nested or len({segment.robot for segment in motion}) > 1:
         return None
@@ -71,13 +71,13 @@ def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Se
 
 
 def proven(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> bool:
-    """Whether a motion is proven free, and to keep its constraints, for every value that a situation leaves open."""
+    """Whether a motion is proven free of collision, and to keep its constraints, for all values in a situation."""
     legs = legs_of(context, situation, motion)
     return legs is not None and all(leg_proven(leg) for leg in legs)
 
 
 def leg_proven(leg: Leg) -> bool:
-    """Whether all straight pieces of a leg are proven."""
+    """Whether every straight piece of a leg's path is proven collision-free and within its constraint."""
     path = leg.path
     return all(leg.part.proven(a, b) for a, b in zip(path, path[1:], strict=False))
 

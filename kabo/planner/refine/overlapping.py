@@ -1,7 +1,8 @@
-"""The time by which a motion may begin before the previous one has ended, so that the two can never collide.
+"""Computes how early a motion may begin before the previous one has ended without any possible collision.
 
-The sweeps of the last segments of the one and of the whole other one are proven apart whatever the times [K Def. 1.3]:
-an arm that is late does no harm. That everything else stays apart was proven for each of them already.
+The volumes swept by the last segments of the first motion and by the whole second motion are proven apart,
+independently of timing [K Def. 1.3], so that a late robot causes no collision. All other clearances were proven
+for each motion already.
 """
 
 from dataclasses import dataclass
@@ -34,12 +35,13 @@ class SituatedMotion:
 def greatest_overlap(
     context: ProcedureContext, first: SituatedMotion, second: SituatedMotion, most: float
 ) -> float:
-    """The greatest time [s] by which the second motion may begin before the first ends; it begins with a segment.
+    """The greatest time [s] by which the second motion may begin before the first ends; 0 if it must wait.
 
     Args:
         context: the context of the geometry server.
         first, second: motions of different robots with different objects.
-        most: the greatest permitted time, which may lie within a segment.
+        most: the greatest permitted overlap [s]; only an overlap of this length may start
+            within a segment of the first motion.
     """
     legs, others = legs_of(context, *_of(first)), legs_of(context, *_of(second))
     if legs is None or others is None:

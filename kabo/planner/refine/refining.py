@@ -1,8 +1,8 @@
-"""Refinement of a plan that was found: the motion of its linear stretches is made shorter, never longer.
+"""Refines a plan: makes the motion along its linear stretches shorter, never longer.
 
-A stretch is a chain of nodes with one way in and one way out. Actions, knowledge and proofs are kept: each stretch
-begins and ends where it did, unless only the goal follows, and every changed motion is proven free anew, for every value
-that is possible there.
+A stretch is a chain of nodes with one predecessor and one successor each. Actions, knowledge and proofs are kept.
+Each stretch begins and ends in the same geometric state as before, except that the end may change if only the goal
+follows. Every changed motion is proven collision-free again, for all values that components may have there.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ BETTER = 1e-6  # rad or s by which a motion has to differ to count as longer
 class RefinementFigures:
     """Length [rad or m, L2] and duration [s] of the longest branch, before and after, and the sum of all overlaps [s].
 
-    Both durations respect the limits of acceleration, so that they can be compared.
+    Both durations are computed with the same acceleration limits, so that they can be compared.
     """
 
     length_found: float
@@ -42,7 +42,7 @@ class RefinementFigures:
     seconds: float
 
     def written(self) -> dict[str, float]:
-        """The figures under the keys of the plan's statistics."""
+        """The figures as a dictionary, with the keys of the plan's statistics."""
         return {
             "path_length_found": self.length_found,
             "path_length": self.length,
@@ -60,8 +60,8 @@ def refine(
 
     Args:
         variants: the variants of an evaluation in which every call succeeded; the first is the root.
-        server: the server that answered the calls; when its run has to stop, the remaining motion is kept.
-        samples: the number of samples that may be drawn for other solutions.
+        server: the server that answered the calls; when its run has to stop, the remaining motion is not changed.
+        samples: the number of samples that may be drawn to find other solutions of tasks.
     """
     began = perf_counter()
     stops = stops_of(variants, server)
@@ -85,7 +85,7 @@ def refine(
 
 
 def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
-    """The permitted changes of a node's motion."""
+    """The permitted changes of the motion of a stop's procedure call."""
     if stop.call is None:
         return NONE
     bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())
@@ -134,7 +134,7 @@ def _timed(stop: Stop, answer: Success, server: GeometricProcedures) -> Success:
 
 
 class FoundMotion:
-    """The motion of the plan before refinement, timed within the same limits, for comparison and as a fallback."""
+    """The motion before refinement, retimed within the same limits, for comparison and as a fallback."""
 
     def __init__(self, stops: Sequence[Stop], server: GeometricProcedures) -> None:
         self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
@@ -153,7 +153,7 @@ class FoundMotion:
 
 # ---------------------------------------------------------------------------------------------------- both at once
 def let_overlap(stops: Sequence[Stop], server: GeometricProcedures) -> dict[Stop, float]:
-    """Lets motions begin before the previous one has ended, where the two robots never meet; the overlaps [s]."""
+    """Lets motions begin before the previous one ends if the two never collide; returns the overlaps [s]."""
     made: dict[Stop, float] = {}
     for stop in stops:
         for after in stop.following:
@@ -190,17 +190,17 @@ def _moves(stop: Stop) -> bool:
 
 # --------------------------------------------------------------------------------------------------------- figures
 def length_of(stop: Stop) -> float:
-    """The length of a node's motion [rad or m, L2]."""
+    """The path length of a stop's motion [rad or m, L2]."""
     return 0.0 if stop.answer is None else sum(map(segment_length, stop.answer.motion))
 
 
 def seconds_of(stop: Stop) -> float:
-    """The time between the end of the previous node and the end of this one [s]."""
+    """The time from the end of the previous stop's motion to the end of this one [s]."""
     return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap
 
 
 def longest(stops: Sequence[Stop], own: Callable[[Stop], float]) -> float:
-    """The greatest sum of the nodes' values along any branch."""
+    """The greatest sum of `own` over the stops of a branch, among all branches."""
     total: dict[Stop, float] = {}
     for stop in reversed(stops):
         total[stop] = own(stop) + max((total[after] for after in stop.following), default=0.0)

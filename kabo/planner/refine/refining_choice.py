@@ -1,9 +1,9 @@
-"""Other solutions of the tasks of a stretch that shorten the plan, by dynamic programming along the stretch.
+"""Replaces task solutions along a stretch so that the plan gets shorter, using dynamic programming.
 
-Tasks can be asked for their next solution: another grasp, another place, another branch of inverse kinematics. Along a
-stretch the shortest way to each state is kept for the few best states. A new end of the stretch changes what follows: nodes
-behind it keep their motion where that is still proven and what it moves is where it was; the others are planned anew,
-and the length of the whole plan decides.
+A task can have other solutions: another grasp, another place, another branch of inverse kinematics. Along a
+stretch, the shortest sequence of solutions to each state is kept for the few best states. If the stretch then ends
+in another state, later nodes keep their motion where it is still proven and the objects that it moves are
+unchanged; the other nodes are planned again. The change is accepted only if the whole plan gets shorter.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,19 +27,19 @@ LEAST_GAIN = 1e-3  # rad by which the plan has to get shorter
 
 @dataclass(frozen=True)
 class PlanDraft:
-    """The answer of every node's call, and the situation in which it begins."""
+    """A version of the plan: for each stop, the answer to its call and the situation in which it begins."""
 
     answers: Mapping[Stop, Success | None]
     situations: Mapping[Stop, Situation]
 
     @property
     def cost(self) -> float:
-        """The length of all motion [rad or m, L2], each node counted once."""
+        """The path length of all motion [rad or m, L2]; each stop counts once."""
         return sum(map(length, self.answers.values()))
 
 
 def length(answer: Success | None) -> float:
-    """The length of a motion [rad or m, L2]."""
+    """The path length of the motion in an answer [rad or m, L2]; 0 without an answer."""
     return 0.0 if answer is None else sum(map(segment_length, answer.motion))
 
 
@@ -54,7 +54,7 @@ class _Way:
 
 @dataclass
 class AlternativeChoice:
-    """Searches for shorter solutions along the stretches of a plan; `order` is topological."""
+    """Searches for task solutions that shorten the plan; `order` lists its stops in topological order."""
 
     server: GeometricProcedures
     order: Sequence[Stop]
@@ -67,11 +67,11 @@ class AlternativeChoice:
 
     @property
     def spent(self) -> bool:
-        """Whether the budget of samples is used up."""
+        """Whether the budget of samples is used up or the run has to stop."""
         return self.server.statistics.samples - self._began > self.samples or self.server.stop()
 
     def shorten(self, stretch: Sequence[Stop]) -> None:
-        """Replaces solutions along a stretch where that makes the whole plan shorter."""
+        """Replaces solutions along a stretch if that makes the whole plan shorter."""
         if self.spent or _is_held(stretch):
             return
         best = self.draft

@@ -1,4 +1,4 @@
-"""Stops, the nodes of a plan before it is written: equal variants merged; and linear stretches of stops."""
+"""Stops (nodes of the plan before it is written, with equal variants merged), and linear stretches of stops."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from kabo.tasks.procedures import GeometricProcedures
 
 @dataclass(eq=False)
 class Stop:
-    """One node of the future plan: equal variants, and the union of the situations in which they begin."""
+    """A node of the future plan: its equal variants, and the union of the situations in which they begin."""
 
     variants: list[Variant]
     situation: Situation
@@ -22,12 +22,12 @@ class Stop:
 
     @property
     def first(self) -> Variant:
-        """The first variant, which represents all: refinement reads nothing in which they differ."""
+        """The first variant, which represents all variants: refinement reads nothing in which they differ."""
         return self.variants[0]
 
     @property
     def answer(self) -> Success | None:
-        """The successful answer to the stop's call; None if there is none."""
+        """The successful answer to the stop's call; None if the stop has no call."""
         return self.first.answer if isinstance(self.first.answer, Success) else None
 
     @property
@@ -42,7 +42,7 @@ class Stop:
         return self.first.node.action is None and not self.following
 
     def keep(self, situation: Situation, answer: Success | None) -> None:
-        """Sets the situation of all variants, and their answer unless `answer` is None."""
+        """Sets the situation of the stop and its variants; and also their answer, unless `answer` is None."""
         self.situation = situation
         for variant in self.variants:
             variant.situation = situation
@@ -56,7 +56,7 @@ class Stop:
 
 
 def stops_of(variants: tuple[Variant, ...], server: GeometricProcedures) -> list[Stop]:
-    """The stops of a plan, each before those that follow it, the root first."""
+    """The stops of a plan in topological order, the root first."""
     handles = handles_of(variants, server)
     made: dict[str, Stop] = {}
     for variant in variants:
@@ -86,7 +86,7 @@ def _in_order(stops: Sequence[Stop]) -> list[Stop]:
 
 
 def stretches_of(stops: Sequence[Stop]) -> Iterator[list[Stop]]:
-    """Every linear stretch, in order: its inner nodes have one predecessor and one successor each."""
+    """The maximal linear chains of stops, in order: inside a chain, each stop leads only to the next."""
     taken: set[Stop] = set()
     for first in stops:
         stretch: list[Stop] = []

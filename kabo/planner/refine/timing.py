@@ -1,7 +1,8 @@
 """Retimes a plan's motion as fast as velocity and acceleration limits allow, at rest where it has to stop.
 
-With toppra (the extra `timing`) phases that follow each other are passed without a stop and corners are rounded, as
-`Reparameterise` does it. Without it, or where a rounded motion is not proven, the motion rests at every way point.
+With toppra (the extra `timing`), consecutive motion phases are executed without a stop and corners are rounded, as
+the stage `Reparameterise` does. Without toppra, or if a rounded motion cannot be proven collision-free, the robot
+stops at every way point.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,11 @@ MOVING = 1e-6  # rad: less is no motion
 
 
 def limits_of(robot: Robot) -> TimingLimits:
-    """The limits of a robot's planned joints: velocities of the URDF; accelerations of the scene, or by `RAMP`."""
+    """The velocity and acceleration limits of a robot's planned joints.
+
+    Velocities come from the URDF, accelerations from the scene; a joint without one reaches full velocity in
+    `RAMP` seconds.
+    """
     velocity = np.asarray(robot.tree.velocity[: robot.planned], float)
     pairs = zip(robot.planned_joints, velocity / RAMP, strict=True)
     return TimingLimits(
@@ -33,13 +38,13 @@ def limits_of(robot: Robot) -> TimingLimits:
 def timed(
     context: ProcedureContext, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
 ) -> list[Segment]:
-    """A motion with recomputed times and more way points; parts that cannot be retimed keep their times.
+    """The segments of a motion with new times and more way points; parts that cannot be retimed keep their times.
 
     Args:
         context: the context of the geometry server.
         situation: the situation in which the motion begins.
         motion: the segments of one robot.
-        round_corners: whether to use toppra.
+        round_corners: whether to round corners with toppra.
 
     Raises:
         ImportError: `round_corners` is set and toppra is not installed.

@@ -1,6 +1,6 @@
-"""Steps of a run with a scene before and after its rounds: loads geometry, then refines and certifies the plan.
+"""The steps of a run that need a scene: loads geometry before the rounds, refines and certifies a plan after them.
 
-This file, and what it imports, loads the kernels: `solve` imports it when a problem has a scene, and not before.
+This module and its imports load the kernels, so `solve` imports it only for problems with a scene.
 """
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ from kabo.tasks.procedures import GeometricProcedures
 
 
 def load_procedures(run: SolveRun) -> GeometricProcedures:
-    """The procedures of the problem's scene; from now on the run also stops when its samples are used up.
+    """The server for the procedures in the problem's scene; the run then also stops when its samples are spent.
 
     Raises:
         CutOff: time or memory was spent before the scene was loaded.
@@ -44,9 +44,9 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
 
 
 def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
-    """The result with the plan of an evaluation, whose motion is refined and certified if the options ask for that.
+    """The result with the plan of a complete evaluation, refined and certified if the options ask for that.
 
-    `run.on_found` is called with the plan as it is first, if either is still to be done.
+    If refining or certifying is still to be done, `run.on_found` is first called with the plan as it was found.
     """
     plan = None
     if run.on_found is not None and (run.options.quality == "good" or run.certifies):
@@ -66,9 +66,10 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
 def unsuccessful_calls(
     geometry: RefusalTable | EagerGeometry, server: GeometricProcedures
 ) -> list[tuple[GroundCall, Refusal]]:
-    """Every call that was refused, with its first failure, including calls whose refusal was discarded.
+    """All calls that were refused, each with its first refusal, including refusals that were discarded.
 
-    A refusal is discarded before the call is repeated with more samples; the run may end in between.
+    A refusal is discarded before its call is repeated with more samples, and the run may end before the
+    repetition.
     """
     found = geometry.failures()
     known = {call for call, _ in found}

@@ -1,1 +1,1 @@
-"""Contingent plans over knowledge: AND-OR search, weak plans, solved continuations, nogoods [K 6.2]."""
+"""Contingent search over knowledge states: AND-OR search, weak plans, solved continuations, nogoods [K 6.2]."""

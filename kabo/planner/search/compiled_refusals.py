@@ -1,9 +1,10 @@
 """The refusal table compiled into a finite-domain task: refusals become conditions, suspicions become costs.
 
-Each component that a refusal or suspicion names gets a variable for its provenance; one value of it stands for
-all provenances that do not matter to any of them. Calls set the variable. An operator is replaced by variants,
-whose preconditions exclude the refusals of its call. Those whose preconditions exclude the suspicions, too, cost
-less than the others. So the packed searches take all that was learnt from geometry into account, at full speed.
+Each component that a refusal or suspicion names gets a variable for its provenance; one value of the variable
+stands for all provenances that no refusal or suspicion names. Calls set the variable. Each operator is replaced by
+variants whose preconditions exclude the refusals of its call. Variants whose preconditions also exclude the
+suspicions cost less than the others. The packed searches thus use everything that was learnt from geometry, at
+full speed.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +23,11 @@ Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
 
 @dataclass(frozen=True)
 class LearntTask:
-    """A task with the compiled refusals: the attempt of each operator, and whether every alternative is included."""
+    """A finite-domain task with compiled refusals, and for each operator the attempt at its call.
+
+    `whole`: whether all variants of the operators are included; if not, the task may be unsolvable although a plan
+    exists.
+    """
 
     compiled: CompiledTask
     attempts: tuple[int, ...]
@@ -30,12 +35,12 @@ class LearntTask:
 
 
 def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], learnt_refusals: LearntRefusals) -> LearntTask:
-    """A finite-domain task, whose operators are owned by actions, with the refusals that were learnt.
+    """The finite-domain task `base` extended by the refusals and suspicions that were learnt.
 
     Args:
         base: the task without geometry.
-        actions: the actions of the knowledge task; operators name their owner by its index in this list.
-        learnt_refusals: the refusals, suspicions and provenances.
+        actions: the actions of the knowledge task; each operator stores the index of its action in this list.
+        learnt_refusals: the refusals, the suspicions, and the provenances that they name.
     """
     return _Learnt(base, actions, learnt_refusals).made()
 

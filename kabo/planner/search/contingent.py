@@ -1,12 +1,13 @@
 """Contingent search: a plan in which every leaf fulfils the goal [K 3.3, ch. 6].
 
-To solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
-solve the node behind *every* outcome. Regression then tells which facts the continuation needs, and it solves every
-node that has them. If some outcome cannot be solved, the step is banned at this node, and the next weak plan must
-begin with another one.
+A node is solved as follows. If an earlier continuation covers it, that one is reused. Otherwise a weak plan is
+found, its first step is taken, and the node behind *every* outcome of this step is solved. Regression then
+computes which facts the continuation needs; the continuation solves every node that has these facts. If some
+outcome cannot be solved, the step is banned at this node, and the next weak plan must begin with another step.
 
-Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
-ancestors that would have to be visited again (`nogoods.py`); only a failure that names none is a proof.
+Plans are acyclic, so that a node is never solved through one of its own ancestors. A failure is therefore
+relative: it names the ancestors that would have to be visited again (`nogoods.py`). Only a failure that names none
+is a proof.
 """
 
 from collections.abc import Callable, Generator, Hashable
@@ -52,19 +53,19 @@ def find_skeleton(
     packed: PackedTask | None = None,
     heuristic: str = DEFAULT_HEURISTIC,
 ) -> SearchResult:
-    """A contingent plan for the task, the proof that there is none, or what ended the search.
+    """A contingent plan for the task, the proof that there is none, or the budget that was spent.
 
     Args:
         task: the grounded problem.
-        search: the algorithm for weak plans, a word of `Search`; None for the default of `Options`.
-        geometry: the refused calls, and the remaining attempts; None for purely symbolic planning.
+        search: the algorithm for weak plans, a value of `Search`; None for the default of `Options`.
+        geometry: which calls are refused and which attempts remain; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called periodically with the statistics so far.
-        packed: the same task prepared for packed searches by an earlier call; None prepares it where it is needed.
+        packed: the same task prepared for packed searches by an earlier call; None prepares it when it is needed.
         heuristic: the heuristic for states of knowledge, a key of `HEURISTICS`.
 
     Raises:
-        KeyError: there is no search of that name.
+        KeyError: `search` or `heuristic` is not a known name.
     """
     limits, search = limits or SearchLimits(), search or Options.search
     if search in ("best", "astar", "breadth-first") and not task.branchings:

@@ -1,7 +1,7 @@
 """Lower bounds of the cost of weak plans, for A*: LM-cut over the delete relaxation of knowledge.
 
-The relaxation takes every outcome of sensing at once and loses nothing that was ever known, so every weak plan is
-possible in it, at no more cost.
+The delete relaxation assumes all outcomes of sensing at once and never loses knowledge, so that every weak plan is
+also a relaxed plan, at the same or a lower cost.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ UNITS = 1000  # integer units of cost 1; costs are rounded down to them, so that
 
 
 class CostBounds:
-    """Lower bounds for one task, each computed once."""
+    """Lower bounds on the cost of weak plans for one task; the bound of each state is computed once."""
 
     def __init__(self, task: GroundedTask, relaxation: Relaxation) -> None:
         self._task, self._relaxation = task, relaxation
@@ -40,7 +40,7 @@ class CostBounds:
 
 
 class RelaxedPlans:
-    """The heuristic of the delete relaxation: relaxed plans estimate [h_FF], landmark cuts bound from below."""
+    """The heuristic of the delete relaxation: estimates by relaxed plans [h_FF], lower bounds by LM-cut."""
 
     def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         self._task, self._relaxation = task, Relaxation(task, refused)
@@ -50,7 +50,7 @@ class RelaxedPlans:
         return CostBounds(self._task, self._relaxation)
 
     def estimate(self, state: int, parts: Sequence[int]) -> HeuristicValue:
-        """The cost of a relaxed plan from a state to some conjuncts of the goal, and the actions that it begins with."""
+        """The cost of a relaxed plan from a state to some goal conjuncts, and the actions that can begin it."""
         found = self._relaxation.estimate(state, parts)
         return HeuristicValue(found.value, frozenset(found.preferred))
 

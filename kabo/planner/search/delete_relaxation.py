@@ -1,8 +1,8 @@
-"""The delete relaxation of a knowledge task: nothing that was ever true or known is lost.
+"""The delete relaxation of a knowledge task, in which no fact that was ever true or known is lost.
 
-Its facts are the bits of knowledge states (known, known not, known whether …); that a bit is not set, where some
-condition asks for it; and that an atom is *unknown*: sensing needs this and adds both outcomes. An atom that is known
-becomes unknown only where an action forgets it; so sensing what is known achieves nothing.
+Its facts are: the bits of knowledge states (known true, known false, known whether …); that a bit is not set, if
+some condition requires it; and that an atom is *unknown*. Sensing requires that the atom is unknown, and adds both
+outcomes. A known atom becomes unknown only if an action forgets it, so that sensing a known atom achieves nothing.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,7 +21,7 @@ from kabo.language.formulas import GroundCall
 
 
 class Relaxation:
-    """Estimates of the cost from a knowledge state to a goal, with preferred actions."""
+    """Estimates the cost from a knowledge state to goal conjuncts, and finds the preferred actions."""
 
     def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         """The relaxation without the actions whose calls are `refused`."""
@@ -49,7 +49,7 @@ class Relaxation:
                 yield RelaxedOperator(tuple([place[f] for f in preconditions]), adds, cost, owner)
 
     def estimate(self, state: int, parts: Sequence[int]) -> Estimate:
-        """The relaxed plan from a state to some conjuncts of the goal."""
+        """The cost and the preferred actions of a relaxed plan from a state to some goal conjuncts."""
         chosen = tuple(parts)
         known = self._known.get((state, chosen))
         if known is None:
@@ -62,7 +62,7 @@ class Relaxation:
         return self.task.evaluate(self.true_in(state), self.goal_of(chosen))
 
     def goal_of(self, chosen: tuple[int, ...]) -> tuple[int, ...]:
-        """The facts that some conjuncts of the goal ask for."""
+        """The facts of the relaxation that some goal conjuncts require."""
         goal = self._goals.get(chosen)
         if goal is None:
             goal = tuple(dict.fromkeys(self._place[fact] for part in chosen for fact in self._parts[part]))
@@ -70,7 +70,7 @@ class Relaxation:
         return goal
 
     def true_in(self, state: int) -> Integers:
-        """The facts that are true in a state."""
+        """The indices of the facts of the relaxation that are true in a state."""
         width = self._width
         unknown = self._sensed & ~(state << 1 | state << 2)
         pending = (unknown & state) >> 1

@@ -1,9 +1,9 @@
 """Expands every reachable node once, then marks solved nodes backwards from the goals until nothing changes.
 
-Following one weak plan after the other finds plans soon, but proves failures slowly: each failure holds only below the
-ancestors that it names, and in strongly connected spaces there are exponentially many sets of ancestors. Here a node is
-solved if the goal holds, or if some choice leads to solved nodes only. So a search over finitely many nodes ends after
-as many expansions as there are nodes.
+Following weak plans one after the other finds plans soon but proves failures slowly: each failure holds only below
+the ancestors that it names, and in strongly connected spaces there are exponentially many sets of ancestors. In
+the fixpoint search, a node is solved if the goal holds in it or if some choice leads only to solved nodes. A
+search over finitely many nodes therefore ends after at most one expansion per node.
 """
 
 from collections.abc import Hashable
@@ -27,7 +27,7 @@ class _Choice:
 
 @dataclass
 class Fixpoint:
-    """The nodes of a space that were generated so far, and which of them are solved."""
+    """The nodes of a search space that were generated so far, and which of them are solved."""
 
     space: SearchSpace
     counter: Counter
@@ -42,7 +42,7 @@ class Fixpoint:
         self._number(self.space.start)
 
     def solve(self, limit: int) -> Solved | bool:
-        """A plan from the start; False if there is none; True if more than `limit` further nodes are left to expand.
+        """A plan from the start; False if there is none; True if nodes remain after `limit` further expansions.
 
         Raises:
             BudgetSpent: the budget of the counter is spent.

@@ -1,4 +1,4 @@
-"""The interface of heuristics, and their table. To add one: a file with a class, and a row in `HEURISTICS`."""
+"""The interface of heuristics, and the table `HEURISTICS`, in which each heuristic has a row."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -9,10 +9,10 @@ from kabo.planner.search.algorithms.graph import HeuristicValue
 
 
 class Heuristic(Protocol):
-    """Estimates for one task, from states of knowledge."""
+    """Estimates and lower bounds of the remaining cost for the knowledge states of one task."""
 
     def estimate(self, state: int, parts: Sequence[int]) -> HeuristicValue:
-        """The estimated cost from a state to some conjuncts of the goal, given by their numbers."""
+        """The estimated cost from a state to the goal conjuncts with these indices, and the preferred actions."""
         ...
 
     def lower_bound(self, state: int) -> float | None:

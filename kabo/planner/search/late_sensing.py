@@ -1,11 +1,11 @@
-"""Sensing is delayed until its result is needed, so that fewer steps are repeated in several branches.
+"""Delays sensing until its result is needed, so that fewer steps are repeated in several branches.
 
-A late step (a branching, or an action that only senses) moves behind the next step if neither writes what the other
-reads or writes, and if at most one of them calls a procedure: procedures do not commute. A step that depends on a late
-one takes it along, in front of itself. A step that changes a conjunct of the goal stays behind all sensing that the same
-conjunct depends on: a bottle is looked at before it is carried to where only empty ones belong. A branching writes what
-it changed on this way, inferences included; the new order is therefore tried once before it is used. Other outcomes of
-the branchings are not considered here.
+A late step (a branching, or an action that only senses) moves behind the next step if neither step writes what the
+other reads or writes, and if at most one of the two calls a procedure, since procedures do not commute. A late
+step on which the next step depends stays in front of that step. A step that changes a goal conjunct stays behind
+all sensing that this conjunct depends on: a bottle is looked at before it is carried to where only empty bottles
+belong. A branching writes everything that it changed in this plan, including inferred facts, so the new order is
+executed once as a test before it is used. Other outcomes of the branchings are not considered here.
 """
 
 from typing import NamedTuple
@@ -23,10 +23,10 @@ class _OrderedStep(NamedTuple):
 
 
 def delay_sensing(space: SearchSpace, node: Node, steps: list[Step]) -> list[Step]:
-    """The steps in an order that senses as late as possible and reaches the same node.
+    """The steps of a weak plan, reordered to sense as late as possible; they reach the same node.
 
     Args:
-        space: the graph of the search.
+        space: the search space of the task.
         node: the node at which the steps begin.
         steps: a weak plan.
     """
@@ -74,7 +74,7 @@ def _reaches(space: SearchSpace, node: Node, steps: list[Step], end: Node) -> bo
 
 
 def is_late(step: Step, entries: int) -> bool:
-    """Whether a step may be delayed: it changes only what will be known at run time."""
+    """Whether a step may be delayed: a branching, or an action that senses and changes nothing else."""
     return isinstance(step, Assume) or bool(step.action.sense) and not step.action.effects.writes & ~entries
 
 

@@ -1,4 +1,7 @@
-"""The nodes of the search: a state of knowledge, and the trace of the procedures that made the geometric state."""
+"""The nodes of the search: pairs of a knowledge state and a trace, which identifies the geometric state.
+
+A trace says which procedure calls made the present values of the geometric components.
+"""
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +20,7 @@ Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedu
 
 
 class Act(NamedTuple):
-    """A step of a weak plan: an action, the number of the attempt at its procedure call, and the trace after it.
+    """A step of a weak plan: an action, the index of the attempt at its procedure call, and the trace after it.
 
     A trace says which calls made the present values of the geometric components.
     """
@@ -28,7 +31,7 @@ class Act(NamedTuple):
 
 
 class Assume(NamedTuple):
-    """A step of a weak plan: the outcome that is assumed of a branching."""
+    """A step of a weak plan that assumes one outcome of a branching."""
 
     branching: Branching
     outcome: str
@@ -41,7 +44,7 @@ _Indexed = tuple[int, int, int, Query | None, GroundAction, Callable[..., int | 
 
 
 class SearchSpace:
-    """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
+    """The search graph of a task with its geometry; without geometry, every procedure call succeeds."""
 
     def __init__(
         self,
@@ -77,35 +80,36 @@ class SearchSpace:
 
     @cached_property
     def heuristic(self) -> Heuristic:
-        """The heuristic of the task without refused calls, made when it is first asked for."""
+        """The heuristic of the task without the refused calls, created at the first use."""
         refused = frozenset[GroundCall]() if self.geometry is None else self.geometry.refused_everywhere()[0]
         return HEURISTICS[self._heuristic](self.task, refused)
 
     def key(self, node: Node) -> Hashable:
-        """The identity of a node: nodes with equal keys have the same plans."""
+        """The key of a node; nodes with equal keys have the same plans."""
         state = self._form(self._reduced(node[0]))
         return state if self.geometry is None else (state, self.geometry.key(node[1]))
 
     def known(self, node: Node) -> int:
-        """The state of knowledge at a node, in normal form; nodes that differ only in geometry share it."""
+        """The knowledge state of a node in normal form; nodes that differ only in geometry have the same."""
         return self._form(self._reduced(node[0]))
 
     def confirmed_key(self, node: Node) -> Hashable | None:
         """The key of a node after its pending procedure calls were made; None if one is refused.
 
-        Called when a node is about to be expanded, or to end a search.
+        It is called when a node is about to be expanded or to end a search.
         """
         return self.key(node) if self.geometry is None or self.geometry.confirm(node[1]) else None
 
     def oracle(self, trace: Trace) -> GeometricOracle:
-        """Answers the geometric tests inside formulas at this trace."""
+        """The oracle that answers the geometric tests inside formulas for a trace."""
         return optimistic if self.geometry is None else _Oracle(self.geometry, trace)
 
     def is_goal(self, node: Node) -> bool:
-        """Whether the goal holds; while sensed results are still open, whether it holds for all of them.
+        """Whether the goal holds at a node, whatever the outcomes of sensing that are not yet branched on.
 
-        An exclusive-or of queries may hold only as long as an open result is not branched on [K Table 6.1: a full
-        bottle must not be washed]. Where branching may be postponed, only the present state is tested.
+        An exclusive-or of queries may hold only until an open outcome is branched on, so all outcomes are checked
+        [K Table 6.1: a full bottle must not be washed]. Where branching may be postponed, only the present state
+        is tested.
         """
         if not self.task.is_goal(node[0], self.oracle(node[1])):
             return False
@@ -115,7 +119,7 @@ class SearchSpace:
         return branching is None or all(self.is_goal(child) for _, child in self.outcomes(node, branching))
 
     def holds(self, parts: tuple[int, ...], node: Node) -> bool:
-        """Whether these conjuncts of the goal hold."""
+        """Whether the goal conjuncts with the indices `parts` hold at a node."""
         query = self._together.get(parts)
         if query is None:
             known = self._together.get(parts[1:])  # one conjunct of the goal is added after the other
@@ -125,20 +129,21 @@ class SearchSpace:
         return query.holds(node[0], self.oracle(node[1]))
 
     def held_conjuncts(self, node: Node) -> list[int]:
-        """The numbers of all conjuncts of the goal that hold."""
+        """The indices of all goal conjuncts that hold at a node."""
         test = self.oracle(node[1])
         return [number for number, part in enumerate(self.task.goal) if part.query.holds(node[0], test)]
 
     def moves(
         self, node: Node, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
     ) -> Iterator[Move]:
-        """Every applicable action with every attempt that geometry allows, in the order of the file.
+        """Every applicable action with every attempt that geometry allows, actions in the order of the file.
 
-        Actions that change neither knowledge nor geometry are left out, and sensing what is known.
+        Actions that change neither knowledge nor geometry are left out, and so is sensing of what is known
+        already.
 
         Args:
             node: the node at which the moves begin.
-            among: only these indices of actions, if given.
+            among: if given, only actions with these indices are used.
             without: skip the actions with these indices.
         """
         state, trace = node
@@ -163,7 +168,7 @@ class SearchSpace:
             yield from self._by_bit.get(bit, ())
 
     def after(self, node: Node, step: Step) -> Node:
-        """The node after a step that is known to be possible."""
+        """The node after a step that is known to be applicable."""
         state, trace = node
         if isinstance(step, Assume):
             return dict(step.branching.outcomes(state))[step.outcome], trace
@@ -172,7 +177,7 @@ class SearchSpace:
         return after, trace if self._is_free(step.action) else step.trace
 
     def possible(self, node: Node, step: Step) -> Node | None:
-        """The node after a step, or None if it cannot be taken there."""
+        """The node after a step, or None if the step is not applicable at the node."""
         state, trace = node
         if isinstance(step, Assume):
             if step.branching not in self._next(state):
@@ -188,10 +193,10 @@ class SearchSpace:
         return next(((after, made) for _, made in allowed), None)
 
     def leaves(self, node: Node) -> "list[tuple[tuple[Assume, ...], Node]]":
-        """The nodes behind all open branchings, each with the outcomes that are assumed on the way.
+        """The nodes reached by all open branchings, each with the sequence of outcomes assumed to reach it.
 
-        A node that fulfils the goal is not branched further. Where branching may wait, nodes at which some or all
-        results are still open are included.
+        A node that fulfils the goal is not branched further. Where branching may be postponed, the result also
+        contains nodes with some or all outcomes still open.
         """
         if not open_entries(node[0], self.task.pending):
             return [((), node)]
@@ -219,17 +224,17 @@ class SearchSpace:
         return [] if branching is None else [branching]
 
     def geometry_key(self, node: Node) -> Hashable:
-        """The part of a node's key that identifies its geometric state."""
+        """The part of a node's key that identifies its geometric state; None without geometry."""
         return None if self.geometry is None else self.geometry.key(node[1])
 
     def delivered(self, node: Node, step: Act, after: Node) -> tuple[str, ...]:
-        """The facts that the step senses and that were neither known nor awaited from a sensor before it."""
+        """The facts that a step senses and that were neither known nor already sensed before it."""
         new = after[0] & ~node[0] & self.task.whether
         facts = {self.task.entries[bit] for bit in bits_of(new)}
         return tuple(fact for fact in step.action.sense if fact in facts)
 
     def outcomes(self, node: Node, branching: Branching) -> list[tuple[str, Node]]:
-        """The nodes behind a branching, in plan order."""
+        """The outcomes of a branching, each with the node after it, in the order that plans use."""
         return [(outcome, (state, node[1])) for outcome, state in branching.outcomes(node[0])]
 
     def _is_free(self, action: GroundAction) -> bool:

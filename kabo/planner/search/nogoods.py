@@ -1,8 +1,9 @@
-"""Nogoods: nodes and choices that fail, and on which ancestors each failure depends.
+"""Nogoods: nodes and choices that fail, each with the ancestors on which its failure depends.
 
-A plan is acyclic, so while a node is being solved its descendants must not lead back to it. A failure found then
-says "there is no plan that avoids the nodes `blocked`"; it holds wherever all of these are ancestors, and everywhere
-if there are none. A node's own key is dropped from its failure: a plan for a node never returns to it anyway.
+A plan is acyclic, so while a node is being solved, its descendants must not lead back to it. A failure found
+meanwhile says "there is no plan that avoids the nodes `blocked`". It holds wherever all of these nodes are
+ancestors, and everywhere if `blocked` is empty. A node's own key is removed from its failure, since a plan for a
+node never returns to the node anyway.
 """
 
 from collections.abc import Hashable, Iterable
@@ -15,16 +16,16 @@ Choice = Hashable  # what is tried at a node: (index of the action, attempt), or
 
 @dataclass(frozen=True)
 class Nogood:
-    """There is no plan that avoids these nodes."""
+    """The statement that no plan avoids the nodes `blocked`, attached to a node or a choice."""
 
     blocked: frozenset[Hashable]
 
 
 class Nogoods:
-    """Nogoods of nodes and of single choices at a node; `path` holds the nodes that are being solved.
+    """The nogoods of nodes and of choices at nodes; `path` holds the keys of the nodes being solved.
 
-    With `less_is_less` (a state that knows less can never do more), a state without a plan rules out all states that
-    know only a part of what it knows.
+    `less_is_less`: whether a state that knows less can never achieve more. A state proven to have no plan then
+    rules out every state that knows only part of what it knows.
     """
 
     def __init__(self, *, less_is_less: bool = False) -> None:
@@ -35,7 +36,10 @@ class Nogoods:
         self._choices: dict[Hashable, dict[Choice, Nogood]] = {}
 
     def of_node(self, key: Hashable, state: int) -> Nogood | None:
-        """The nogood that rules a node out below `path`: it is on the path, or failed for ancestors that are; or None."""
+        """The nogood that rules a node out while `path` is being solved, or None.
+
+        A node is ruled out if it is on the path, or if its known failure depends only on nodes of the path.
+        """
         if key in self.path:
             return Nogood(frozenset([key]))
         failure = self._nodes.get(key)
@@ -47,17 +51,17 @@ class Nogoods:
         return None
 
     def of_choice(self, key: Hashable, choice: Choice) -> Nogood | None:
-        """The nogood that rules a choice out at a node, below `path`; or None."""
+        """The nogood that rules a choice out at a node while `path` is being solved, or None."""
         choices = self._choices.get(key)
         failure = None if choices is None else choices.get(choice)
         return failure if failure is not None and failure.blocked <= self.path else None
 
     def add_choice(self, key: Hashable, choice: Choice, failure: Nogood) -> None:
-        """Records that an outcome of a choice failed; the node itself is dropped from the failure."""
+        """Records that a choice failed at a node; the node's own key is removed from the failure."""
         self._choices.setdefault(key, {})[choice] = Nogood(failure.blocked - {key})
 
     def add_nodes(self, key: Hashable, state: int, visited: Iterable[Hashable], blocked: set[Hashable]) -> Nogood:
-        """Records that a search from `key` reached no end: all visited nodes share its nogood, which is returned."""
+        """Records that a search from `key` found no end; returns the nogood, which all visited nodes share."""
         failure = Nogood(frozenset(blocked - {key}))
         if self._less_is_less and not failure.blocked:
             self._hopeless = [less for less in self._hopeless if less & ~state][-tuning.MAX_DEAD_STATES :] + [

@@ -1,4 +1,4 @@
-"""Skeletons of tasks without sensing, found by the packed searches of `kabo.finite_domain`."""
+"""Finds skeletons of tasks without sensing by the packed searches of `kabo.finite_domain`."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -23,27 +23,25 @@ from kabo.planner.search.skeleton import (
 
 
 class PackedTask:
-    """A task for the packed searches of `kabo.finite_domain`; it is compiled when one is first asked for."""
+    """A task prepared for the packed searches of `kabo.finite_domain`; it is compiled at the first use."""
 
     def __init__(self, task: GroundedTask) -> None:
         self.task = task
 
     @cached_property
     def compiled(self) -> "finite_domain.CompiledTask | None":
-        """The finite-domain task, its operators owned by the actions; None if it cannot be expressed so."""
+        """The compiled finite-domain task, or None if finite domains cannot express the task."""
         # Loads the searches in finite domains (20 files), which a task with sensing never needs.
         from kabo.planner.search.to_finite_domain import classical_task
 
         return classical_task(self.task)
 
     def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
-        """The answer of a packed search.
-
-        None if the task cannot be expressed in finite domains, or not with all that geometry has refused.
+        """The result of a packed search; None if finite domains cannot express the task or its refused calls.
 
         Args:
             search: `best`, `astar` or `breadth-first`.
-            geometry: the refused calls.
+            geometry: the refused calls; None for purely symbolic planning.
             limits: the budget.
         """
         compiled = self.compiled

@@ -1,9 +1,9 @@
-"""Regression: the bits of a state that a continuation needs; it solves every node that has them.
+"""Regression: computes the bits of a state that a continuation needs; it solves every node with these bits.
 
-Beside the bits of the knowledge state there is one derived bit for each compound conjunct of the goal. "The
-conjunct for bottle 3 holds" then stays one condition, whatever makes it true: an empty bottle in the dishwasher, or a
-bottle that is not empty. A derived bit is unfolded only where a step touches what the conjunct
-reads.
+Besides the bits of the knowledge state, there is one derived bit for each compound conjunct of the goal. "The
+conjunct for bottle 3 holds" thus remains one condition, whatever makes it true: an empty bottle in the dishwasher,
+or a bottle that is not empty. A derived bit is replaced by plain bits only where a step changes something that the
+conjunct reads.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class _Derived:
 
 
 class Regression:
-    """Regression of needed bits through the steps of a plan for one task."""
+    """Computes, step by step backwards through a plan, the bits that it needs; for one task."""
 
     def __init__(self, space: SearchSpace) -> None:
         self._space = space
@@ -47,14 +47,14 @@ class Regression:
         )
 
     def extended(self, state: int) -> int:
-        """The state with its derived bits."""
+        """The state extended by the derived bits that hold in it."""
         for derived in self._derived:
             if derived.holds(state):
                 state |= derived.bit
         return state
 
     def goal(self, node: Node) -> int:
-        """The bits of a node's state that make the goal hold."""
+        """The bits of a node's state because of which the goal holds."""
         oracle = self._space.oracle(node[1])
         return self._goal | union(query.support(node[0], oracle) for query in self._tested)
 
@@ -66,7 +66,10 @@ class Regression:
         return plain | needed & ~self._plain
 
     def before_branching(self, node: Node, branching: Branching, outcome: str, after: Node, needed: int) -> int:
-        """The bits that the node before a branching needs for one outcome, beside the entry that is branched on."""
+        """The bits needed before a branching so that the bits `needed` hold after one outcome.
+
+        The entry that is branched on is needed as well; it is not included.
+        """
         needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
         return branching.needs(node[0], outcome, needed & self._plain) | needed & ~self._plain
 

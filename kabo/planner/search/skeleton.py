@@ -1,7 +1,7 @@
 """Inputs and outputs of the search: limits, the interface to geometry, skeletons and results.
 
-A skeleton is a contingent plan without motions: a DAG whose equal continuations are one object, shared from the
-leaves, with a single goal node [docs/plans.md#sharing].
+A skeleton is a contingent plan without motions: a directed acyclic graph with a single goal node, in which equal
+continuations are one shared object [docs/plans.md#sharing].
 """
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ Pattern = frozenset[Provenance]
 
 @dataclass(frozen=True)
 class Origin:
-    """The origin of a component's value: an attempt at a call, and the provenances of the components it depended on."""
+    """The origin of a component's value: an attempt at a call, and the provenances that the call depended on."""
 
     call: GroundCall
     attempt: int
@@ -30,11 +30,13 @@ class Origin:
 
 @dataclass(frozen=True)
 class LearntRefusals:
-    """The nogoods of lazy geometry: for each call the attempt from which on it is refused, and in which situations.
+    """The nogoods of lazy geometry: for each call, the attempts that are refused, and in which situations.
 
-    `named` are the provenances that refusals and suspicions name, and those from which they derive; `origins` says
-    which calls make them. `suspicions`: patterns in which something was in the way of a call, all else left open.
-    `moves`: the components that a call moves. `attempts`: the greatest number of attempts at one call.
+    `named`: the provenances that refusals and suspicions name, and those from which these derive. `origins`: the
+    calls that make these provenances. `refusals`: for each call, the number of the first refused attempt and the
+    provenances under which it is refused. `suspicions`: for each call, the provenances of components that blocked
+    it. `moves`: a function that returns the components that a call moves. `attempts`: the greatest number of
+    attempts at one call.
     """
 
     named: tuple[Provenance, ...]
@@ -46,45 +48,51 @@ class LearntRefusals:
 
 
 class Geometry(Protocol):
-    """The interface of geometry to the search: known answers are looked up, calls not yet made are assumed to succeed."""
+    """The interface of geometry to the search: calls whose answer is not known are assumed to succeed."""
 
     @property
     def start(self) -> Trace:
-        """The trace of the initial state."""
+        """The trace (the geometric part of a search node) of the initial state."""
         ...
 
     def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
-        """The attempts at a call that may succeed, each with the trace after it; empty if the call is refused."""
+        """The attempts at a call that may succeed, each with the trace after it; none if the call is refused."""
         ...
 
     def key(self, trace: Trace) -> Hashable:
-        """The part of a trace that distinguishes search nodes: equal keys have equal options and equal tests."""
+        """The part of a trace that distinguishes search nodes.
+
+        Traces with equal keys have equal options and equal answers to tests.
+        """
         ...
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
-        """The answer of a geometric test inside a formula; True where it is unknown."""
+        """Whether a geometric test inside a formula succeeds at a trace; True if that is unknown."""
         ...
 
     def confirm(self, trace: Trace) -> bool:
-        """Whether the call that led to a trace succeeds, as far as is known; called before a node is expanded."""
+        """Whether the call that led to a trace succeeds; asked just before a node is expanded."""
         ...
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The calls that are refused in every situation, and whether these are all refusals."""
+        """The calls that are refused in every situation, and whether there are no other refusals."""
         ...
 
     def learnt(self) -> LearntRefusals | None:
-        """The refusals to compile into a finite-domain task; None if impossible or all in `refused_everywhere`."""
+        """The refusals to compile into a finite-domain task; None if that is impossible or not needed.
+
+        It is not needed if `refused_everywhere` contains all refusals.
+        """
         ...
 
     def most_expansions(self, search: Search) -> float:
-        """The number of expansions after which the search should stop and geometry offer more answers."""
+        """The number of expansions after which the search should stop, so that geometry can offer more answers."""
         ...
 
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """The budget of a search: the number of expansions, and a function that returns True when time is up."""
+    """The budget of a search: the greatest number of expansions, and a function that says when time is up."""
 
     expansions: int | None = None
     deadline: Callable[[], bool] | None = None
@@ -92,7 +100,7 @@ class SearchLimits:
 
 @dataclass(frozen=True)
 class SearchStatistics:
-    """The figures of a search; `solved` counts the nodes for which a continuation was found."""
+    """The counts of a search; `solved` is the number of nodes for which a continuation was found."""
 
     expanded: int = 0
     generated: int = 0
@@ -107,11 +115,12 @@ class SearchStatistics:
 
 @dataclass(frozen=True, eq=False)
 class SkeletonNode:
-    """A node of a skeleton; nodes of one skeleton are equal only if they are the same object.
+    """A node of a skeleton; nodes are compared by identity.
 
-    goal: nothing set. Action: `action`, `attempt` (which sample of its procedure) and `next`. Sensing action:
-    `action` and either `on` with `outcomes`, or `delivers` with `next`. Branch on what was delivered before:
-    `on` and `outcomes` without `action`. Outcomes stand in plan order: `false` before `true`, values as declared.
+    A goal node has no field set. An action node has `action`, `attempt` (the index of the attempt at its procedure
+    call) and `next`. A sensing action has `action`, and either `on` with `outcomes` (it branches at once) or
+    `delivers` with `next` (a later node branches). A node that branches on a fact sensed earlier has `on` and
+    `outcomes` without `action`. Outcomes are ordered: `false` before `true`, values as declared.
     """
 
     action: GroundAction | None = None
@@ -128,18 +137,18 @@ class SkeletonNode:
 
     @property
     def successors(self) -> tuple["SkeletonNode", ...]:
-        """The nodes that may follow, in plan order."""
+        """The nodes that may come next, in the order that plans use."""
         return tuple(node for _, node in self.outcomes) if self.next is None else (self.next,)
 
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """A contingent plan without motions. Every leaf is the one goal node."""
+    """A contingent plan without motions, in which every branch ends at the one goal node."""
 
     root: SkeletonNode
 
     def nodes(self) -> Iterator[SkeletonNode]:
-        """All nodes once, breadth-first from the root; the goal comes last."""
+        """Every node once, breadth-first from the root, except that the goal comes last."""
         seen, queue, goal = {id(self.root)}, [self.root], None
         for node in queue:
             if node.is_goal:
@@ -164,7 +173,10 @@ class FoundSkeleton:
 
 @dataclass(frozen=True)
 class Unreachable:
-    """Proven: there is no strong acyclic plan. `goals` are conjuncts that even the delete relaxation cannot reach."""
+    """The proof that there is no strong acyclic plan.
+
+    `goals`: the goal conjuncts that even the delete relaxation cannot reach.
+    """
 
     statistics: SearchStatistics
     goals: tuple[str, ...] = ()
@@ -172,7 +184,7 @@ class Unreachable:
 
 @dataclass(frozen=True)
 class Exhausted:
-    """The search ended without an answer because this budget was spent."""
+    """The result of a search that ended without an answer because the named budget was spent."""
 
     statistics: SearchStatistics
     budget: Spent
@@ -183,7 +195,7 @@ SearchResult = FoundSkeleton | Unreachable | Exhausted
 
 @dataclass
 class SkeletonBuilder:
-    """Makes skeleton nodes, from the leaves to the root; equal nodes are the same object."""
+    """Builds a skeleton from the goal to the root, so that equal nodes are one object."""
 
     goal: SkeletonNode = field(default_factory=SkeletonNode)
     _nodes: dict[Hashable, SkeletonNode] = field(default_factory=dict)
@@ -191,7 +203,7 @@ class SkeletonBuilder:
     def act(
         self, action: GroundAction, attempt: int, delivered: tuple[str, ...], following: SkeletonNode
     ) -> SkeletonNode:
-        """The node of an action before a continuation; a branch on what it delivers becomes part of this node."""
+        """The node of an action before `following`; a branch on a fact in `delivered` becomes part of the node."""
         if following.action is None and following.on in delivered:
             node = SkeletonNode(action, attempt, following.on, following.outcomes)
         else:
@@ -199,7 +211,7 @@ class SkeletonBuilder:
         return self._shared(node)
 
     def branch(self, fact: str, outcomes: tuple[tuple[str, SkeletonNode], ...]) -> SkeletonNode:
-        """The node of a branch on a fact that was delivered before."""
+        """The node that branches on a fact that was sensed earlier."""
         return self._shared(SkeletonNode(on=fact, outcomes=outcomes))
 
     def _shared(self, node: SkeletonNode) -> SkeletonNode:

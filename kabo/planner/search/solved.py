@@ -1,4 +1,4 @@
-"""The memo of solved continuations: each is filed by the partial state that it needs to start."""
+"""Stores solved continuations by the partial state that each of them needs."""
 
 from bisect import insort
 from collections.abc import Hashable, Mapping, Sequence
@@ -9,7 +9,7 @@ from kabo.planner.search.skeleton import SkeletonNode
 
 
 class Solved(NamedTuple):
-    """A continuation, and a mask of the bits of the (extended) state on which its success depends."""
+    """A continuation that solves a node, with the mask of the state bits on which its success depends."""
 
     needed: int
     node: SkeletonNode
@@ -26,10 +26,11 @@ class _Record(NamedTuple):
 
 
 class Memo:
-    """Continuations by the bits that they need.
+    """A store of continuations, searched by the bits that they need.
 
-    Each is filed under one bit that must be set: if possible one that gives the value of a term, else the one with the
-    fewest entries. A look-up searches only the entries under the bits that are set in the state.
+    Each continuation is stored under one bit that it needs to be set: if possible a bit that gives the value of a
+    term, otherwise the bit with the fewest continuations. A look-up examines only the continuations stored under
+    bits that are set in the state.
     """
 
     def __init__(self, functional: int = 0) -> None:
@@ -40,11 +41,11 @@ class Memo:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the memo holds no continuation yet."""
+        """Whether the memo contains no continuation."""
         return not self._known
 
     def add(self, extended: int, geometry: Hashable, solved: Solved) -> None:
-        """Stores a continuation that was found at a state; an older one with the same needs stays."""
+        """Stores a continuation that was found at a state, unless one with the same needs is stored already."""
         ones, zeros = extended & solved.needed, ~extended & solved.needed
         if (geometry, ones, zeros) in self._known:
             return
@@ -57,7 +58,7 @@ class Memo:
         self._filed[geometry] = filed | bit
 
     def find(self, extended: int, geometry: Hashable) -> Solved | None:
-        """The shortest stored continuation that the state covers, with an equal key of geometry; None if there is none."""
+        """The shortest continuation whose needs the state fulfils, for an equal geometry key; or None."""
         files = self._files.get(geometry)
         if files is None:
             return None

@@ -1,7 +1,7 @@
-"""Tasks without sensing as finite-domain tasks: the knowledge of an atom or term is the value of a variable.
+"""Translates tasks without sensing to finite domains: a variable for the knowledge of each atom or term.
 
-The packed searches of `kabo.finite_domain` then find the plan. Tasks that cannot be expressed so (with numbers,
-inference, excluded values, geometric tests or sensing) are left to the searches over knowledge states.
+The packed searches of `kabo.finite_domain` then find the plan. Tasks that finite domains cannot express (with
+numbers, inference, excluded values, geometric tests or sensing) are left to the searches over knowledge states.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,7 +24,7 @@ class _NotFiniteDomain(Exception):
 
 
 def classical_task(task: GroundedTask) -> CompiledTask | None:
-    """The task for `kabo.finite_domain`, its operators owned by the actions' indices; None if it cannot be expressed so."""
+    """The compiled finite-domain task, or None if the task cannot be expressed; operators store action indices."""
     if task.branchings or not task.closure.is_empty:
         return None
     try:

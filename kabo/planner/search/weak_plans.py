@@ -1,4 +1,4 @@
-"""The graph that weak searches walk: any sensed outcome may be assumed, and choices known to fail are left out."""
+"""The graph for weak searches: each sensed outcome may be assumed; choices known to fail are left out."""
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ Move = tuple[Try, tuple[Assume, ...]]  # what is tried, and the outcomes that ar
 
 
 class BudgetSpent(Exception):
-    """The budget of a search is spent; caught in `find_skeleton`."""
+    """Raised when the budget of a search is spent; caught in `find_skeleton`."""
 
     def __init__(self, budget: Literal["expansions", "time"]) -> None:
         self.budget = budget
@@ -29,7 +29,7 @@ class BudgetSpent(Exception):
 
 @dataclass
 class Counter:
-    """Counts what a search does and ends it when its budget is spent."""
+    """Counts the expansions and other work of a search, and ends the search when its budget is spent."""
 
     limits: SearchLimits
     on_progress: OnProgress | None = None
@@ -44,17 +44,17 @@ class Counter:
         return SearchStatistics(self.expanded, self.generated, self.weak_searches, self.solved)
 
     def add(self, other: "Counter") -> None:
-        """Adds the counts of another search."""
+        """Adds the counts of another counter to this one."""
         self.expanded += other.expanded
         self.generated += other.generated
         self.weak_searches += other.weak_searches
         self.solved += other.solved
 
     def expand(self) -> None:
-        """Counts an expansion.
+        """Counts one expansion.
 
         Raises:
-            BudgetSpent: it is one too many, or the deadline has passed.
+            BudgetSpent: the limit of expansions is exceeded, or time is up.
         """
         if self.limits.expansions is not None and self.expanded >= self.limits.expansions:
             raise BudgetSpent("expansions")
@@ -65,10 +65,10 @@ class Counter:
             self.on_progress(self.statistics)
 
     def look_at_the_clock(self) -> None:
-        """Checks the deadline.
+        """Checks whether time is up.
 
         Raises:
-            BudgetSpent: it has passed.
+            BudgetSpent: time is up.
         """
         deadline = self.limits.deadline
         if deadline is not None and deadline():
@@ -76,7 +76,10 @@ class Counter:
 
 
 class WeakGraph:
-    """Nodes and moves as a weak search sees them; `blocked` collects the ancestors that it would have had to revisit."""
+    """The graph that a weak search explores.
+
+    `blocked` collects the ancestors that the search would have had to visit again.
+    """
 
     def __init__(
         self,
@@ -101,11 +104,11 @@ class WeakGraph:
     def successors(
         self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
     ) -> Iterator[tuple[Hashable, Move, Node]]:
-        """Every node that one action may lead to, with one outcome assumed for all that it senses.
+        """The nodes that one action leads to, for every combination of assumed outcomes of what it senses.
 
         Args:
             node: the node to expand.
-            among: only the actions with these indices, if given, and branching.
+            among: if given, only actions with these indices are used, besides branching.
             without: skip the actions with these indices; the expansion is then not counted again.
         """
         if without is None:
@@ -126,7 +129,7 @@ class WeakGraph:
                     self.blocked |= failure.blocked
 
     def is_end(self, node: Node) -> bool:
-        """Whether the search may stop here; geometry is asked now, and may refuse it."""
+        """Whether the search may stop at a node; pending procedure calls are made first, and may be refused."""
         return self._is_end(node) and self.confirmed_key(node) is not None
 
     def _is_banned(self, key: Hashable, choice: Choice) -> bool:
@@ -137,17 +140,17 @@ class WeakGraph:
         return failure is not None
 
     def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
-        """The value of a relaxed plan, and the actions that it begins with."""
+        """The cost of a relaxed plan to some goal conjuncts, and the actions with which it can begin."""
         return self._space.heuristic.estimate(node[0], parts)
 
     def cost(self, move: Move) -> float:
-        """The cost of the action; branching costs nothing."""
+        """The cost of a move's action; 0 for a move that only branches."""
         return 0.0 if move[0] is None else move[0][0].cost
 
     def bound(self, node: Node) -> float | None:
-        """A lower bound of the cost to an end; None if there is no way.
+        """A lower bound of the cost from a node to an end node; None if no end node can be reached.
 
-        It is 0 where solved nodes are ends as well, which may be near.
+        The bound is 0 if solved nodes count as end nodes as well, since one of them may be near.
         """
         return self._space.heuristic.lower_bound(node[0]) if self._only_goals_end else 0.0
 
@@ -164,7 +167,7 @@ class WeakGraph:
 
 
 def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
-    """The path of a weak search as single steps: each action, then each outcome that is assumed."""
+    """The path of a weak search as a list of steps: each action, followed by the outcomes assumed after it."""
     steps: list[Step] = []
     for (tried, decided), _ in path:
         if tried is not None:
@@ -174,5 +177,5 @@ def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
 
 
 def choice_of(step: Step) -> Choice:
-    """The key of the choice that a step makes at its node."""
+    """The choice that a step makes at its node: the entry it branches on, or the action and attempt."""
     return step.branching.entry if isinstance(step, Assume) else (step.action.index, step.attempt)

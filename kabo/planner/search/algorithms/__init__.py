@@ -1,7 +1,8 @@
-"""Algorithms of weak search: one path to an end node, with assumed sensing outcomes; a file for each [K 6.2].
+"""Algorithms of weak search: each finds one path to an end node, assuming sensing outcomes [K 6.2].
 
-Each takes a start and a graph and returns the path to an end, or None with everything that it visited when there is
-none. All are deterministic: successors are taken in the order in which the graph gives them.
+Each module has a function that takes a start node and a graph. It returns the path to an end node, or, if there is
+none, the keys of all nodes that it visited. All algorithms are deterministic: they take successors in the order in
+which the graph generates them.
 """
 
 from importlib import import_module

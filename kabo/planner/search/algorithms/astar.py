@@ -16,8 +16,8 @@ _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 def astar(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A path of least cost to an end node.
 
-    Evaluation is lazy: until a node is taken from the queue, its bound is that of its parent less the cost of the
-    move, as in the compiled search of tasks without sensing. A node that is reached again at less cost is
+    Evaluation is lazy: until a node is taken from the queue, its bound is the bound of its parent minus the cost
+    of the move, as in the packed search of tasks without sensing. A node that is reached again at lower cost is
     reopened, since the bounds need not be consistent.
     """
     root, numbers = graph.key(start), count(1)

@@ -1,4 +1,4 @@
-"""The default search: greedily for one conjunct of the goal after the other."""
+"""The default search: greedy best-first search for one goal conjunct after the other."""
 
 from collections.abc import Callable
 
@@ -10,9 +10,9 @@ from kabo.planner.search.algorithms.greedy import best_first, greedy
 def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchOutcome[Node, Move]:
     """Greedy search for one goal conjunct after the other, in a fixed order; if that fails, for all at once.
 
-    The rest of a contingent plan after one conjunct is thus the same in all branches. Conjuncts that hold are
-    protected where possible; where a further one cannot be reached soon without losing one of them for good, all
-    conjuncts are searched for at once.
+    Because of the fixed order, what remains of a contingent plan after one conjunct is the same in all branches.
+    Conjuncts that already hold are protected where possible. If a further conjunct cannot be reached soon together
+    with them, the search restarts for all conjuncts at once.
     """
     node, path, reached = start, [], tuple(part for part in graph.parts if graph.holds((part,), start))
     for part in graph.parts:
@@ -35,7 +35,7 @@ def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchO
 
 
 def newest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """Greedy search as `best`, but among nodes with equal estimates the newest is expanded first, not the oldest."""
+    """Greedy search like `best`, except that among nodes with equal estimates the newest is expanded first."""
     return best(start, graph, newest=True)
 
 

@@ -7,7 +7,7 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, Sea
 
 
 def breadth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """The shortest path to an end; of equally short ones the first."""
+    """The shortest path to an end node; if several are equally short, the first one generated."""
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}
     queue, done = deque([(root, start)]), set[Hashable]()

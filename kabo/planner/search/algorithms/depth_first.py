@@ -10,9 +10,8 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcom
 def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The first path to an end node in depth-first order.
 
-    Each knowledge state is visited at most once at first, whatever its geometry; if no path is found, the search
-    restarts with more visits permitted. This keeps it out of cycles along which only the geometry changes
-    [K 6.2.3].
+    At first, each knowledge state is visited at most once, whatever its geometry. If no path is found, the search
+    restarts and permits more visits. This avoids cycles along which only the geometry changes [K 6.2.3].
     """
     most = 1
     while True:
@@ -54,7 +53,7 @@ def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Sear
 def first_new(
     steps: Iterator[tuple[Hashable, Move, Node]], visited: set[Hashable]
 ) -> tuple[Hashable, Move, Node] | None:
-    """The first step to an unvisited node, which is marked as visited; None if there is none."""
+    """The first step that leads to an unvisited node, now marked as visited; None if there is no such step."""
     for key, move, node in steps:
         if key not in visited:
             visited.add(key)

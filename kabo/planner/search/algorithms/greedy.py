@@ -1,4 +1,4 @@
-"""Greedy search by estimates over knowledge."""
+"""Greedy best-first search with heuristic estimates over knowledge states."""
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
@@ -26,13 +26,14 @@ def best_first(
     once: bool = True,
     newest: bool = False,
 ) -> SearchOutcome[Node, Move] | None:
-    """Greedy search for some conjuncts of the goal that keeps those in `kept`; None if not found within `limit` expansions.
+    """Greedy search for some goal conjuncts that keeps those in `kept`; None if `limit` expansions do not suffice.
 
-    Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
-    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. The successors by other actions
-    are generated only when their turn comes. A node whose state of knowledge was expanded before is delayed by one
-    step of the estimate for each time, or left out if `once`: nodes that only geometry distinguishes seem equally
-    far, and there may be infinitely many of them.
+    Nodes wait in two queues, ordered by the estimate of their parent. One queue holds only nodes reached by
+    preferred actions; it gets more turns whenever the estimate improves [Fast Downward, LAMA's first iteration].
+    Successors by other actions are generated only when their turn comes. With `once`, a node whose knowledge state
+    was expanded before is left out; otherwise its estimate is increased by one step for each earlier expansion.
+    The reason is that nodes which differ only in geometry have equal estimates, and there may be infinitely many
+    of them.
     """
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}

@@ -6,7 +6,10 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcom
 
 
 def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """A shortest path, by depth-first searches with growing depth limits; ends when a search reached no limit."""
+    """A shortest path to an end node, by depth-first searches with growing depth limits.
+
+    There is no path if a depth-first search ends without having been cut off by its limit.
+    """
     limit = 1
     while True:
         path, depths = _depth_limited(start, graph, limit)
