@@ -9,7 +9,7 @@ MAX_SHOWN_OBJECTS = 12  # objects that the report's text names
 
 @dataclass(frozen=True)
 class ObjectClearance:
-    """The clearance of one object: it may be displaced by less than `distance` [m] in any direction before a proof fails.
+    """The clearance of one object: all proofs still hold if it is displaced by less than `distance` [m].
 
     `distance` is None where it exceeds the range of the proofs (`CertificateReport.near`). A rotation about the
     object's origin counts as its angle times `radius` [m].
@@ -39,7 +39,7 @@ class ObjectClearance:
 
 @dataclass(frozen=True)
 class BranchClearance:
-    """The clearances along one way from the root to the goal: its outcomes in order, and each object's distance [m]."""
+    """The clearances on one path from the root to a goal node: its outcomes, and each object's distance [m]."""
 
     outcomes: tuple[str, ...]
     distances: Mapping[str, float | None]
@@ -53,9 +53,9 @@ class BranchClearance:
 class CertificateReport:
     """The figures of a certificate check: counts of what was proven, and the clearances of objects.
 
-    The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated, and of
-    `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is None where
-    there are too many.
+    The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated,
+    and of `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is
+    None if the plan has too many branches.
     """
 
     proven: bool
@@ -69,7 +69,7 @@ class CertificateReport:
     branches: tuple[BranchClearance, ...] | None = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """The figures as JSON values; findings are among those of the whole report."""
+        """The figures as JSON values, without findings, which the whole verification report lists."""
         return {
             "proven": self.proven,
             "near": self.near,

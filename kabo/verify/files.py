@@ -1,4 +1,4 @@
-"""Checks that the input files are those of the plan, by comparing every recorded hash with the current file."""
+"""Checks that the input files have not changed, by comparing each hash in the plan with the current file."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
@@ -9,13 +9,13 @@ from kabo.verify.report import Finding
 
 
 def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -> Iterator[Finding]:
-    """The findings about files that differ from those for which the plan was made.
+    """The findings about input files that have changed since the plan was made.
 
     Args:
         plan: the plan with its recorded hashes.
         name: the problem's name.
         folder: the problem's folder, to which recorded paths are relative.
-        files: path relative to `folder` -> hash, for every file that has been read now.
+        files: the hashes of all files that were read now, by path relative to `folder`.
     """
     if plan.problem != name:
         yield Finding(None, f'made for another problem: "{plan.problem}", not "{name}"')

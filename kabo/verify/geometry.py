@@ -1,4 +1,4 @@
-"""Checks every motion of a plan in its scene."""
+"""Checks every motion of a plan in the problem's scene."""
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,9 +23,10 @@ from kabo.verify.report import Finding
 def check_geometry(
     problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
-    """The hashes of all files that were read, the findings about motions, the report's figures, and its notes.
+    """Checks all motions of a plan, and the plan's certificate (with `paranoid` in exact arithmetic).
 
-    With `paranoid` the certificate is checked in exact arithmetic.
+    Returns:
+        the hashes of all files that were read, the findings, the figures for the report, and notes for the report.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load.
@@ -76,6 +77,6 @@ def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
 
 
 def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:
-    """The hashes of files by path relative to a folder, with forward slashes, as plans record them."""
+    """The hashes of files; keys are paths relative to a folder, with forward slashes, as plans record them."""
     start = folder.resolve()
     return {Path(os.path.relpath(Path(path).resolve(), start)).as_posix(): digest for path, digest in files}

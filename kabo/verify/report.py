@@ -10,8 +10,8 @@ from kabo.verify.certificate_report import CertificateReport
 class Finding:
     """One fault of a plan that verification found.
 
-    `time` counts from the start of the node's motion [s]; `depth` is the amount of the fault: how deep bodies overlap [m]
-    (0: they touch, or the depth is unknown), or how much a limit is exceeded.
+    `time` counts from the start of the node's motion [s]. `depth` is the amount of the fault: how deep bodies
+    overlap [m] (0 if they only touch or the depth is unknown), or by how much a limit is exceeded.
     """
 
     node: str | None
@@ -40,7 +40,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Least:
-    """The least distance that was measured between a moving body and another one [m], and where."""
+    """The least distance that was measured between a moving body and any other body [m], and where."""
 
     distance: float
     bodies: tuple[str, str]
@@ -59,9 +59,9 @@ class WorldReport:
     Attributes:
         findings: the faults, each with a world that shows it.
         worlds: the number of initial worlds that were tried.
-        exhaustive: whether these are all worlds, with every value that the actions leave open.
+        exhaustive: whether the runs cover all initial worlds and every value that actions leave open.
         shortest, mean, longest: the numbers of actions from a world's start to the goal.
-        ruled_out: runs that ended because an action adds an entry that is false in their world.
+        ruled_out: the number of runs that ended because an action adds an entry that is false in the run's world.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -87,7 +87,7 @@ class WorldReport:
         return f"{worlds}, {which}: every one reaches the goal in {length}{out}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The figures as JSON values; findings are among those of the whole report."""
+        """The figures as JSON values, without findings, which the whole verification report lists."""
         return {
             "worlds": self.worlds,
             "exhaustive": self.exhaustive,
@@ -102,12 +102,21 @@ class WorldReport:
 class Report:
     """The outcome of verification.
 
-    `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`: examined
-    states of knowledge; `worlds`: the report of all possible worlds, None if they could not judge the plan; `why_replay`:
-    the reason for that, so that the replay judged; `motions`: nodes whose motion was checked; `pairs`: pairs of bodies
-    that were proven apart along a motion; `distances`: how many of these needed distances between meshes; `certificate`:
-    what the plan's own certificate proves; `certificate_gaps`: why it has none, though one was requested. `notes` say
-    what was *not* verified.
+    Attributes:
+        findings: the faults.
+        notes: what was *not* verified.
+        knowledge_only: whether the check of motions was left out.
+        branches: the number of nodes that branch.
+        leaves: the number of paths from the root to the goal.
+        states: the number of examined states of knowledge.
+        worlds: the report of the run through all possible worlds; None if worlds could not judge the plan.
+        why_replay: why worlds could not judge the plan; None if they could.
+        motions: the number of nodes whose motion was checked.
+        pairs: the number of pairs of bodies that were proven apart along a motion.
+        distances: the number of these pairs for which distances between meshes were needed.
+        least: the least distance that was measured between a moving body and any other body, and where.
+        certificate: the result of checking the plan's certificate; None without one.
+        certificate_gaps: why the plan has no certificate, although one was requested.
     """
 
     findings: tuple[Finding, ...] = ()

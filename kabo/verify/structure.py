@@ -7,7 +7,7 @@ from kabo.verify.report import Finding
 
 
 def check_structure(plan: Plan) -> tuple[list[str], list[Finding]]:
-    """The reached nodes, each before its successors, and the findings; no nodes if the plan has a cycle."""
+    """The reached nodes in topological order (none if the plan has a cycle), and the findings about the graph."""
     findings = list(_missing(plan))
     if plan.root not in plan.nodes:
         findings.append(Finding(plan.root, "the root is no node of the plan"))

@@ -22,7 +22,7 @@ def verify_plan(
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     paranoid: bool = False,
 ) -> Report:
-    """The report whether a plan solves a problem: every branch reaches the goal in every world, every motion is free.
+    """Verifies that a plan reaches the goal of a problem on every branch, and that every motion is collision-free.
 
     Args:
         problem: the problem as its files now are.

@@ -1,1 +1,1 @@
-"""Checks every claim in the proofs of a plan's certificate, without any search."""
+"""Checks of a plan's certificate: every claim in its proofs is evaluated again; nothing is searched."""

@@ -1,8 +1,8 @@
 """Checks the certificate of a plan: every stretch of every motion and every pair of bodies that could meet.
 
-No claim of a certificate is taken on trust: its parts must cover the meshes, poses and bounds are derived here, boxes
-and axes are evaluated again. Nothing is searched. This check is made beside that of distances between the meshes, not
-instead of it.
+No claim of a certificate is assumed: its convex parts must cover the meshes, poses and bounds are derived here,
+boxes and separating axes are evaluated again. Nothing is searched. The verifier also checks the distances between
+the meshes, whether or not the plan has a certificate.
 """
 
 from collections.abc import Sequence
@@ -48,14 +48,14 @@ def check_certificate(
     *,
     paranoid: bool = False,
 ) -> tuple[list[Finding], CertificateReport | None]:
-    """The first fault of the certificate, if any, and a report of its proofs; None if the plan carries no proofs.
+    """Checks a plan's certificate; returns at most one finding, and the report (None if the plan has no proofs).
 
     Args:
         plan: the plan with its certificate.
         world: the scene.
-        order: the ids of its nodes.
-        stretches: all stretches of its motions.
-        meetings: pairs of sweeps that may be under way at the same time, where motions overlap.
+        order: the ids of the plan's reached nodes.
+        stretches: all stretches of the plan's motions.
+        meetings: pairs of sweeps that may run at the same time, as one motion begins before another ends.
         paranoid: whether to evaluate poses and axes in exact arithmetic.
     """
     certificate = plan.certificate

@@ -1,9 +1,9 @@
 """Clearances: the distance by which each object may be displaced before the proof fails, along every branch.
 
-An axis separates two bodies by a margin. If one of them is displaced by a vector shorter than the margin, the axis still
-separates them, wherever on the path they are. Boxes that are apart are separated by an axis, too. So an object may be
-translated, held or standing, by less than the least margin of all claims about it, and rotated by an angle that is less
-when multiplied by its radius.
+An axis separates two bodies by a margin. If one of them is displaced by a vector shorter than the margin, the axis
+still separates them, wherever on the path they are. Boxes that are apart are separated by an axis, too. So an
+object, held or standing, may be translated by any distance below the least margin of all claims about it, and
+rotated by any angle [rad] that, multiplied by the object's radius, is below this margin.
 """
 
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ LeastMargins = dict[str, tuple[float, str]]  # object -> its least margin [m], a
 
 @dataclass
 class Margins:
-    """The least margins of objects at every node [m], where they are less than `near`."""
+    """The least margins [m] of the bodies at each node and of each segment, without margins of `near` or more."""
 
     near: float
     nodes: dict[str, LeastMargins] = field(default_factory=dict)
     segments: dict[tuple[str, int], tuple[float, tuple[str, str]]] = field(default_factory=dict)
 
     def add(self, node: str, segments: Sequence[int], names: tuple[str, str], margin: float) -> None:
-        """Lowers the least margins of two bodies and of the segments to the margin between the two, where less."""
+        """Records the margin [m] between two bodies at a node, unless a smaller margin is recorded already."""
         if margin >= self.near:
             return
         least = self.nodes.setdefault(node, {})
@@ -42,7 +42,7 @@ class Margins:
 
 
 def of_objects(scene: Scene, margins: Margins, order: Sequence[str]) -> tuple[ObjectClearance, ...]:
-    """The clearance of every movable object over all branches."""
+    """The clearance of each movable object: its least margin over all nodes of the plan."""
     result = []
     for name in scene.movable:
         radius = float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max(initial=0.0))
@@ -53,7 +53,7 @@ def of_objects(scene: Scene, margins: Margins, order: Sequence[str]) -> tuple[Ob
 
 
 def of_branches(plan: Plan, scene: Scene, margins: Margins) -> tuple[BranchClearance, ...] | None:
-    """The clearances along every way from the root to the goal; None if there are more ways than `MAX_BRANCHES`."""
+    """The clearances along each path from the root to a goal node; None for more than `MAX_BRANCHES` paths."""
     if plan_statistics(plan).plan_leaves > MAX_BRANCHES:
         return None
     result = []

@@ -1,4 +1,4 @@
-"""Whether convex parts cover every triangle of a mesh: each part takes away the pieces inside it until nothing is left.
+"""Checks that convex parts cover a mesh: what lies inside a part is cut off, until nothing is left.
 
 A triangle whose corners are in one part lies in that part. Any other triangle is cut along the planes of the faces of
 each part in turn; the pieces outside of the part go on to the next part.
@@ -15,14 +15,14 @@ FACE_TOLERANCE = 1e-10  # [m] by which a part's faces are moved inwards: more th
 
 
 class Faces(NamedTuple):
-    """The planes of a convex part, moved inwards: n @ x <= offset."""
+    """The face planes of a convex part, n @ x <= offset, moved inwards by `FACE_TOLERANCE`."""
 
     normals: Array  # (F, 3)
     offsets: Array  # (F,)
 
 
 def faces_of(part: Array) -> Faces | None:
-    """The faces of the convex hull of vertices (V, 3); None if it has no volume, so that nothing is inside."""
+    """The faces of the convex hull of a part's vertices (V, 3); None if the hull has no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -36,7 +36,7 @@ def faces_of(part: Array) -> Faces | None:
 
 
 def uncovered(vertices: Array, triangles: Integers, parts: Sequence[Array]) -> int | None:
-    """The first triangle (F, 3) that the parts do not cover, or None if they cover all."""
+    """The index of the first of the triangles (F, 3) that the parts do not cover; None if they cover all."""
     faces = [found for found in map(faces_of, parts) if found is not None]
     held = np.zeros(len(triangles), bool)
     for part in faces:
@@ -52,7 +52,7 @@ def uncovered(vertices: Array, triangles: Integers, parts: Sequence[Array]) -> i
 
 
 def covered(polygon: Array, parts: Sequence[Faces]) -> bool:
-    """Whether a convex polygon (C, 3) lies in the union of parts."""
+    """Whether a convex polygon with corners (C, 3) lies in the union of the convex parts."""
     left = [polygon]
     for part in parts:
         left = [piece for before in left for piece in outside(before, part)]
@@ -62,7 +62,7 @@ def covered(polygon: Array, parts: Sequence[Faces]) -> bool:
 
 
 def outside(polygon: Array, part: Faces) -> list[Array]:
-    """The convex polygons that make up the piece of a polygon outside of a part."""
+    """The rest of a convex polygon after the region inside a convex part is cut out, as convex polygons."""
     heights = polygon @ part.normals.T - part.offsets
     if (heights > 0.0).all(axis=0).any():
         return [polygon]

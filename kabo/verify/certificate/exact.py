@@ -1,4 +1,4 @@
-"""The claims of a proof in exact arithmetic: poses, boxes and products of axes as integers, 2^160 to the metre.
+"""Evaluates proofs in exact arithmetic: poses, boxes and dot products are integers, in units of 2^-160 m.
 
 For the paranoid mode. Sines and cosines are sums of their series, everything else is sums and products; the error of
 cutting off after 160 bits is far below `SLACK`. Placements of joints and bodies are the given floating-point numbers,
@@ -22,7 +22,7 @@ Integers = Any  # numpy arrays of Python's integers, BITS after the point
 
 
 def integers(values: Any) -> Integers:
-    """Floating-point numbers as integers with BITS after the point; further bits are cut off."""
+    """Floating-point numbers as integers with `BITS` bits after the point; further bits are cut off."""
     return _integers(np.asarray(values, dtype=np.float64))
 
 
@@ -35,12 +35,12 @@ _integers = np.vectorize(_integer, otypes=[object])
 
 
 def product(first: Integers, second: Integers) -> Integers:
-    """The matrix product of two arrays of integers."""
+    """The matrix product of two arrays of fixed-point integers, again with `BITS` bits after the point."""
     return np.dot(first, second) >> BITS
 
 
 def sine_and_cosine(angle: Fraction) -> tuple[int, int]:
-    """Sine and cosine of an angle [rad], with BITS after the point."""
+    """The sine and cosine of an angle [rad] as integers with `BITS` bits after the point."""
     turn = 2 * _pi()
     x = int(angle * (1 << BITS)) % turn
     x = x - turn if 2 * x > turn else x
@@ -161,7 +161,7 @@ class ExactSide(Side):
         return [self._matrix(s) for s in range(s0, s1 + 1, step)]
 
     def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
-        """The box (lower, upper) around what a range of parts sweeps, and its rounding error; all in fractions."""
+        """The box (lower, upper) around all that a range of parts sweeps, and the rounding error, as fractions."""
         number = self.parts.ranges[low, high]
         own_middle, own_half = (integers(each[number]) for each in self.parts.boxes)
         lower, upper = [], []
@@ -181,7 +181,7 @@ class ExactSide(Side):
         )
 
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[Any, Any]:
-        """The greatest product of an axis with points that parts sweep, and its rounding error, as fractions."""
+        """The greatest dot product of an axis with a swept point, and its rounding error, as fractions."""
         own = self._vertices[self.parts.starts[low] : self.parts.starts[high]]
         along = integers(axis)
         best = max(

@@ -1,7 +1,7 @@
 """Two motions with unknown relative timing, as one path that visits every pair of their pieces.
 
-A claim about whole pieces of that path is about the hulls of all poses of each body in them; so it holds for any moment
-of the one motion together with any moment of the other.
+A claim about a whole piece of this path is about the hull of all poses of each body in the piece, so it holds for
+any moment of the first motion together with any moment of the second.
 """
 
 import numpy as np
@@ -15,10 +15,10 @@ MAX_WAYPOINTS = 50_000  # of such a path; longer ones are not checked
 
 
 def stretch_of(meeting: Meeting, cut: int) -> MotionStretch | None:
-    """The stretch in which each piece of the first path meets each piece of the second; None if it is too long.
+    """A stretch that pairs each piece of the first path with each piece of the second; None if it is too long.
 
-    Each piece of both is cut into `cut` equal parts. For each part of the first path the second path is passed once,
-    alternately forward and backward, while the first goes back and forth along its part.
+    Each piece of both paths is cut into `cut` equal parts. For each part of the first path the second path is
+    passed once, alternately forward and backward, while the first goes back and forth along its part.
     """
     first, second = meeting.first.path, meeting.second.path
     counts = [cut * (len(path.configurations) - 1) for path in (first, second)]

@@ -1,8 +1,8 @@
-"""Checks every claim in the proof of one pair of bodies: boxes that are apart, axes that separate.
+"""Checks every claim in the proof that two bodies stay apart: disjoint boxes, and separating axes.
 
 Nothing is searched. A claim is about a piece of the path and a range of convex parts of each body. What a body sweeps
 over this piece lies in the hull of its poses at both ends and at all way points between, enlarged by the deviation from
-the chords. Poses are relative to the world, with the last joint that carries both bodies held in its first pose.
+the chords. Poses are given in the world as if the last joint that carries both bodies stayed in its first pose.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ class Refuted(Exception):
 
 @dataclass
 class Margin:
-    """The least margin of all claims [m], and how many axes were evaluated."""
+    """The least margin of a proof's claims [m], and how many separating axes were evaluated."""
 
     least: float = np.inf
     axes: int = 0
@@ -82,7 +82,7 @@ class Side:
         return self._poses[s]
 
     def poses(self, s0: int, s1: int) -> tuple[Array, Array]:
-        """The body's rotations (P, 3, 3) and translations (P, 3) at both ends and at all way points between."""
+        """The body's rotations (P, 3, 3) and translations (P, 3) at positions s0, s1 and way points between."""
         if not self.moves:
             s0 = s1 = 0
         if (s0, s1) not in self._stretches:
@@ -92,13 +92,13 @@ class Side:
         return self._stretches[s0, s1]
 
     def deviation(self, s0: int, s1: int) -> float:
-        """The most that points leave the chord of a piece, or of part of one, between two positions [m]."""
+        """An upper bound of how far the body's points leave their chords between two positions of the path [m]."""
         if s1 - s0 < POSITIONS_PER_PIECE:
             return float(self.deviations[s0 // POSITIONS_PER_PIECE]) * ((s1 - s0) / POSITIONS_PER_PIECE) ** 2
         return float(self.deviations[s0 // POSITIONS_PER_PIECE : s1 // POSITIONS_PER_PIECE].max())
 
     def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
-        """The box (lower, upper) around what a range of parts sweeps, and its rounding error."""
+        """The box (lower, upper) around all that a range of parts sweeps, and the rounding error [m]."""
         if not self.moves:
             s0 = s1 = 0
         if (s0, s1) not in self._boxes:
@@ -117,7 +117,7 @@ class Side:
         return lower.tolist(), upper.tolist(), float(max(np.abs(lower).max(), np.abs(upper).max()))
 
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[float, float]:
-        """The greatest product of an axis with the points that a range of parts sweeps, and its rounding error."""
+        """The greatest dot product of an axis with a point that parts sweep, and its rounding error."""
         turns, places = self.poses(s0, s1)
         products = self.parts.range(low, high) @ (axis @ turns).T + places @ axis
         far = float(np.abs(places).max()) + self.parts.radius
@@ -128,7 +128,7 @@ SideOf = Callable[[Any, SweptBody, Parts, str | None, int], Side]
 
 
 class ProvenPair:
-    """Two bodies along a path, whose claims of staying apart are evaluated."""
+    """Two bodies that move along a path, for checking a proof that they stay apart."""
 
     def __init__(
         self,
@@ -144,7 +144,7 @@ class ProvenPair:
         self.sides = tuple(made(frames, thing, parts(thing), robot, joint) for thing in (first, second))
 
     def turned(self) -> "ProvenPair":
-        """The same pair with the second body first."""
+        """A copy of the pair with its two bodies exchanged."""
         other = copy(self)
         other.sides = self.sides[::-1]
         return other
@@ -155,11 +155,11 @@ class ProvenPair:
         return any(side.moves for side in self.sides)
 
     def apart(self) -> float:
-        """The distance between the boxes around all that the two sweep [m]; negative if they overlap."""
+        """The distance between the boxes around all that each body sweeps [m]; negative if the boxes overlap."""
         return float(self.box_gap(0, self.end, [side.parts.all for side in self.sides]))
 
     def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]]) -> Any:
-        """The distance between the boxes over a piece of the path, less the rounding error [m]."""
+        """The distance between the two bodies' boxes over a piece of the path, less the rounding error [m]."""
         (low, high, a), (other_low, other_high, b) = (
             side.box(s0, s1, *own) for side, own in zip(self.sides, ranges, strict=True)
         )
@@ -168,13 +168,16 @@ class ProvenPair:
         return max(*ahead, *behind) - a - b
 
     def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> Any:
-        """The gap along an axis over a piece of the path, less the rounding error [m]."""
+        """The gap between the two bodies along an axis over a piece of the path, less the rounding error [m]."""
         first, a = self.sides[0].farthest(s0, s1, *ranges[0], -axis)
         second, b = self.sides[1].farthest(s0, s1, *ranges[1], axis)
         return -first - second - a - b
 
     def check(self, proof: PairProof, near: float, finest: int = 1) -> Margin:
-        """The margin of the proof; a piece of `finest` positions or fewer must not be halved.
+        """Checks a proof that two bodies stay apart; returns its least margin and the number of evaluated axes.
+
+        Margins between boxes count as `near` [m] at most. A proof may not halve a piece of the path of `finest`
+        positions or fewer.
 
         Raises:
             Refuted: a claim does not hold; the text says which.

@@ -20,7 +20,7 @@ MAX_COVERED = 4096  # results kept, of some 400 bytes each
 
 
 class Parts:
-    """Convex parts of one body, in its frame."""
+    """The convex parts that a certificate gives for one body, in the body's frame."""
 
     def __init__(self, given: BodyParts) -> None:
         """Raises ValueError for an empty part, or a vertex that is not finite or farther away than `MAX_COORDINATE`."""
@@ -36,7 +36,7 @@ class Parts:
 
     @property
     def all(self) -> tuple[int, int]:
-        """The range of all parts."""
+        """The pair (0, number of parts), the range of all parts."""
         return 0, len(self.lower)
 
     @cached_property
@@ -50,7 +50,7 @@ class Parts:
 
     @cached_property
     def ranges(self) -> dict[tuple[int, int], int]:
-        """The numbers of the ranges that arise when the range of all parts is halved again and again."""
+        """Every range that arises when the range of all parts is halved repeatedly, with its index in `boxes`."""
         found, ahead = [], [self.all]
         while ahead:
             low, high = ahead.pop()
@@ -62,19 +62,19 @@ class Parts:
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Middles and half extents (R, 3) of the boxes around all ranges, in the body's frame."""
+        """The middles and half extents (R, 3) of the boxes around each of `ranges`, in the body's frame."""
         least = np.array([self.lower[low:high].min(axis=0) for low, high in self.ranges])
         most = np.array([self.upper[low:high].max(axis=0) for low, high in self.ranges])
         return 0.5 * (least + most), 0.5 * (most - least)
 
     def exact(self, integers: Callable[[Array], Any]) -> Any:
-        """All vertices as integers, made once."""
+        """All vertices, converted to fixed-point integers by the function `integers` at the first call."""
         if self._exact is None:
             self._exact = integers(self.vertices)
         return self._exact
 
     def missing(self, mesh: Mesh) -> int | None:
-        """The first triangle of a mesh that the parts do not cover, or None; computed once in a process."""
+        """The index of the first triangle of a mesh that the parts do not cover, or None; results are cached."""
         key = mesh.digest, hashlib.sha256(self.vertices.tobytes() + self.starts.tobytes()).hexdigest()
         if key not in _COVERED:
             if len(_COVERED) >= MAX_COVERED:

@@ -1,7 +1,7 @@
-"""The knowledge half of the verifier: possible worlds judge a plan, or a replay of kabo's inference where they cannot.
+"""The knowledge half of the verifier: judges a plan in all possible worlds, or by replaying kabo's inference.
 
-`worlds/` must be trusted, together with the files beside this one, which read formulas and effects. `replay/` judges
-only plans that worlds cannot judge; the report then says so, with the reason.
+A verdict relies on the code in `worlds/` and in the modules of this folder, which read formulas and effects.
+`replay/` judges only plans that cannot be judged in worlds; the report then says so, with the reason.
 """
 
 from kabo.verify.knowledge.judging import KnowledgeReport, check_knowledge, validate_worlds

@@ -12,7 +12,7 @@ from kabo.verify.report import Finding
 
 
 def check_calls(plan: Plan, order: Iterable[str], problem: Problem) -> list[Finding]:
-    """The findings about all nodes; equal calls are checked once."""
+    """The findings about the calls of all nodes in `order`; calls that are equal are checked only once."""
     found: dict[object, tuple[str, ...]] = {}
     result: list[Finding] = []
     for name in order:

@@ -1,4 +1,4 @@
-"""External procedures, called by the verifier itself: their answers must still be those for which the plan was made."""
+"""Calls of external procedures by the verifier itself, which does not rely on the answers that the planner got."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ MAX_SEEDS = 16  # seeds tried with a procedure that takes one; the first answer 
 
 
 def with_functions(problem: Problem, functions: Mapping[str, Callable[..., Any]], seed: int) -> Problem:
-    """The problem with these functions as its external procedures; equal calls are made once."""
+    """The problem with the given functions as its external procedures; answers to equal calls are reused."""
     known: dict[GroundCall, Answer] = {}
 
     def ask(call: GroundCall) -> Answer:
@@ -41,10 +41,10 @@ def _answer(problem: Problem, function: Callable[..., Any], call: GroundCall, se
 
 
 def asking_function(external: External, problem: Problem) -> Callable[[GroundCall], Answer]:
-    """The function that answers for an external procedure; a test without one succeeds, as when planning.
+    """The function that answers calls of an external procedure; a test without a function always succeeds.
 
     Raises:
-        NotVerifiableError: the procedure has a value, but no function.
+        NotVerifiableError: the procedure returns a value, but no function for it was given.
     """
     answers, name = problem.answers, external.procedure
     if answers is None or name not in answers.given:
@@ -55,7 +55,7 @@ def asking_function(external: External, problem: Problem) -> Callable[[GroundCal
 
 
 def external_of(call: ProcedureCall | None, problem: Problem) -> ProcedureCall | None:
-    """An action's call, if a function answers for its procedure; else None."""
+    """The procedure call of an action, if a function for the procedure was given; otherwise None."""
     return (
         call
         if call is not None and problem.answers is not None and call.procedure in problem.answers.given
@@ -64,7 +64,7 @@ def external_of(call: ProcedureCall | None, problem: Problem) -> ProcedureCall |
 
 
 def succeeds(call: ProcedureCall, problem: Problem, binding: Binding) -> bool:
-    """Whether an action's call succeeds, by asking the function of its procedure."""
+    """Whether an action's procedure call succeeds according to the procedure's function."""
     assert problem.answers is not None
 
     def value(argument: Argument) -> str | float:

@@ -10,7 +10,7 @@ Excluded = Mapping[Symbol, frozenset[Value]]
 
 
 class Facts(Protocol):
-    """A state that queries can read, whether finished or while it is changed."""
+    """The interface of states that queries and effects can read: knowledge states, beliefs and worlds."""
 
     @property
     def known(self) -> Mapping[Symbol, Value]:
@@ -26,7 +26,7 @@ class Facts(Protocol):
 
     @property
     def agent_knowledge(self) -> "Facts":
-        """The knowledge by which conditions (`query => …`) are evaluated; the agent knows less than a world has."""
+        """The knowledge by which conditions (`query => …`) are evaluated; for a world, the agent's knowledge."""
 
 
 def truth(claim: GroundClaim, state: Facts) -> bool | None:
@@ -41,5 +41,5 @@ def truth(claim: GroundClaim, state: Facts) -> bool | None:
 
 
 def will_be_known(symbol: Symbol, state: Facts) -> bool:
-    """Kw of an atom or Kv of a term, which holds if it is known now or will be known at run time."""
+    """Whether an atom or term is known now or will be known at run time (Kw of an atom, Kv of a term)."""
     return symbol in state.known or symbol in state.whether

@@ -46,7 +46,7 @@ def range_of(problem: Problem, symbol: Symbol) -> tuple[Value, ...] | None:
 
 
 def denied(problem: Problem, claim: GroundClaim) -> GroundClaim:
-    """The complementary claim."""
+    """The complement of a claim: `not p` for `p`, `f != v` for `f = v`, and the reverse."""
     symbol, value, positive = claim
     if is_predicate(problem, symbol):
         return symbol, not value, True
@@ -108,7 +108,7 @@ def read_conjunction(text: str, problem: Problem) -> tuple[GroundClaim, ...] | N
 
 
 def read_observable(text: str, problem: Problem) -> Observable | None:
-    """The atom, term or conjunction that `on` or `delivers` names; None if the domain has none such."""
+    """The atom, term or conjunction that a plan's `on` or `delivers` names; None if there is none."""
     return read_symbol(text, problem) or read_conjunction(text, problem)
 
 
@@ -128,7 +128,7 @@ def outcome_text(value: Value) -> str:
 
 
 def because(formula: Formula) -> str:
-    """The place of a formula, for the end of a message."""
+    """The place of a formula in its file, as the end of a message."""
     place = getattr(formula, "place", None)
     return "" if place is None else f" ({place.file}:{place.line}:{place.column})"
 

@@ -1,4 +1,4 @@
-"""Chooses who judges the knowledge of a plan: all possible worlds, or the replay of kabo's inference where they cannot."""
+"""Judges a plan's knowledge in all possible worlds or, if that is impossible, by replaying kabo's inference."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class KnowledgeReport:
 def check_knowledge(
     problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MAX_VALUES
 ) -> KnowledgeReport:
-    """The verdict on a plan's knowledge; `order` are its reached nodes, each before its successors."""
+    """Checks the knowledge on every branch of a plan; `order` lists the reached nodes in topological order."""
     wrong = tuple(check_calls(plan, order, problem))
     if wrong:
         return KnowledgeReport(wrong)
@@ -51,7 +51,7 @@ def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MAX_VALUES) ->
     Args:
         problem: the problem.
         plan: the plan.
-        limit: the number of values of atoms and terms, over all worlds that are made, above which it gives up.
+        limit: the largest permitted number of values of atoms and terms, summed over all worlds that are created.
 
     Returns:
         the report; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.

@@ -27,7 +27,7 @@ from kabo.verify.knowledge.ground import Binding, Symbol, instances, read_symbol
 def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
     """Every atom and term anywhere in a formula, effect or term, ground under the binding.
 
-    If its arguments depend on knowledge, its symbol's name is given instead, which stands for all its instances.
+    For an atom or term whose arguments depend on knowledge, its symbol's name stands for all instances.
     """
     if isinstance(tree, Forall | Exists | ForEach | FactForall | ExactlyOne):
         bodies: Iterable[Any] = tree.effects if isinstance(tree, ForEach) else (tree.body,)
@@ -54,7 +54,7 @@ def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol |
 
 
 def reads(effect: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """The atoms and terms that an effect reads: in conditions, right sides and arguments, not the facts that it writes."""
+    """The atoms and terms in an effect's conditions, right sides and arguments, without the written facts."""
     if isinstance(effect, ForEach):
         for more in instances(problem, effect.variables, binding):
             for inner in effect.effects:

@@ -110,7 +110,7 @@ def answered(term: External, problem: Problem, binding: Binding) -> Reader:
 def symbol_of(term: Term | Atom, problem: Problem, binding: Binding) -> Symbol | Namer | None:
     """The symbol of an atom or term, or a function that finds it if inner terms depend on knowledge.
 
-    It is None for constants and numbers; for a run-time variable it is the term whose value the variable has.
+    Constants and numbers have no symbol (None); the symbol of a run-time variable is the term whose value it has.
     """
     if isinstance(term, Variable):
         value = binding.get(term.name)
@@ -136,13 +136,13 @@ def _is_fixed(term: Term, binding: Binding) -> bool:
 
 
 def named(namer: Symbol | Namer | None, state: Facts) -> Symbol | None:
-    """The symbol that `symbol_of` gives in a state; None if the value of an argument is unknown."""
+    """The symbol that a result of `symbol_of` denotes in a state; None if the value of an argument is unknown."""
     return namer(state) if callable(namer) else namer
 
 
 # -------------------------------------------------------------------------------------------------------- claims
 def knows(claim: Claim, problem: Problem, binding: Binding) -> Question:
-    """K(claim), the function that says whether the claim is known to hold."""
+    """The function that says whether a claim is known to hold in a state, that is, K(claim)."""
     if isinstance(claim, Literal):
         return _knows_literal(symbol_of(claim.atom, problem, binding), claim.positive)
     left, right = value_of(claim.left, problem, binding), value_of(claim.right, problem, binding)

@@ -1,4 +1,4 @@
-"""From effects to ground updates: those that fire in a state of knowledge [docs/knowledge.md].
+"""Compiles effects, and evaluates them to the updates that fire in a knowledge state [docs/knowledge.md].
 
 All conditions, values and arguments are evaluated in the state before. `replay/transition.py` applies the updates to
 knowledge, `worlds/acts.py` applies them to the world.
@@ -42,11 +42,11 @@ from kabo.verify.knowledge.terms import Namer, Reader, named, symbol_of, value_o
 
 @dataclass(frozen=True)
 class Assignment:
-    """`symbol = value`, or `symbol != value`; `value` is None if it is unknown now.
+    """An update that sets `symbol = value` or `symbol != value`; `value` is None if it is unknown now.
 
     Attributes:
         sensed: whether the value will be known at run time.
-        source: the term whose value it is, if it is that of a term.
+        source: the term whose value is assigned; None for a constant.
     """
 
     symbol: Symbol
@@ -58,7 +58,7 @@ class Assignment:
 
 @dataclass(frozen=True)
 class UnknownComparison:
-    """A condition of `when` that compares two terms of unknown value; None stands for a term that is itself unknown."""
+    """A condition of `when` that compares two terms of unknown value; None for a term with unknown arguments."""
 
     left: Symbol | None
     right: Symbol | None
@@ -69,7 +69,7 @@ Condition = GroundClaim | UnknownComparison | bool
 
 @dataclass(frozen=True)
 class When:
-    """`when C then E` with its values evaluated in the state before."""
+    """An effect `when C then E` with its values evaluated in the state before the action."""
 
     conditions: tuple[Condition, ...]
     outcomes: tuple[Assignment, ...]
@@ -77,7 +77,7 @@ class When:
 
 @dataclass
 class Updates:
-    """All updates that fire, by database and operation, in the order of the file."""
+    """The updates that fire, grouped by database and operation, each group in the order of the file."""
 
     adds: list[Assignment] = field(default_factory=list)
     deletions: list[GroundClaim] = field(default_factory=list)
@@ -97,7 +97,7 @@ Asker = Callable[[Formula, Problem, Binding], Callable[[Facts], bool]]  # compil
 
 
 def fired(rules: Iterable[Rule], state: Facts) -> Updates:
-    """The updates that fire in a state."""
+    """The updates of the compiled effects that fire in a state."""
     result = Updates()
     for rule in rules:
         rule(state, result)
@@ -105,7 +105,7 @@ def fired(rules: Iterable[Rule], state: Facts) -> Updates:
 
 
 def rules_of(effects: Iterable[Effect], problem: Problem, binding: Binding, ask: Asker) -> list[Rule]:
-    """Every effect as a function of the state, quantifiers unrolled; `ask` compiles conditions on knowledge."""
+    """The effects as functions of the state, with quantifiers unrolled; `ask` compiles their conditions."""
     return [rule for effect in effects for rule in _rules(effect, problem, binding, ask)]
 
 
@@ -156,7 +156,7 @@ def _change(change: Change, problem: Problem, binding: Binding) -> Iterator[Rule
 
 
 def unrolled(fact: Fact, problem: Problem, binding: Binding) -> Iterator[tuple[tuple[Fact, ...], Binding]]:
-    """The simple facts of each instance of a fact, with the instance's binding."""
+    """For each instance of a quantified fact, the facts of its conjunction and the variables' binding."""
     if isinstance(fact, FactForall | ExactlyOne):
         for more in instances(problem, fact.variables, binding):
             yield from unrolled(fact.body, problem, more)
@@ -303,7 +303,7 @@ def _condition(claim: Claim, problem: Problem, binding: Binding) -> Callable[[Fa
 
 
 def denies_each(problem: Problem, claims: Iterable[GroundClaim]) -> Entry:
-    """The entry of Kor with the complement of each claim, which says that not all of them hold."""
+    """The Kor entry of the complements of the claims, which says that at least one claim does not hold."""
     return frozenset(
         (symbol, not value, True) if is_predicate(problem, symbol) else (symbol, value, not positive)
         for symbol, value, positive in claims

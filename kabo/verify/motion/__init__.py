@@ -1,1 +1,1 @@
-"""Checks the motions of a plan against the original meshes: limits, collisions, constraints, attachments of objects."""
+"""Checks of a plan's motions: joint limits, collisions of original meshes, constraints, attachments."""

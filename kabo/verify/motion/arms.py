@@ -22,7 +22,7 @@ class Mount:
     robot: str = ""
 
     def carrying(self, body_T_other: Array) -> "Mount":
-        """The mount of another body that has this pose (4, 4) in the frame of the mounted body."""
+        """The mount of a second body, given its pose (4, 4) in the frame of the body mounted here."""
         return Mount(self.joint, self.joint_T_body @ body_T_other, self.robot)
 
 
@@ -100,12 +100,12 @@ class Arm:
         return result
 
     def reach(self, joint: int, radius: float, joints: frozenset[int]) -> Array:
-        """The most that a point moves for each coordinate of a configuration (n,) [m/rad or m/m].
+        """For each coordinate (n,), the most that a point moves when the coordinate changes by 1 [m/rad or m/m].
 
         Args:
             joint: the joint to which the point is attached.
             radius: the point's distance from that joint's origin [m].
-            joints: the joints that count; the others are assumed to stand still.
+            joints: the joints that may move; the other joints are assumed to stand still.
         """
         key = joint, radius, joints
         if key not in self._reaches:
@@ -124,7 +124,7 @@ class Arm:
         return result
 
     def turning(self, joint: int) -> Array:
-        """The most that a body attached to a joint rotates for each coordinate (n,) [rad/rad or rad/m]."""
+        """For each coordinate (n,), the most that a body at a joint rotates per unit [rad/rad or rad/m]."""
         result = np.zeros(len(self.robot.joint_names))
         for j in self.chains[joint]:
             if self.revolute[j]:

@@ -20,7 +20,7 @@ KINDS = ("robot", "body", "region")
 
 @dataclass(frozen=True)
 class ProcedureSpec:
-    """The purpose of a procedure: its result, and the roles of its robots and bodies, of which `needed` must be given."""
+    """The purpose of a procedure: its result, its roles, and how many robots and bodies it needs (`needed`)."""
 
     robots: tuple[str, ...] = ("robot",)
     bodies: tuple[str, ...] = ()
@@ -57,7 +57,7 @@ class Call:
         procedure: the procedure's name.
         things: all robots, bodies and regions that the call names, by kind and in order.
         roles: the name in each role of the spec, and in `region`.
-        keep, grasp, placement, mate, at: names of the constraint, the families, the mate and the configuration; None: any.
+        keep, grasp, placement, mate, at: names of constraint, grasp family, placement, mate, configuration.
     """
 
     procedure: str
@@ -85,7 +85,7 @@ class Call:
         return self.things["body"]
 
     def role(self, role: str | None) -> str | None:
-        """The name in a role; None if nothing is."""
+        """The name of the thing in a role; None if the role is empty or is None."""
         return None if role is None else self.roles.get(role)
 
 
@@ -129,7 +129,7 @@ class Calls:
         return found
 
     def notes(self) -> list[str]:
-        """The procedures whose purpose was not judged, as notes of the report."""
+        """Notes for the report: the procedures whose purpose the verifier does not know and did not judge."""
         text = (
             "a task of the domain's own: its motion was verified, and what it takes and records, not its purpose"
         )

@@ -15,7 +15,7 @@ ROUNDING_FACTOR = 1.0 + 1e-12  # covers the rounding errors of the sums
 
 
 def frame_of(path: Path, first: SweptBody, second: SweptBody) -> tuple[str | None, int]:
-    """The last joint that carries both bodies, with its robot, so that it moves both alike; joint 0 is the world."""
+    """The robot, and the number of its last joint that carries both bodies; joint 0 is the world."""
     a, b = first.mount, second.mount
     if a is None or b is None or a.robot != b.robot:
         return None, 0
@@ -37,13 +37,13 @@ def reach(mount: Mount, vertices: Array) -> float:
 
 
 def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tuple[Array, bool]:
-    """For every piece of a path (K,) how far points leave their chords [m] as seen from a joint; whether they move at all.
+    """The most that points leave their chords on each piece of a path (K,) [m], and whether they move at all.
 
     Args:
         path: the path.
         mount: the attachment of the points to a robot; None if they stand still.
-        frame: the joint from which they are seen, which carries the mount; 0 for the world.
-        radius: their greatest distance from their joint [m].
+        frame: the joint in whose frame the motion is measured, which carries the mount; 0 for the world.
+        radius: the greatest distance of the points from the joint of their mount [m].
     """
     pieces = len(path.configurations) - 1
     if mount is None:

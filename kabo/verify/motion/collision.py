@@ -1,4 +1,4 @@
-"""One stretch of motion against all bodies: which pairs could collide, and the proof that they do not."""
+"""Checks one stretch of motion for collisions: finds the bodies that could meet, and proves them apart."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -40,7 +40,7 @@ def check_collision(
     Args:
         node: the id of the node.
         path: the path of the robots that move.
-        moving: their links and all that they carry.
+        moving: the links of these robots, and all objects that they carry.
         standing: all other bodies; one name may occur in several poses.
         permits: the contacts that the segment permits.
         world: the scene.

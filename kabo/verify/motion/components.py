@@ -1,8 +1,8 @@
-"""The values that the components of the geometric state can have at every node, by following `after` from `start`.
+"""The values that each component of the geometric state can have at every node, computed from `start` and `after`.
 
-A component is one robot's configuration, or one object's parent and pose. Where branches have joined, a component may
-have several values. Values of several components are followed together, so that exactly the combinations that occur are
-found [docs/plans.md#sharing]. The work grows with the values of the requested components only.
+A component is one robot's configuration, or one object's parent and pose. Where branches have joined, a component
+may have several values. Values of several components are computed together, so that exactly the combinations that
+occur are found [docs/plans.md#sharing]. The work grows with the values of the requested components only.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,13 @@ class Components:
         self._followed: dict[tuple[str, ...], dict[str, frozenset[tuple[ComponentValue, ...]]]] = {}
 
     def values(self, node: str, names: tuple[str, ...]) -> frozenset[tuple[ComponentValue, ...]]:
-        """The combinations of values that these components can have at the start of a node."""
+        """The combinations of values that the named components can have when a node starts."""
         if names not in self._followed:
             self._followed[names] = self._follow(names)
         return self._followed[names].get(node, frozenset())
 
     def supports(self, name: str) -> tuple[str, ...]:
-        """The components that decide the pose of an object: itself and all that it may be attached to, directly or not."""
+        """The components that determine an object's pose: the object, and all that may carry it."""
         result, open_ = [name], [name]
         while open_:
             for parent in self._parents.get(open_.pop(), ()):

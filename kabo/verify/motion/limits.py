@@ -1,4 +1,4 @@
-"""Checks the numbers of a segment: its joints, its first configuration, limits, velocities, times."""
+"""Checks the numbers of a segment: its joints, first configuration, joint limits, velocities and times."""
 
 from collections.abc import Iterator
 
@@ -39,7 +39,7 @@ def check_numbers(node: str, segment: Segment, robot: Robot, start: Array) -> It
         node: the id of its node.
         segment: the segment, whose joints fit the robot, and whose times increase.
         robot: the robot.
-        start: the configuration (n,) of all its joints in which the segment begins.
+        start: the configuration (n,) of all the robot's joints when the segment begins.
     """
     waypoints, times = np.asarray(segment.waypoints), np.asarray(segment.times)
     index = [robot.joint_names.index(joint) for joint in segment.joints]

@@ -1,4 +1,4 @@
-"""Tighter bounds of the relative motion of two bodies than the sum over joints, for pairs that nearly touch.
+"""Bounds of the relative motion of two bodies, tighter than the sum over joints, for pairs that nearly touch.
 
 Between two way points the velocity of a point differs from that of its chord by no more than four times the bound of its
 deviation from the chord [K Eq. 4.19]; the points of a body move no farther than the corners of the box around it.

@@ -1,4 +1,4 @@
-"""Whether the motion of a node fits its action: it moves what the call names, and ends as the node records."""
+"""Checks that a node's motion fits its action: it moves what the call names, and ends as the node records."""
 
 from collections.abc import Iterator
 
@@ -22,7 +22,7 @@ def check_motion(
     tally: Tally,
     walked: dict[str, Motion] | None = None,
 ) -> Iterator[Finding]:
-    """The findings about the motion of a node, in the order of time; the motion is added to `walked`."""
+    """The findings about a node's motion, in the order of time; adds the checked motion to `walked`, if given."""
     try:
         call = calls.of(content)
     except ValueError as error:

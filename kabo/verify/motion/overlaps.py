@@ -1,7 +1,7 @@
-"""Motions that begin before the preceding one has ended: whether they may, and the proof that their bodies never meet.
+"""Checks motions that begin before the preceding motion has ended, and proves that the bodies of both never meet.
 
-The last `overlap` seconds of the preceding motion and all of the motion that begins early are proven apart for every
-pair of their moments, so that it does not matter if one of them runs early or late.
+Every moment of the last `overlap` seconds of the preceding motion is proven apart from every moment of the motion
+that begins early, so that a delay of either motion does no harm.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,14 +30,14 @@ OVERLAP_TOLERANCE = 2e-6  # [s] by which rounded times may exceed a bound
 
 @dataclass(frozen=True)
 class Sweep:
-    """The bodies that move along a path while the segments with these numbers are under way."""
+    """The bodies that move along a path, and the indices of the segments that run meanwhile."""
 
     path: Path
     things: Sequence[SweptBody]
     segments: tuple[int, ...] = ()
 
     def since(self, time: float) -> "Sweep | None":
-        """The part of the sweep from a time on [s]; None if it has ended by then."""
+        """The part of the sweep after a time [s]; None if the sweep has ended by this time."""
         path = self.path
         if path.times[-1] <= time:
             return None
@@ -73,13 +73,13 @@ def duration(node: Node) -> float:
 
 
 def sharing_time(plan: Plan) -> set[str]:
-    """The nodes whose motions overlap in time with another's."""
+    """The ids of the nodes that begin early, and of the nodes directly before them."""
     early = {name for name, node in plan.nodes.items() if node.overlap > 0.0}
     return early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
 
 
 def all_meetings(plan: Plan, order: Sequence[str], motions: Mapping[str, Motion]) -> list[Meeting]:
-    """The meetings of all nodes that begin early, as far as their motions were checked."""
+    """The meetings of all nodes that begin early and whose motion and preceding motion were both checked."""
     found = []
     for name in order:
         before = [other for other in order if name in plan.nodes[other].successors]
@@ -96,7 +96,7 @@ def check_overlaps(
     Args:
         plan: the plan.
         order: the ids of its nodes.
-        motions: the checked motions of all nodes of `sharing_time`.
+        motions: the checked motions, by id, of the nodes that `sharing_time` returns.
         world: the scene.
     """
     for name in order:
@@ -145,7 +145,7 @@ def _check_apart(
 
 
 def meetings(plan: Plan, name: str, before: str, motions: Mapping[str, Motion]) -> list[Meeting]:
-    """The pairs of a sweep of the motion before and one of the node's motion that may run at the same time."""
+    """The pairs of one sweep of the node `before` and one of the node `name` that may run at the same time."""
     begin = duration(plan.nodes[before]) - plan.nodes[name].overlap
     tails = [tail for tail in (sweep.since(begin) for sweep in motions[before].sweeps) if tail is not None]
     return [Meeting(name, tail, sweep) for tail in tails for sweep in motions[name].sweeps]

@@ -1,4 +1,4 @@
-"""Whether a motion constraint holds along a whole path: by bisection, with bounds of how fast its measures change."""
+"""Proves that a constraint holds along a whole path, by bisection with bounds of how fast its measures change."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,7 +13,7 @@ MAX_HALVINGS = 24  # of one straight piece; a measure that is not proven then is
 
 
 class ConstraintViolation(Exception):
-    """A constraint is violated: when [s], which one, by how much, and whether it is only undecided."""
+    """A constraint is violated, or could not be proven to hold (`undecided`), at a time [s] of the path."""
 
     def __init__(self, time: float, constraint: Constraint, measure: Measure, undecided: bool) -> None:
         self.time, self.constraint, self.measure, self.undecided = time, constraint, measure, undecided
@@ -26,10 +26,10 @@ Owners = dict[
 
 
 def check_path_constraints(path: Path, constraints: Sequence[Constraint], owners: Owners) -> None:
-    """Proves that constraints hold along the path of one robot to their tolerance.
+    """Proves that constraints hold, within their tolerance, along the whole path of one robot.
 
     Raises:
-        ConstraintViolation: a constraint does not hold.
+        ConstraintViolation: a constraint is violated, or its proof did not succeed.
         UnknownFeatureError: a constraint names a role or feature that does not exist.
     """
     (arm,) = path.arms.values()

@@ -1,4 +1,4 @@
-"""Whether `after` records the result of a motion: the configurations, and the objects' parents and poses."""
+"""Checks that a node's `after` records its motion's result: configurations, parents and poses of objects."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from kabo.verify.report import Finding
 
 @dataclass(frozen=True)
 class Recorded:
-    """The end of a motion, to be compared with the record of its node."""
+    """The result of a node's motion, to be compared with the node's `after`."""
 
     node: str
     world: SceneModel
@@ -25,7 +25,7 @@ class Recorded:
     time: float
 
     def check(self, content: Node) -> Iterator[Finding]:
-        """The findings unless `after` records exactly the last configurations and the objects taken, let go or joined."""
+        """The findings about differences between the node's `after` and the result of its motion."""
         after = StateChange() if content.after is None else content.after
         foreign = after.robots.keys() - set(self.moved)
         for name in sorted(foreign) + sorted(after.objects.keys() - self._changed()):

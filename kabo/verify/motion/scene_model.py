@@ -26,7 +26,7 @@ def matrix(pose: ObjectPose) -> Array:
 
 
 class SceneModel:
-    """A scene, with arms and surfaces that are made once."""
+    """A scene, with the arms of its robots and the surfaces of its meshes, each computed once."""
 
     def __init__(self, scene: Scene, models: Mapping[str, str | None] | None = None) -> None:
         self.scene = scene
@@ -55,7 +55,7 @@ class SceneModel:
         return [SweptBody(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
 
     def links(self, robot: str) -> list[SweptBody]:
-        """The links of a robot that moves."""
+        """The links of a robot, each with its mount, for a robot that moves."""
         links, mounts = self.scene.robots[robot].links, self.arms[robot].mounts
         return [
             SweptBody(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
@@ -69,11 +69,11 @@ class SceneModel:
         return [SweptBody(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
 
     def role(self, name: str, world_T: Array) -> Role:
-        """A body in this pose, for a role of constraints."""
+        """The body in the given pose world_T (4, 4), with its features, as a role for constraints."""
         return Role(self.scene.bodies[name].features, world_T)
 
     def tool_role(self, robot: str, q: Array) -> Role | None:
-        """The robot's tool in a configuration (n,), for a role of constraints; None if it has no tool."""
+        """The robot's tool in a configuration (n,), as a role for constraints; None if the robot has no tool."""
         tool = self.scene.robots[robot].tool
         if tool is None:
             return None

@@ -1,7 +1,8 @@
 """The geometric situation at the start of a node: the components that must have one value, and all values of the others.
 
-Followed are the robots that move, the objects that they carry, the bodies that the call names, and all that is attached
-to these: each must have exactly one pose there. Every other body stands still, in every pose that it may have.
+The components that must have one value are those of the robots that move, the objects that they carry, the bodies
+that the call names, and all that is attached to any of them. Every other body stands still, in every pose that it
+may have.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -23,7 +24,7 @@ _Value = TypeVar("_Value")
 
 @dataclass
 class Situation:
-    """The start of a motion: the followed objects with the robots' configurations, and the standing bodies."""
+    """The start of a motion: robots' configurations, objects that have one pose, and the standing bodies."""
 
     holding: AttachmentTree
     standing: list[SweptBody] = field(default_factory=list)
@@ -36,12 +37,12 @@ class Ambiguous(Exception):
 def situation(
     node: str, call: Call, moved: Sequence[str], world: SceneModel, components: Components
 ) -> Situation | None:
-    """The situation in which a node's motion begins; None if no way leads to the node.
+    """The situation in which a node's motion begins; None if the plan never reaches the node.
 
     Args:
         node: the node's id.
-        call: its call.
-        moved: the robots that its motion moves.
+        call: the node's call.
+        moved: the robots that the node's motion moves.
         world: the scene.
         components: the possible values of components at the plan's nodes.
 
@@ -139,7 +140,7 @@ def _holding(state: dict[str, ComponentValue], world: SceneModel) -> AttachmentT
 
 
 def check_start(components: Components) -> Iterator[Finding]:
-    """The findings unless the plan's `start` is the scene's first state."""
+    """The findings about differences between the plan's `start` and the initial state of the scene."""
     plan, scene = components.plan, components.scene
     if plan.start is None:
         return

@@ -1,4 +1,4 @@
-"""One stretch of a node's motion: the bodies that move along one path, and those that stand meanwhile."""
+"""One stretch of a node's motion: the bodies that move along a path, and the bodies that stand still."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,11 +8,12 @@ from kabo.verify.motion.sweep import Path, SweptBody
 
 @dataclass(frozen=True, eq=False)
 class MotionStretch:
-    """A stretch in which the same segments are under way: their numbers, the path, and the moving and standing bodies.
+    """A stretch in which the same segments run: their indices, the path, and the moving and the standing bodies.
 
-    `permitted` are the pairs whose contact was granted, which may be fewer than the plan claims. If the node begins
-    early, `before` are the segments of the node before it that are also under way; the first `divide` moving bodies are
-    theirs, and only pairs of one of these and another body are checked.
+    `permitted` are the pairs whose contact was granted, which may be fewer than the plan claims. If the node
+    begins early, `before` are the segments of the preceding node that run at the same time. The first `divide`
+    moving bodies are then those of the preceding node, and only pairs of one of them and one other moving body are
+    checked.
     """
 
     node: str

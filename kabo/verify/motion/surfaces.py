@@ -1,4 +1,4 @@
-"""The data of a mesh for coal: its triangles, its convex hull, a ball around it; made once for each mesh."""
+"""The data of a mesh for the library coal: its triangles, convex hull and bounding ball."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -30,7 +30,7 @@ class Surface:
 
 
 def surface(mesh: Mesh) -> Surface:
-    """The surface of a mesh."""
+    """The data of a mesh for distance queries."""
     import coal
 
     vertices, faces = np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces)

@@ -1,4 +1,4 @@
-"""Whether two bodies stay apart along a whole path: conservative advancement, each pair at its own pace.
+"""Proves that two bodies stay apart along a whole path, by conservative advancement for each pair of bodies.
 
 A path is straight between way points. Along it the distance of a pair shrinks by no more than the bound of its relative
 motion, in metres; a distance d measured at one place therefore proves the path for d metres to both sides. Balls decide
@@ -79,7 +79,7 @@ class Path:
 
 @dataclass(frozen=True)
 class Contact:
-    """A place where a pair is not proven apart: `distance` is None if it touches, else too small to decide."""
+    """A place where a pair is not proven apart; `distance` is None if they touch, else too small to decide."""
 
     time: float
     distance: float | None
@@ -98,7 +98,7 @@ class Proof:
 
 
 class Pair:
-    """Two bodies along a path; `bound` (n,) is the most that they move relative to each other for each coordinate."""
+    """Two bodies along a path; `bound` (n,) is their greatest relative motion per unit of each joint."""
 
     def __init__(self, path: Path, first: SweptBody, second: SweptBody, bound: Array) -> None:
         self.path, self.first, self.second = path, first, second
@@ -106,18 +106,18 @@ class Pair:
 
     @property
     def length(self) -> float:
-        """The most that the two move relative to each other along the path [m]."""
+        """An upper bound of the relative motion of the two bodies along the whole path [m]."""
         return float(self.ends[-1])
 
     def place(self, s: float) -> tuple[int, float]:
-        """The piece of the path, and the share of it, at which the pair has moved `s` metres."""
+        """The piece, and the share of this piece, at which the bound of the relative motion reaches `s` metres."""
         piece = min(int(np.searchsorted(self.ends, s, side="right")) - 1, len(self.ends) - 2)
         piece = max(piece, 0)
         width = self.ends[piece + 1] - self.ends[piece]
         return piece, float(min(1.0, max(0.0, (s - self.ends[piece]) / width))) if width > 0 else 0.0
 
     def poses(self, s: float) -> tuple[Array, Array]:
-        """The poses of both bodies when the pair has moved `s` metres."""
+        """The poses of both bodies where the bound of their relative motion reaches `s` metres."""
         joints = self.path.poses(*self.place(s))
         return self.first.pose(joints), self.second.pose(joints)
 
@@ -132,7 +132,7 @@ class Pair:
         )
 
     def advance(self, intervals: Intervals, shift: Array | None = None) -> Proof:
-        """Proves that the pair stays apart on these intervals of the path.
+        """Tries to prove that the pair stays apart on the given intervals of the path.
 
         Args:
             intervals: the start and end of each interval, in metres of the pair's relative motion.
@@ -168,7 +168,7 @@ class Pair:
 
 
 def weights(path: Path, first: SweptBody, second: SweptBody) -> Array:
-    """The most that two bodies move relative to each other for each coordinate (n,); joints that move both do not count."""
+    """The greatest relative motion of two bodies per unit of each joint (n,); 0 if the joint moves both bodies."""
     total = np.zeros(path.configurations.shape[1])
     for thing, other in ((first, second), (second, first)):
         if thing.mount is None:
@@ -185,9 +185,10 @@ def weights(path: Path, first: SweptBody, second: SweptBody) -> Array:
 def open_intervals(
     path: Path, pairs: Sequence[tuple[SweptBody, SweptBody]]
 ) -> tuple[int, list[tuple[Pair, Intervals]]]:
-    """The number of pairs that move relative to each other, and for each the intervals that balls do not prove apart.
+    """The number of pairs with relative motion, and the pairs and intervals that balls do not prove free.
 
-    Balls are compared at places about `STATION_SPACING` apart; the intervals that they prove to both sides are removed.
+    Balls are compared at places about `STATION_SPACING` apart; the intervals around the places that they prove
+    free are removed.
     """
     bounds = np.array([weights(path, *pair) for pair in pairs]).reshape(len(pairs), -1)
     moving = [int(i) for i in np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)]
@@ -210,7 +211,7 @@ def open_intervals(
 
 
 def stations(path: Path, lengths: Array) -> list[tuple[int, float]]:
-    """Places along a path about `STATION_SPACING` apart by the lengths (m - 1,) of its pieces, with every way point."""
+    """Every way point, and places between them about `STATION_SPACING` apart, given lengths (m - 1,) of pieces."""
     spacing = max(STATION_SPACING, float(lengths.sum()) / MAX_STATIONS)
     result: list[tuple[int, float]] = []
     for piece, length in enumerate(lengths):

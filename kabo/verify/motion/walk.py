@@ -1,4 +1,4 @@
-"""One motion from its start to its end: numbers, collisions, motion constraints, objects taken and let go.
+"""Checks one motion from start to end: its numbers, collisions, motion constraints, objects taken and released.
 
 The motion is checked window by window: robots whose segments overlap in time move together along one path.
 """
@@ -32,7 +32,7 @@ from kabo.verify.report import Finding
 
 @dataclass
 class Walk:
-    """The check of one motion, with the state of its robots and objects as time goes on."""
+    """The check of one motion, with the current state of the robots and objects."""
 
     node: str
     call: Call
@@ -53,11 +53,11 @@ class Walk:
 
     @property
     def q(self) -> dict[str, Array]:
-        """The present configurations."""
+        """The present configuration of each robot, by its name."""
         return self.holding.q
 
     def check(self, content: Node) -> Iterator[Finding]:
-        """The findings in the order of time, those about numbers first."""
+        """Checks the motion; yields the findings about its numbers first, then the others in the order of time."""
         yield from self._check_timeline()
         if self._timeless():
             return
@@ -105,7 +105,7 @@ class Walk:
             yield Finding(self.node, text, time, pair)
 
     def motion(self) -> Motion:
-        """The sweeps and objects of the checked motion, for the check of overlapping motions."""
+        """The sweeps and objects of the checked motion, which the check of overlapping motions needs."""
         objects = {thing.name for sweep in self.sweeps for thing in sweep.things} & self.holding.hung.keys()
         changed = {name for name, hung in self.holding.hung.items() if hung is not self.before.hung[name]}
         return Motion(tuple(self.sweeps), frozenset(objects | changed), frozenset(self.call.bodies))

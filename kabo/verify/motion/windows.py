@@ -1,6 +1,7 @@
 """The timeline of a node: windows of time in which the same segments run; segments of several robots may overlap.
 
-In a window all moving robots share one path over all of their joints, straight between the way points of any of them.
+In a window all moving robots share one path over all of their joints. Its way points are at the times of all way
+points of these robots.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +19,7 @@ TIME_TOLERANCE = 1e-9  # [s] times nearer than this count as equal
 
 @dataclass(frozen=True)
 class Window:
-    """A window of time; `running`, `starting` and `ending` are indices of segments, in the order of the plan."""
+    """A window of time, with the indices of the segments that run in it, start at its start, or end at its end."""
 
     start: float
     end: float
@@ -44,7 +45,7 @@ def windows(segments: Sequence[Segment]) -> Iterator[Window]:
 
 
 def one_by_one(segments: Sequence[Segment]) -> list[Segment]:
-    """The segments, each delayed until the robot's preceding segment has ended."""
+    """The segments; one that begins before the robot's preceding segment has ended is delayed until that end."""
     ended: dict[str, float] = {}
     result: dict[int, Segment] = {}
     for i in sorted(range(len(segments)), key=lambda i: segments[i].times[0]):
@@ -63,7 +64,7 @@ def columns(segment: Segment, arm: Arm) -> list[int]:
 
 
 def at_time(segment: Segment, arm: Arm, q: Array, time: float) -> Array:
-    """The configuration at a time; before and after the segment that of its first and last way point."""
+    """The robot's configuration at a time; before and after the segment, its first and last way point are used."""
     result: Array = q.copy()
     waypoints = np.asarray(segment.waypoints)
     for k, column in enumerate(columns(segment, arm)):

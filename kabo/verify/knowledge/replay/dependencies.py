@@ -1,4 +1,4 @@
-"""The atoms and terms that one node of a plan reads, may change, and overwrites whatever was known."""
+"""The atoms and terms that one node of a plan reads, may change, and overwrites regardless of what was known."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from kabo.verify.knowledge.updates import unrolled
 
 @dataclass(frozen=True)
 class NodeDependencies:
-    """The atoms and terms that a node reads, touches and overwrites, each once, in the order in which it mentions them.
+    """The atoms and terms that a node reads, may change (`touched`) and overwrites, each listed once.
 
     The name of a symbol stands for all its instances.
     """
@@ -26,7 +26,7 @@ class NodeDependencies:
 
 
 def dependencies_of(node: Node, interpreter: Interpreter) -> NodeDependencies:
-    """The dependencies of a node; equal nodes share them."""
+    """The dependencies of a node, computed once for all nodes with the same action, arguments and observations."""
     key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0])), node.on, node.delivers
     if key not in interpreter.dependencies:
         things = [interpreter.read(text) for text in (*([] if node.on is None else [node.on]), *node.delivers)]

@@ -1,6 +1,6 @@
 """The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal [docs/knowledge.md].
 
-Everything is grounded once and kept: actions by name and arguments, update rules, goals.
+Actions, update rules and goals are grounded once and cached, actions by their names and arguments.
 """
 
 from collections.abc import Iterator
@@ -49,7 +49,7 @@ class GroundAction:
 
 @dataclass(frozen=True)
 class GoalPart:
-    """A conjunct of the goal; `temporal` says whether it is about other states than the last one."""
+    """A conjunct of the goal; `temporal` says whether it uses `always` or `initially`."""
 
     formula: Formula
     holds: Question
@@ -90,7 +90,7 @@ class Interpreter:
         return GoalPart(formula, holds, frozenset(mentions(formula, self.problem, binding)), temporal)
 
     def reaches_goal(self, state: Knowledge) -> bool:
-        """Whether every part of the goal holds."""
+        """Whether every conjunct of the goal holds in a state."""
         return all(part.holds(state) for part in self.goals)
 
     def _temporal(self, formula: Temporal, binding: Binding) -> Question:
@@ -170,7 +170,7 @@ class Interpreter:
 
     # -------------------------------------------------------------------------------------------------- actions
     def action(self, name: str, arguments: Arguments) -> GroundAction:
-        """The action with these arguments, which must fit its parameters.
+        """The ground action of this name with these arguments, which must fit the action's parameters.
 
         Raises:
             NotVerifiableError: the verifier does not judge a part of it.
@@ -197,7 +197,7 @@ class Interpreter:
         return self._actions[key]
 
     def act(self, state: Knowledge, action: GroundAction) -> tuple[Knowledge, Updates]:
-        """The knowledge after an action, before what it senses is known, and the updates that fired.
+        """The knowledge after an action, without the values that it senses, and the updates that fired.
 
         Raises:
             ContradictionError: the action would contradict what is known, so it is not applicable.
@@ -212,7 +212,7 @@ class Interpreter:
 
     # ----------------------------------------------------------------------------------------------- branching
     def read(self, text: str) -> Observable | None:
-        """The atom, term or conjunction that `on` or `delivers` names; None if the domain has none such."""
+        """The atom, term or conjunction that a plan's `on` or `delivers` names; None if there is none."""
         return read_observable(text, self.problem)
 
     def can_branch(self, state: Facts, thing: Observable) -> bool:
@@ -228,7 +228,7 @@ class Interpreter:
         return False in truths or None not in truths or all(will_be_known(claim[0], state) for claim in claims)
 
     def outcomes_of(self, thing: Observable, state: Knowledge) -> tuple[Value, ...] | None:
-        """All values in the observable's range, even excluded ones; of a number the known one, None if unknown."""
+        """All values in an observable's range, even excluded ones; for a number only its known value, or None."""
         if not is_symbol(thing):
             return (False, True)
         symbol: Symbol = thing  # type: ignore[assignment]

@@ -96,10 +96,10 @@ def _are_names(terms: Iterable[Term]) -> bool:
 
 # ---------------------------------------------------------------------------------------------------- one state
 def meet(one: Knowledge, other: Knowledge, start: Knowledge, problem: Problem) -> Knowledge:
-    """A state that knows no more than what both know, and little less.
+    """A state that knows almost all, and nothing more, of what both given states know.
 
     Args:
-        one, other: the states, closed.
+        one, other: the two states, after closure.
         start: the initial state; its entries are looked for in both states, even where neither has them any more because
             each knows another member to hold.
         problem: the problem.

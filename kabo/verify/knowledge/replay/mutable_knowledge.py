@@ -39,7 +39,7 @@ class MutableKnowledge:
 
     @property
     def agent_knowledge(self) -> "MutableKnowledge":
-        """This state, by which conditions on knowledge are evaluated."""
+        """The state itself: conditions on knowledge are evaluated in it."""
         return self
 
     def finished(self) -> Knowledge:
@@ -79,27 +79,27 @@ class MutableKnowledge:
             exclude(self.excluded, symbol, value)
 
     def will_know(self, symbol: Symbol) -> None:
-        """Adds that the value will be known at run time, unless it is known now."""
+        """Records that the symbol's value will be known at run time, unless it is known now."""
         if symbol not in self.known and symbol not in self.whether:
             self.whether.add(symbol)
             self.changed.add(symbol)
 
     def add_entry(self, database: str, entry: Entry) -> None:
-        """Adds an entry of Kx or Kor and draws its inferences."""
+        """Adds an entry to Kx or Kor, and infers what follows from it."""
         (self._settle_exclusive if database == "Kx" else self._settle_some)(entry)
 
     def remove_entry(self, database: str, entry: Entry) -> None:
-        """Removes an entry from Kx or Kor; does nothing if it is not there."""
+        """Removes an entry from Kx or Kor, if the database contains it."""
         (self.exclusive if database == "Kx" else self.some).discard(entry)
 
     def deny_all(self, claims: Iterable[GroundClaim]) -> None:
-        """Adds that the conjunction of the claims is false."""
+        """Adds the knowledge that not all of the claims hold."""
         complements = frozenset(denied(self.problem, claim) for claim in claims)
         self.add_entry("Kor", complements)
 
     # -------------------------------------------------------------------------------------------------- closure
     def close(self) -> set[Symbol]:
-        """Draws all inferences; returns the atoms and terms that have changed since the last call.
+        """Infers all that the closure allows; returns the atoms and terms that have changed since the last call.
 
         Raises:
             ContradictionError: the state contradicts itself.
@@ -165,13 +165,13 @@ class MutableKnowledge:
 
     # ------------------------------------------------------------------------------------------- world changes
     def drop_entries(self, symbols: set[Symbol]) -> None:
-        """Removes the entries about these atoms and terms, since the world changes there."""
+        """Removes the entries that mention one of the given atoms and terms, whose values change."""
         self.exclusive.difference_update(mentioning(self.exclusive, symbols))
         self.some.difference_update(mentioning(self.some, symbols))
         self.conjunctions = {whole for whole in self.conjunctions if not mentions_any(whole, symbols)}
 
     def touch(self, symbols: Iterable[Symbol], remember: Remembered) -> None:
-        """Records the first change of symbols that `initially` mentions; their Kw and Kv are kept for the initial state."""
+        """Records that symbols in `remember` have changed, and keeps their Kw and Kv for the initial state."""
         new = frozenset(s for s in symbols if s not in self.touched and (s in remember or s[0] in remember))
         if new and self.past is not None:
             self.past = replace(self.past, whether=self.past.whether | (self.whether & new))
@@ -185,7 +185,7 @@ class MutableKnowledge:
         self.whether.discard(symbol)
 
     def may_become(self, symbol: Symbol, value: Value) -> None:
-        """Handles a value that may have come true: forgets its complement, and removes Kw or Kv, which is outdated."""
+        """Updates the state for a value that may have come true: forgets its complement, and its Kw or Kv."""
         self.changed.add(symbol)
         self.whether.discard(symbol)
         before = self.known.get(symbol)
@@ -200,7 +200,7 @@ class MutableKnowledge:
                 self.excluded[symbol] = rest
 
     def may_cease(self, claim: GroundClaim) -> None:
-        """Handles a claim that may have ceased to hold: forgets it, but not its complement [add and del of Kf]."""
+        """Updates the state for a claim that may have ceased to hold: forgets the claim, not its complement."""
         symbol, value, positive = claim
         if not positive:
             self.may_become(symbol, value)

@@ -30,7 +30,7 @@ class WorldEffects:
 
 
 def world_effects(effects: Iterable[When], state: Knowledge) -> WorldEffects:
-    """The outcomes of `when` effects, certain or possible by what the state before knows of their conditions."""
+    """The outcomes of `when` effects: certain if all conditions are known to hold in `state`, else possible."""
     result = WorldEffects()
     for effect in effects:
         truths = [(condition, _truth(condition, state)) for condition in effect.conditions]

@@ -1,6 +1,6 @@
 """Queries on knowledge: each formula becomes a function of a state, its quantifiers unrolled once [K 3.3.1].
 
-Conjunctions and disjunctions are evaluated in order, and only until their answer is clear.
+Conjunctions and disjunctions are evaluated from left to right, until a part decides the result.
 """
 
 from collections.abc import Callable, Iterable
@@ -34,7 +34,7 @@ def question(
 
     Args:
         formula: the query.
-        problem: its problem.
+        problem: the problem to which the query belongs.
         binding: the values of parameters and variables.
         temporal: makes the function of `initially(…)` or `always(…)` under a binding; None where they are not allowed.
 

@@ -18,7 +18,7 @@ from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
 
 
 class Relevance:
-    """For every node the atoms and terms that it and its continuation read and touch, as bits.
+    """The atoms and terms that each node and its continuation read and may change, as bit masks.
 
     There is a bit for each atom, each term, and each symbol as a whole; sets for 25,000 nodes would not fit into memory.
     """
@@ -91,11 +91,11 @@ class Relevance:
 
     @property
     def has_rules(self) -> bool:
-        """Whether update rules relate any atoms and terms."""
+        """Whether update rules relate any atoms or terms to each other."""
         return bool(self._groups)
 
     def tied(self, mask: int) -> int:
-        """The mask with all atoms and terms that update rules relate to those in it."""
+        """A mask extended by all atoms and terms that update rules relate to a member of the mask."""
         for group in self._groups:
             if group & mask:
                 mask |= group
@@ -108,7 +108,7 @@ class Relevance:
         return [thing for thing in self._bits if not isinstance(thing, str) and kept(thing)]
 
     def reduced(self, name: str, state: Knowledge) -> Knowledge:
-        """A state that arrives at a node, without the facts that no later node reads."""
+        """The state without the facts that neither the node, its continuation nor an unsettled goal part reads."""
         open_ = self._untouched[name] & ~state.settled
         settled = state.settled
         if open_:
@@ -135,12 +135,12 @@ class Relevance:
             del self._kept[key]
 
     def kept_by(self, mask: int) -> "Kept":
-        """The set of atoms and terms whose bits are in the mask."""
+        """The set of atoms and terms whose bits are set in a mask."""
         names = frozenset(str(thing) for thing, bit in self._names if bit & mask)
         return Kept(self, mask, frozenset(compress(self._bits, map(int, f"{mask:b}"[::-1]))), names)
 
     def bits_of(self, symbols: Iterable[Symbol]) -> int:
-        """The mask of these atoms and terms; those that no node mentions have no bit."""
+        """The mask with the bits of the given atoms and terms; symbols that no node mentions have no bit."""
         mask = 0
         for symbol in symbols:
             mask |= self._bits.get(symbol, 0)
@@ -149,7 +149,7 @@ class Relevance:
 
 @dataclass(frozen=True)
 class Kept:
-    """A set of relevant atoms and terms; calling it tests one for membership."""
+    """A set of relevant atoms and terms; calling the set with a symbol tests membership."""
 
     relevance: Relevance
     mask: int

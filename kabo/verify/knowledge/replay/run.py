@@ -1,7 +1,8 @@
 """Replays the plan on the knowledge level: preconditions, sensing, complete branches, and the goal at every leaf.
 
 Nodes are taken in topological order with the *set* of knowledge states that can arrive there; states that agree on
-all that the continuation reads are one. So the work for 2^n outcomes grows with the plan's nodes, not its branches.
+all that the continuation reads are merged. So the work for 2^n outcomes grows with the number of nodes, not of
+branches.
 
 Where more knowledge never hurts, all states that arrive at a node are merged into one, which knows what they all know.
 If a condition fails for a merged state, states are kept separate for the last steps before the node, for more and more
@@ -44,7 +45,7 @@ class Replay:
 
 
 def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
-    """Replays all branches of a plan; `order` are its nodes, each before its successors."""
+    """Replays all branches of a plan; `order` lists its nodes in topological order."""
     findings = list(check_calls(plan, order, problem))
     if findings:
         return Replay(findings)

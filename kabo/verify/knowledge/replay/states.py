@@ -1,6 +1,6 @@
 """States of knowledge as dictionaries and sets [docs/knowledge.md; P].
 
-They are written to be obvious, and independently of the planner, whose bit sets must agree with them.
+This simple representation is independent of the planner's bit sets, and both must give the same results.
 """
 
 from collections.abc import Mapping, MutableMapping
@@ -48,11 +48,11 @@ class Knowledge:
 
     @property
     def agent_knowledge(self) -> "Knowledge":
-        """This state, by which conditions on knowledge are evaluated."""
+        """The state itself: conditions on knowledge are evaluated in it."""
         return self
 
     def frozen(self) -> Frozen:
-        """The state as a value that sets can hold."""
+        """The state as a hashable value, which is equal for equal states."""
         return (
             frozenset(self.known.items()),
             frozenset(self.excluded.items()),
@@ -87,7 +87,7 @@ def in_order(entry: Entry) -> tuple[GroundClaim, ...]:
 class Mentions:
     """An index of entries by the atoms and terms that they mention.
 
-    It keeps all entries that it has been given, and starts anew when they are too many.
+    The index keeps all entries given to `of`, and is emptied when there are too many.
     """
 
     def __init__(self) -> None:
@@ -95,7 +95,7 @@ class Mentions:
         self._seen: set[Entry] = set()
 
     def of(self, entries: AbstractSet[Entry], symbols: AbstractSet[Symbol]) -> list[Entry]:
-        """The entries that mention a symbol, each once."""
+        """The entries among `entries` that mention one of the symbols, each once."""
         if len(entries) <= MAX_SCANNED_ENTRIES or len(symbols) > MAX_SCANNED_ENTRIES:
             return [entry for entry in entries if not symbols_of(entry).isdisjoint(symbols)]
         if not self._seen >= entries:

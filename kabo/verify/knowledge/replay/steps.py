@@ -13,7 +13,7 @@ from kabo.verify.knowledge.replay.states import Knowledge
 
 @dataclass(frozen=True)
 class Way:
-    """One edge from a node: the outcome (None without branching), the successor's id, and the knowledge there."""
+    """An edge of the plan: outcome (None without branching), successor, and the knowledge that reaches it."""
 
     value: Value | None
     successor: str
@@ -22,7 +22,7 @@ class Way:
 
 @dataclass
 class Step:
-    """The result of a node in one state; `after` is the state after its action, None if that is not applicable."""
+    """The result of a node in one state; `after` is the state after its action, None if the action fails."""
 
     messages: list[str] = field(default_factory=list)
     ways: list[Way] = field(default_factory=list)
@@ -30,7 +30,7 @@ class Step:
 
 
 def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
-    """The result of a node in one state; its call must have passed `check_call`."""
+    """Executes a node in one knowledge state; the node's call must have passed `check_call`."""
     result = Step()
     try:
         if node.kind == "goal":
@@ -54,7 +54,7 @@ def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
 
 
 def unmet_early(interpreter: Interpreter, node: Node, state: Knowledge) -> list[str]:
-    """The unmet preconditions of a node whose motion begins early, in the state before its predecessor."""
+    """Messages about a node's preconditions that do not hold in `state`, in which its motion already begins."""
     action = interpreter.action(str(node.action), node.arguments)
     try:
         return [f"begins early, but then {message}" for message in _unmet(action, state)]

@@ -24,7 +24,7 @@ def change_world(draft: MutableKnowledge, before: Knowledge, updates: Updates, r
         draft: a copy of the state before.
         before: the state before.
         updates: the updates that fire in it.
-        remember: the atoms and terms, or names of symbols, that `initially` mentions.
+        remember: the atoms, terms and names of symbols that `initially` goals mention.
 
     Raises:
         ContradictionError: the updates contradict each other.
@@ -76,7 +76,7 @@ def _undisputed(draft: MutableKnowledge, effects: WorldEffects) -> list[Assignme
 
 
 def assign(draft: MutableKnowledge, add: Assignment) -> None:
-    """Makes the claim true, whatever held before."""
+    """Applies an assignment to the state, regardless of what was known of its symbol before."""
     symbol, value = add.symbol, add.value
     draft.changed.add(symbol)
     draft.whether.discard(symbol)
@@ -167,10 +167,10 @@ def settle(draft: MutableKnowledge, rules: UpdateRules, *, everything: bool = Fa
 
 
 def look_back(draft: MutableKnowledge, rules: UpdateRules, remember: Remembered) -> None:
-    """Exchanges knowledge of the present and the initial state about all that no action has touched, to a fixpoint.
+    """Copies knowledge of unchanged symbols between the present and the initial state, until a fixpoint.
 
     Raises:
-        ContradictionError: the two contradict each other.
+        ContradictionError: the knowledge of the two states is contradictory.
         NotVerifiableError: the update rules still change something after `MAX_RULE_ROUNDS` rounds.
     """
     while draft.past is not None:

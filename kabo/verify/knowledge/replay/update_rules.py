@@ -1,4 +1,4 @@
-"""The domain's update rules, grounded once, and which of them a change can trigger."""
+"""The domain's update rules, grounded once, with an index of the rules that a change can trigger."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ class UpdateRules:
 
     @classmethod
     def of(cls, problem: Problem) -> "UpdateRules":
-        """The rules of a problem."""
+        """All ground update rules of a problem's domain."""
         result = cls()
         for effect, binding in ground(problem.domain.update_rules, problem, {}):
             for rule in rules_of([effect], problem, binding, question):
@@ -44,7 +44,7 @@ class UpdateRules:
 
 
 def ground(effects: Iterable[Effect], problem: Problem, binding: Binding) -> Iterator[tuple[Effect, Binding]]:
-    """The instances of effects without their outer quantifiers, each with its binding."""
+    """The effects without their outer quantifiers, once for each instance, with the binding of the variables."""
     for effect in effects:
         if isinstance(effect, ForEach):
             for more in instances(problem, effect.variables, binding):

@@ -1,4 +1,4 @@
-"""The effects of actions on the possible worlds, and the outcomes of observing them.
+"""The effects of actions on the possible worlds, and the outcomes of observing an atom, a term or a conjunction.
 
 Deletions come first, then the outcomes of `when` effects, then additions. A value that an action leaves open may be any
 value that was possible before, or any value at all if only one was possible.
@@ -63,7 +63,7 @@ def _condition(formula, problem: Problem, binding: Binding):  # type: ignore[no-
 
 @dataclass
 class After:
-    """The belief after an action, what the action delivered, and how many worlds contradict an entry that it adds."""
+    """The belief after an action, what it delivered, and how many worlds contradicted an added entry."""
 
     belief: Belief
     delivered: set[Observable]
@@ -85,11 +85,11 @@ class _Change:
 
 
 def perform(act: Act, belief: Belief) -> After:
-    """The belief after an action.
+    """Performs an action in all worlds of a belief, and returns the belief afterwards.
 
     Raises:
-        NotApplicableError: its effects contradict each other, or what is known.
-        CannotJudgeError: it has an effect that worlds cannot judge.
+        NotApplicableError: the action's effects contradict each other, or what is known.
+        CannotJudgeError: the action has an effect that worlds cannot judge.
     """
     try:
         return _Performance(act, belief).after()
@@ -359,7 +359,7 @@ def _holds_in(database: str, entry: Entry, world: World) -> bool:
 
 
 def observed(belief: Belief, thing: Observable) -> dict[Value, Belief]:
-    """The belief after each outcome of the atom, term or conjunction that a plan branches on."""
+    """Each possible outcome of the atom, term or conjunction that a plan branches on, with the belief after it."""
     parts: dict[Value, list[World]] = {}
     waiting = belief.worlds[::-1]
     while waiting:

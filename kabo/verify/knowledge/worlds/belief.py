@@ -1,4 +1,4 @@
-"""Beliefs: the worlds that agree with all that was observed on the way to a node, and so what a perfect reasoner knows."""
+"""Beliefs: sets of the worlds that agree with every observation made before a node is reached."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -68,7 +68,7 @@ class ExplicitBelief:
         return self.about or self
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
-        """Whether the claim follows from the explicit facts; nothing is known of the state at the start."""
+        """Whether the claim follows from the explicit facts; False for a claim about the state at the start."""
         return not at_start and claim(self)
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
@@ -83,7 +83,7 @@ class ExplicitBelief:
 
 @dataclass
 class Belief:
-    """The possible worlds at a node, and the history that matters.
+    """The possible worlds at a node of the plan, and what must be remembered of earlier nodes.
 
     Attributes:
         unknowns: the atoms and terms that are unknown at the start.
@@ -109,7 +109,7 @@ class Belief:
 
     @property
     def agent_knowledge(self) -> "Belief":
-        """This belief, by which conditions on knowledge are evaluated."""
+        """The belief itself: conditions on knowledge are evaluated in it."""
         return self
 
     @property
@@ -119,7 +119,7 @@ class Belief:
 
     @property
     def share(self) -> float:
-        """The share of these worlds among all worlds at the start."""
+        """The share of all worlds at the start that the worlds of this belief stand for."""
         return sum(world.share for world in self.worlds)
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
@@ -162,7 +162,7 @@ class Belief:
 
 
 def collected(worlds: Iterable[World]) -> dict[Key, World]:
-    """The worlds by their keys; one stands for all that behave alike, and has the sum of their shares."""
+    """The worlds by their keys; worlds with equal keys are merged into one with the sum of their shares."""
     result: dict[Key, World] = {}
     for world in worlds:
         key = world.key()
@@ -176,15 +176,15 @@ def collected(worlds: Iterable[World]) -> dict[Key, World]:
 def without(
     belief: Belief, keeps: Callable[[Symbol], bool], groups: frozenset[int], symbols: frozenset[Symbol] | None
 ) -> tuple[Belief, dict[Key, World], Key]:
-    """The belief without what no later node reads, its worlds by their keys, and a key of the belief itself.
+    """The belief reduced to what later nodes read, its worlds by their keys, and a key of the reduced belief.
 
     Two beliefs with the same key behave alike from here on.
 
     Args:
         belief: the belief.
-        keeps: whether a later node reads an atom or term.
-        groups: the groups of unknowns with a member that a later node reads.
-        symbols: all that later nodes read, if it can be listed.
+        keeps: the function that says whether a later node reads an atom or term.
+        groups: the numbers of the groups of unknowns with a member that a later node reads.
+        symbols: all atoms and terms that later nodes read; None if they cannot be listed.
     """
     worlds = collected(world.kept(keeps, symbols, groups) for world in belief.worlds)
     whether = frozenset(filter(keeps, belief.whether))

@@ -23,7 +23,7 @@ class NoWorldError(Exception):
 
 @dataclass
 class Start:
-    """The initial belief: one world with all unknowns open, given values, and what will be known at run time."""
+    """The initial belief: one world with open unknowns, the given values, and what will be known at run time."""
 
     unknowns: Unknowns
     world: World
@@ -62,7 +62,7 @@ class _Reading:
 
 
 def start_of(problem: Problem) -> Start:
-    """The worlds at the start, as the problem file describes them.
+    """The initial belief that the problem file describes: one world, whose open values stand for all worlds.
 
     Raises:
         CannotJudgeError: worlds cannot represent the initial knowledge, or there are too many of them.

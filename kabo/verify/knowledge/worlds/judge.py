@@ -91,13 +91,13 @@ class Judgement:
 
 
 def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MAX_VALUES) -> Judgement:
-    """The verdict of all possible worlds on a plan whose calls are in order.
+    """Judges a plan in all possible worlds; the calls of its nodes must have passed `check_calls`.
 
     Args:
         problem: the problem.
         plan: the plan.
-        order: its reached nodes, each before its successors.
-        limit: the number of values of atoms and terms, over all worlds that are made, above which it gives up.
+        order: the plan's reached nodes, each before its successors.
+        limit: the largest permitted number of values of atoms and terms, summed over all worlds that are created.
 
     Raises:
         CannotJudgeError: worlds cannot judge this plan; the text says why not.

@@ -1,7 +1,7 @@
 """The atoms and terms that the rest of a plan reads; worlds that agree on them are treated as one.
 
 A node's continuation reads only what its actions, its branchings and the goal mention. A part of the goal that holds, and
-that neither a change nor an observation in the continuation can make false, reads nothing any more.
+that neither a change nor an observation in the continuation can make false, need not be read again.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -26,7 +26,7 @@ def never_hurt_by_knowledge(formula: Formula) -> bool:
 
 
 class Needs:
-    """For every node what its continuation reads and may change, as bits for atoms, terms and whole symbols."""
+    """The atoms, terms and whole symbols that each node and its continuation read and may change, as bit masks."""
 
     def __init__(
         self, plan: Plan, order: Sequence[str], problem: Problem, goals: Sequence[Named], always: Named
@@ -91,18 +91,18 @@ class Needs:
         return mask
 
     def done(self, name: str, number: int) -> bool:
-        """Whether no node from this one on can change what a part of the goal reads."""
+        """Whether neither a node nor its continuation can change what the goal part `number` reads."""
         return not self.goals[number] & self._changed[name]
 
     def read_later(self, name: str, thing: Symbol | str) -> bool:
-        """Whether a node from this one on mentions an atom or term, or its symbol as a whole."""
+        """Whether the node or its continuation reads the atom or term, or its symbol as a whole."""
         mask = self._bits.get(thing, 0)
         if not isinstance(thing, str):
             mask |= self._bits.get(thing[0], 0)
         return bool(self._asked[name] & mask)
 
     def kept(self, name: str, settled: int) -> tuple[Callable[[Symbol], bool], frozenset[Symbol] | None]:
-        """The function that says whether a node from this one on reads an atom or term, and the set of all that are read.
+        """What a node, its continuation and unsettled goal parts read: a membership test, and the set.
 
         The set is None if a symbol is read as a whole.
         """

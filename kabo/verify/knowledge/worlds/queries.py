@@ -1,12 +1,14 @@
-"""Queries on worlds: K holds if it is true in every world that agrees with what was observed.
+"""Queries on worlds: K(claim) holds if the claim is true in every world that agrees with what was observed.
 
-A perfect reasoner knows that much. kabo's own inference may know less, but never less than the explicit belief. Where a
-condition depends on the difference, worlds cannot judge. A query is evaluated in three ways:
+A perfect reasoner knows every such claim. kabo's own inference may know fewer, but at least those of the explicit
+belief. If a condition depends on this difference, worlds cannot judge the plan. A query is evaluated in three
+ways:
 
-- *perfect*: K means true in all worlds. The conditions of a plan must hold so.
+- *perfect*: K means true in all worlds. The conditions of a plan must hold in this sense.
 - *perfect in favour*: K means true in all worlds where knowing helps, and explicitly believed where it hurts (below
   `not`). A condition that is false even so is false for every reasoner.
-- *explicit in favour*: the other way round. A condition that is true even so is true for every reasoner.
+- *explicit in favour*: K means explicitly believed where knowing helps, and true in all worlds where it hurts.
+  A condition that is true even so is true for every reasoner.
 """
 
 from collections.abc import Callable, Iterable
@@ -67,13 +69,13 @@ def query(
     helps: bool = True,
     at_start: bool = False,
 ) -> Query:
-    """The function that says whether a query holds for two reasoners.
+    """Compiles a query to a function of two reasoners: one is asked where knowing helps, the other where it hurts.
 
     Args:
         formula: the query.
-        problem: its problem.
+        problem: the problem to which the query belongs.
         binding: the values of parameters and variables.
-        temporal: numbers `always(…)`; None outside of goals, where temporal formulas are not allowed.
+        temporal: the function that numbers `always(…)`; None where temporal formulas are not allowed.
         helps: whether more knowledge can only make the query true; False below `not`.
         at_start: whether the query is about the start.
 
@@ -153,7 +155,7 @@ def required(asked: Query, perfect: Knower, explicit: Knower) -> bool:
     """Whether a condition of a plan holds.
 
     Raises:
-        CannotJudgeError: it does not for a perfect reasoner, but may for kabo's own inference.
+        CannotJudgeError: the condition fails for a perfect reasoner, but may hold for kabo's own inference.
     """
     if asked((perfect, perfect)):
         return True
@@ -166,7 +168,7 @@ def fires(asked: Query, perfect: Knower, explicit: Knower) -> bool:
     """Whether the condition of an effect (`query => …`) holds.
 
     Raises:
-        CannotJudgeError: that depends on how much a reasoner infers.
+        CannotJudgeError: whether the condition holds depends on how much a reasoner infers.
     """
     if asked((explicit, perfect)):
         return True

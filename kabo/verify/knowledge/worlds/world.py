@@ -1,4 +1,4 @@
-"""A world: the true values of atoms and terms; a value that has not mattered yet is open and stands for all values."""
+"""Worlds: the true values of atoms and terms. A value that nothing has read yet is open: it can be any value."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -13,11 +13,11 @@ Key = tuple[object, ...]
 
 
 class CannotJudgeError(Exception):
-    """Worlds cannot judge this plan; the text says why not."""
+    """The plan cannot be judged in possible worlds; the text says why not."""
 
 
 class OpenError(Exception):
-    """An open value is read: the world must first be split into one for each value that it may have."""
+    """An open value is read; the world must first be split into one world for each possible value."""
 
     def __init__(self, symbol: Symbol) -> None:
         super().__init__(symbol)
@@ -48,7 +48,7 @@ class _StartValues:
 
 @dataclass
 class World:
-    """True values, in the form of a state in which they are known.
+    """A world: the true values of atoms and terms, with the interface of a state in which they are known.
 
     Attributes:
         known: the values.
@@ -77,11 +77,11 @@ class World:
         return known, frozenset(self.excluded.items()), self.groups, frozenset(self.first.known.items())
 
     def copy(self) -> "World":
-        """Another world with the same values."""
+        """A copy of the world that can be changed independently."""
         return replace(self, known=dict(self.known), excluded=dict(self.excluded))
 
     def remember(self, symbols: frozenset[Symbol]) -> None:
-        """Keeps the present values of these symbols as those at the start."""
+        """Records the present values of the given symbols as their values at the start."""
         self.first = _StartValues({symbol: self.known[symbol] for symbol in symbols if symbol in self.known})
 
     def value(self, symbol: Symbol) -> Value:
@@ -100,14 +100,14 @@ class World:
         self.excluded.pop(symbol, None)
 
     def leave_open(self, symbol: Symbol, without: frozenset[Value] = frozenset()) -> None:
-        """Leaves the symbol open: it may have any value except those in `without`."""
+        """Makes the value of the symbol open: any value except those in `without` is possible."""
         self.known.pop(symbol, None)
         self.excluded[symbol] = without
 
     def kept(
         self, keeps: Callable[[Symbol], bool], symbols: frozenset[Symbol] | None, groups: frozenset[int]
     ) -> "World":
-        """The world without what no later node reads; `symbols` is all that is kept, if it can be listed."""
+        """The world reduced to what later nodes read; `symbols` lists it, or is None if it cannot be listed."""
         if symbols is not None and len(symbols) < len(self.known):
             known = {symbol: self.known[symbol] for symbol in symbols if symbol in self.known}
         else:
@@ -118,7 +118,7 @@ class World:
 
 @dataclass
 class Unknowns:
-    """The unknowns of the start, how many of them were read, and how many values worlds may still have in all."""
+    """The unknowns of the start, the number of values of each that was read, and the remaining limit of values."""
 
     problem: Problem
     groups: tuple[Group, ...] = ()
@@ -130,14 +130,14 @@ class Unknowns:
 
     @property
     def count(self) -> int:
-        """The number of worlds at the start that differ in what was read."""
+        """The number of worlds at the start that differ in an unknown that was read."""
         result = 1
         for number in self.looked_at.values():
             result *= number
         return result
 
     def spend(self, world: World, ways: int = 1) -> None:
-        """Counts the values of a world of which `ways` copies are made.
+        """Subtracts the values of `ways` copies of a world from the remaining limit of values.
 
         Raises:
             CannotJudgeError: there are too many worlds.
@@ -147,7 +147,7 @@ class Unknowns:
             raise CannotJudgeError("too many worlds arise along it")
 
     def group_of(self, symbol: Symbol, world: World) -> int | None:
-        """The number of the symbol's group, if no combination of the group is chosen yet; else None."""
+        """The number of the symbol's group of unknowns; None without a group with open values in this world."""
         number = self._group_of.get(symbol)
         return number if number in world.groups else None
 
@@ -213,7 +213,7 @@ class Unknowns:
 
 
 def every(unknowns: Unknowns, world: World, symbols: frozenset[Symbol]) -> Iterator[World]:
-    """One world for each combination of values of these symbols."""
+    """One world for each combination of values of the given symbols; unknown numbers stay open."""
     waiting = [world]
     while waiting:
         one = waiting.pop()
@@ -228,10 +228,10 @@ def every(unknowns: Unknowns, world: World, symbols: frozenset[Symbol]) -> Itera
 
 
 def holds(claim: tuple[Symbol, Value, bool], world: World) -> bool:
-    """Whether a claim is true.
+    """Whether a claim is true in a world.
 
     Raises:
-        OpenError: its value is open.
+        OpenError: the value of the claim's symbol is open.
     """
     symbol, value, positive = claim
     if symbol not in world.known and value in world.excluded.get(symbol, ()):
@@ -240,7 +240,7 @@ def holds(claim: tuple[Symbol, Value, bool], world: World) -> bool:
 
 
 def in_words(world: World, most: int = 12) -> str:
-    """A world as text, true literals first: `q, f = v, not p(a)`; only the first `most` literals."""
+    """A world as text: at most `most` values unknown at the start, and as many that actions left open."""
     parts = []
     for title, pairs in (("world", world.origin), ("left open by actions", world.chosen)):
         texts = [

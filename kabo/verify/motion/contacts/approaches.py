@@ -1,7 +1,8 @@
-"""Whether a hand approaches the object that it takes, and leaves the one that it lets go, by strokes of the families.
+"""Checks that hands approach the objects that they take, and leave those that they release, by a family's strokes.
 
-The arm's last segment before its hand takes an object must be the approach of a grasp family by which the hand then
-holds it. Its first segment after letting go must be the retreat of the placement, or that approach backward.
+The arm's last segment before its hand takes an object must be the approach of a grasp family by which the hand
+then holds the object. The arm's first segment after the release must be the retreat of the placement, or such an
+approach backward.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,7 +21,7 @@ from kabo.verify.report import Finding
 
 @dataclass
 class ApproachesAndRetreats:
-    """The approaches and retreats of a node's hands, past and due; `holding` is shared with the walk, which changes it."""
+    """The check of approaches and retreats in one node; the `Walk` shares and changes `holding`."""
 
     node: str
     call: Call
@@ -32,14 +33,14 @@ class ApproachesAndRetreats:
     )  # robot -> object, retreats
 
     def arm(self, robot: str, path: Path) -> Iterator[Finding]:
-        """The findings when an arm begins to move along a path, which must be the retreat if one is due."""
+        """The findings when an arm begins to move along a path, which must be a retreat if one is due."""
         self.last[robot] = path
         name, strokes = self.due.pop(robot, ("", []))
         if strokes:
             yield from self._judge("leaves", robot, name, strokes, path, backward=False)
 
     def taken(self, robot: str, name: str, time: float) -> Iterator[Finding]:
-        """The findings when a hand has taken an object, unless its arm came by the approach of a family of this hold."""
+        """A finding if a hand has taken an object without the approach of a fitting grasp family."""
         if self.call.spec is None:
             return
         q, pose = self.holding.q[robot], self.holding.pose(name)

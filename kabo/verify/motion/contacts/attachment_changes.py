@@ -1,4 +1,4 @@
-"""The objects that a motion takes, lets go and joins: only as its call permits, and as the scene's families say."""
+"""Checks that a motion takes, releases and joins objects only as its call and the scene's families permit."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from kabo.verify.report import Finding
 
 @dataclass
 class AttachmentChanges:
-    """The attachments of a node's objects while its segments end one after the other; `holding` changes with them."""
+    """The attachments of objects during a node's motion; each segment that ends may change them in `holding`."""
 
     node: str
     call: Call
@@ -36,7 +36,7 @@ class AttachmentChanges:
                 self.had.setdefault(robot, set()).add(name)
 
     def begin(self, segment: Segment) -> Iterator[Finding]:
-        """A finding if a hand moves while it holds something, except to let it go."""
+        """A finding if the segment moves a hand that holds an object, unless it releases or attaches it."""
         robot = self.world.scene.robots[segment.robot]
         moved = np.abs(np.subtract(segment.waypoints, segment.waypoints[0])).max() > CONTINUITY_TOLERANCE
         if self.call.spec is None or segment.joints != robot.gripper_joints or not moved:
@@ -48,7 +48,7 @@ class AttachmentChanges:
                 yield Finding(self.node, text, segment.times[0], (robot.name, name))
 
     def end(self, segment: Segment) -> Iterator[Finding]:
-        """Updates the attachments at the end of a segment, which first lets go, then takes and joins; yields findings."""
+        """Applies a segment's releases, then its takes and joins, to the attachments; yields the findings."""
         time, loose = segment.times[-1], []
         for name in segment.detach:
             wrong = list(self._detach(segment, name))

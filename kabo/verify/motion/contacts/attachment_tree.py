@@ -1,6 +1,7 @@
 """Attachments of objects to robots, to other objects, or to the world; a group of attached objects moves as one.
 
-The root of a group is the object that is held or stands; the others are attached to it, directly or through each other.
+The root of a group is the object that a hand holds or that stands on something; all other objects of the group are
+attached to the root, directly or indirectly.
 """
 
 from collections.abc import Mapping
@@ -21,7 +22,7 @@ class AttachmentTree:
         arms: the scene's robots.
         fixed: the poses world_T_body of the bodies that never move.
         q: the configuration of every robot to which something is attached.
-        hung: object -> its parent (`world`, `robot.link`, a body) and parent_T_object (4, 4).
+        hung: object -> its parent (`world`, `robot.link`, a body) and the pose parent_T_object (4, 4).
     """
 
     arms: Mapping[str, Arm]
@@ -30,7 +31,7 @@ class AttachmentTree:
     hung: dict[str, tuple[str, Array]] = field(default_factory=dict)
 
     def copy(self) -> "AttachmentTree":
-        """An independent copy."""
+        """A copy of the tree that can be changed independently."""
         return AttachmentTree(self.arms, self.fixed, dict(self.q), dict(self.hung))
 
     def root(self, name: str) -> str:
@@ -56,12 +57,12 @@ class AttachmentTree:
         return robot if dot else None
 
     def group(self, name: str) -> list[str]:
-        """All objects of an object's group, itself included."""
+        """All objects of the group to which an object belongs, including the object."""
         root = self.root(name)
         return [each for each in self.hung if self.root(each) == root]
 
     def carried(self, robot: str) -> list[str]:
-        """The objects that a robot carries."""
+        """The objects that a robot carries, directly or attached to other objects."""
         return [name for name in self.hung if self.holder(name) == robot]
 
     def mount(self, name: str) -> Mount | None:
@@ -110,7 +111,7 @@ class AttachmentTree:
         self.hung[name] = top, placed[-1]
 
     def hang(self, name: str, parent: str) -> None:
-        """Attaches an object, and with it its group, to another parent; no pose changes."""
+        """Attaches an object, together with its group, to a new parent; no pose changes."""
         world_T = self.pose(name)
         self.make_root(name)
         self.hung[name] = parent, inverse(self._frame(parent)) @ world_T

@@ -1,4 +1,4 @@
-"""Whether an object is held by one of its grasp families, or stands as one of its placements requires."""
+"""Checks that an object is held by one of its grasp families, or stands as one of its placements requires."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -49,7 +49,7 @@ def families_of(world: SceneModel, robot: str, name: str, q: Array, world_T_obje
 
 
 def placements_of(call: Call, world: SceneModel, pose: Callable[[str], Array]) -> list[PlacementFamily]:
-    """The placements that the object of a call fulfils; `pose` gives the pose world_T (4, 4) of a body."""
+    """The placement families that the object of a call fulfils; `pose` returns a body's pose world_T (4, 4)."""
     name = call.roles["object"]
     roles = _placed_roles(call, world, pose)
     families = world.scene.bodies[name].placements.values()
@@ -68,7 +68,7 @@ def direction(stroke: Stroke, roles: Mapping[str, Role]) -> Array | None:
 
 
 def grips(world: SceneModel, robot: str, family: GraspFamily | None) -> dict[str, tuple[float, float]]:
-    """The range of each gripper joint while the gripper touches the held object: from open to the family's grip."""
+    """The permitted range of each gripper joint during contact: from its open position to the family's grip."""
     gripper = world.scene.robots[robot].gripper
     if gripper is None:
         return {}
@@ -159,7 +159,7 @@ def _region_role(region: Region) -> Role:
 def why_not(
     constraints: Sequence[Constraint], roles: Mapping[str, Role], length: float = LENGTH_TOLERANCE
 ) -> str | None:
-    """The violated constraint as text; None if all hold, lengths to `length` [m]."""
+    """The most violated constraint as text; None if all hold; `length` is the tolerance of lengths [m]."""
     try:
         found = missed(constraints, roles, length)
     except UnknownFeatureError as error:

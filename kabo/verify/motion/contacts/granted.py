@@ -1,9 +1,10 @@
 """The contacts that a segment is granted: the plan's claim about each is checked, with one rule for each kind.
 
-grasp: a finger and the object that its hand takes, holds or lets go, while only the hand moves, between its open joints
-and the family's grip. support: an object that is lifted or lowered and its support, along the stroke of the grasp family;
-they touch at the end of the stroke where the object stands, and from there every point of the object moves away. mate:
-two parts, along the insertion of their mate, in the same way.
+- grasp: a finger may touch the object that its hand takes, holds or releases while only the hand moves, between
+  its open position and the family's grip.
+- support: an object that is lifted or lowered may touch its support along the stroke of the grasp family. They
+  touch at the end of the stroke where the object stands, and from there every point of the object moves away.
+- mate: two parts may touch along the insertion of their mate under the same conditions as for a support.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +29,7 @@ MAX_SUPPORT_GAP = 1e-3  # [m] between an object and its support; placements may 
 
 @dataclass(frozen=True)
 class Permits:
-    """The contacts that a segment permits: `loose` pairs are not checked, `shifted` pairs are measured a little apart.
+    """The contacts that a segment permits: `loose` pairs are not checked, `shifted` ones with one body shifted.
 
     `shifted` names the body that moves away and the vector by which it is shifted before distances are measured.
     `refused` are the claims of the plan that do not hold, each with its two bodies.
@@ -39,7 +40,7 @@ class Permits:
     refused: tuple[tuple[str, tuple[str, str]], ...] = ()
 
     def joined(self, other: "Permits") -> "Permits":
-        """The permits of both: the union of their contacts, and all their refused claims."""
+        """The union of two sets of permits: the contacts and the refused claims of both."""
         return Permits(self.loose | other.loose, {**self.shifted, **other.shifted}, self.refused + other.refused)
 
     @property
@@ -54,7 +55,7 @@ class Permits:
 
 
 def unstated(segment: Segment, scene: Scene, together: frozenset[BodyNames]) -> list[tuple[str, str]]:
-    """The permitted contacts of a segment that need a grant but have none.
+    """The contacts that a segment permits without a grant in the plan, although they need one.
 
     Args:
         segment: the segment.
@@ -79,12 +80,12 @@ def _exists(scene: Scene, name: str) -> bool:
 def touching(
     moved: SweptBody, pose: Array, others: Sequence[SweptBody], away: Array, depths: Sequence[float]
 ) -> float | None:
-    """The first of `depths` by which a shift takes a standing body clear of its supports; None if none does.
+    """The first of `depths` such that the body, shifted by it along `away`, is clear of its supports; else None.
 
     Args:
         moved: the body.
-        pose: its pose (4, 4).
-        others: its supports, each in its pose.
+        pose: the pose (4, 4) of the body.
+        others: the body's supports, each in its pose.
         away: the direction (3,) of the shift.
         depths: the distances to try [m].
     """
@@ -97,5 +98,5 @@ def touching(
 
 
 def stands_at(moved: SweptBody, pose: Array, others: Sequence[SweptBody]) -> bool:
-    """Whether a body is near enough to one of the others to stand on it."""
+    """Whether at least one of the other bodies is so near that the body can stand on it."""
     return any(mesh_distance(moved.surface, pose, o.surface, o.pose({})) <= MAX_SUPPORT_GAP for o in others)

@@ -1,7 +1,7 @@
 """Checks the claims of a plan about a segment's contacts: the grasp, the stroke from or to a support, the mate.
 
-The scene must have the family or mate that a claim names, it must fit the bodies in their poses, and the motion must be
-that family's stroke.
+The scene must have the family or mate that a claim names, the bodies' poses must satisfy the family or mate, and
+the motion must be its stroke.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -44,8 +44,9 @@ class Grants:
     """The contact claims of a node's segments, each checked when its segment begins.
 
     `holding` is shared with the walk, which changes it; `standing` are all bodies that do not move in the node;
-    `unmoved` are the objects that are where they were when the node began or when they were taken. `holds` maps robot
-    and object to the families by which the object is held, or was held until the hand opened and the arm moved away.
+    `unmoved` are the objects that have not moved since the node began or since they were taken. `holds` maps a
+    pair of robot and object to the families by which the object is held, or was held until the hand opened and the
+    arm moved away.
     """
 
     call: Call
@@ -92,7 +93,7 @@ class Grants:
         return Permits(found.loose, found.shifted, tuple(refused))
 
     def ended(self, i: int) -> Iterator[tuple[str, tuple[str, str]]]:
-        """The unconfirmed claims about objects that segment i has taken, checked at the segment's end."""
+        """The false claims about grasps of objects that segment i takes, each as text with two bodies."""
         segment = self.segments[i]
         taken = {name for name, to in segment.attach if to.partition(".")[0] == segment.robot}
         self.unmoved |= taken
@@ -336,5 +337,5 @@ class Grants:
 
 
 def own_corners(surface: object) -> Array:
-    """The corners (8, 3) of the box around a surface, in the frame of its body."""
+    """The corners (8, 3) of the bounding box of a surface, in the frame of the surface's body."""
     return box_corners(surface.lower, surface.upper)  # type: ignore[attr-defined]

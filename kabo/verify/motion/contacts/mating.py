@@ -1,4 +1,4 @@
-"""Whether two bodies are joined by a mate of the scene."""
+"""Checks that two bodies are joined as a mate of the scene requires."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Fitting:
 
 
 def fittings(call: Call, world: SceneModel, first: str, second: str) -> list[Fitting]:
-    """The scene's mates that can join two bodies, whichever of them is the moving one.
+    """The mates of the scene that can join two bodies, in either assignment of the bodies to the mate's roles.
 
     If the call names a mate, only that one is considered.
     """

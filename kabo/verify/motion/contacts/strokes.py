@@ -1,4 +1,4 @@
-"""Whether a motion is a straight stroke: it leads away from its near end in a given direction by a given length.
+"""Checks that a motion is a straight stroke: from its near end, it leads in a given direction over a given length.
 
 The near end of a stroke is where the hand takes or lets go, where the object stands, or where the parts are joined. The
 proof covers the whole path, not samples only: on a piece that is straight in joint space, a point leaves its chord by no
@@ -39,16 +39,16 @@ class Limits:
     turned: float  # the greatest rotation in the straight part
 
     def may_leave(self, progress: float) -> float:
-        """The greatest offset of a point from its line after it has moved this far."""
+        """The greatest permitted offset of a point from its line [m] after it has moved `progress` metres."""
         return self.aside + (self.slope if progress < self.near else MAX_CORNER_SLOPE) * max(0.0, progress)
 
     def may_turn(self, progress: float) -> float:
-        """The greatest rotation of the tool after it has moved this far."""
+        """The greatest permitted rotation of the tool [rad] after it has moved `progress` metres."""
         return self.turned if progress < self.near else MAX_CORNER_TURN
 
 
 def of_family(least: float, most: float, *, any_length: bool = False) -> Limits:
-    """The limits of an approach, lift, lowering or retreat with these lengths in its family [m]."""
+    """The limits of an approach, lift, lowering or retreat with its family's range of lengths [m]."""
     shortest, longest = (0.0, np.inf) if any_length else (MIN_LENGTH_SHARE * least, most + LENGTH_SLACK)
     return Limits(
         shortest, longest, max(STRAIGHT_SHARE * least, MIN_STRAIGHT), MAX_OFFSET, MAX_OFFSET_SLOPE, MAX_TURN
@@ -56,7 +56,7 @@ def of_family(least: float, most: float, *, any_length: bool = False) -> Limits:
 
 
 def of_mate(least: float, most: float, tolerance: float) -> Limits:
-    """The limits of an insertion: straight from end to end."""
+    """The limits of an insertion with these lengths [m], which must be straight from its beginning to its end."""
     return Limits(least - LENGTH_SLACK, most + LENGTH_SLACK, np.inf, tolerance, 0.0, MAX_TURN)
 
 
@@ -81,7 +81,7 @@ class Stroke:
         away: (3,) the unit vector in the world that leads away from the near end.
         limits: the limits of the stroke.
         backward: whether the near end is the end of the path, not its beginning.
-        beside: the mount to which the motion is relative if that moves, too; it may be translated, not rotated.
+        beside: the mount relative to which the motion is measured, or None; it may be translated, not rotated.
     """
 
     path: Path
@@ -95,7 +95,7 @@ class Stroke:
     _known: dict[tuple[int, float], tuple[Array, Array, float]] = field(default_factory=dict)
 
     def fault(self) -> Fault | None:
-        """The first fault, searched from the near end; None if the motion satisfies the stroke's conditions."""
+        """The fault nearest to the near end of the stroke; None if the motion is a valid stroke."""
         pieces = range(len(self.path.steps))
         bends, turning = self._bounds()
         if self.beside is not None and self._turns(self.beside).max() > 1e-9:
@@ -198,7 +198,7 @@ class Stroke:
 
 
 def box_corners(lower: Array, upper: Array) -> Array:
-    """The corners (8, 3) of a box."""
+    """The corners (8, 3) of the box between its lower and upper corner (3,)."""
     picks = np.array(list(np.ndindex(2, 2, 2)), bool)
     return np.where(picks, upper, lower)
 
