@@ -56,7 +56,10 @@ class Container(Stage):
             self.remove(child)
 
     def find(self, path: str) -> Stage | None:
-        """The stage at a path below this one (`c/d`), or None; of several stages with the same name, the first."""
+        """The stage at a path below this container (`c/d`), or None.
+
+        Of several stages with the same path, the first.
+        """
         here: Stage | None = self
         for name in path.split("/"):
             here = next((c for c in here.children if c.name == name), None) if here is not None else None
@@ -72,11 +75,11 @@ class Container(Stage):
 
 
 class Serial(Container):
-    """Stages in sequence: a solution is a path of solutions of its children, and its cost is their sum."""
+    """Stages in sequence: a solution is a path of children's solutions, its cost the sum of their costs."""
 
     @property
     def flows(self) -> Flows:
-        """The flows that its children permit; empty if they do not fit together."""
+        """The flows that the sequence of children permits; empty if the children do not fit together."""
         sections = self.sections()
         if sections is None:
             return frozenset()
@@ -118,7 +121,7 @@ class Parallel(Container):
 
 
 class Alternatives(Parallel):
-    """A container in which every solution of a child is a solution."""
+    """A container in which every solution of any child is a solution of the container."""
 
 
 class Fallbacks(Parallel):
@@ -130,11 +133,14 @@ class Merger(Parallel):
 
     @property
     def flows(self) -> Flows:
-        """Forward or backward, as far as all children permit it: merged motions start, or end, in one state."""
+        """Those of the flows forward and backward that all children permit."""
         return super().flows & PROPAGATE
 
     def merge(self, scene: Any, solutions: Sequence[Solution], properties: Values, seed: int) -> Answers:
-        """The results of carrying out all the solutions at once; they start in the scene (or end in it, if backward)."""
+        """The results of executing one solution of each child at the same time.
+
+        All solutions start in `scene`, or end in it if the merger runs backward.
+        """
         raise NotImplementedError
 
 
@@ -154,7 +160,10 @@ class Wrapper(Container):
         return self.children[0].flows if len(self.children) == 1 else frozenset()
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
-        """The results that a solution of the child is turned into; by default one, with the same cost and comment."""
+        """The results into which a solution of the child is transformed.
+
+        By default one with the same cost and comment.
+        """
         return [Result(cost=solution.cost, comment=solution.comment)]
 
 

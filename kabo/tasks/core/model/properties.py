@@ -87,7 +87,7 @@ PARENT, INTERFACE = Parent(), Interface()
 
 
 def references(value: Any, name: str) -> Iterator[Reference]:
-    """Every reference inside a value; references without a name get the name of the property they stand in."""
+    """Every reference inside a property's value; one without a name refers to `name`, the property itself."""
     if isinstance(value, Reference):
         yield Reference(value.source, value.name or name, value.through)
     elif isinstance(value, Mapping):
@@ -99,7 +99,7 @@ def references(value: Any, name: str) -> Iterator[Reference]:
 
 
 class PropertyOwner(Protocol):
-    """The attributes of a stage that its properties read."""
+    """The attributes of a stage that are needed to resolve the values of its properties."""
 
     @property
     def name(self) -> str:
@@ -108,7 +108,7 @@ class PropertyOwner(Protocol):
 
     @property
     def path(self) -> str:
-        """The names from the child of the task down to the stage."""
+        """The names of the stages from the task's child down to this stage, joined by `/`."""
         ...
 
     @property
@@ -176,7 +176,7 @@ class Properties:
         self._set[name] = value
 
     def unset(self, name: str) -> None:
-        """Removes the value that was set, so that the default holds again."""
+        """Removes the value that was set for a property, so that the default applies again."""
         self._set.pop(name, None)
 
     def has(self, name: str) -> bool:
@@ -281,7 +281,10 @@ class PropertyResolver:
         self._fixed = {name: properties.value(name) for name in names if name not in self._changing}
 
     def values(self, *interfaces: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The values of all properties for a job with these interface states; the first state that has a name counts.
+        """The values of all properties for a job, with references to interface states resolved.
+
+        Args:
+            interfaces: the properties of the interface states; of several with the same name the first is taken.
 
         Raises:
             UndefinedProperty: an interface state lacks a property that is referred to.

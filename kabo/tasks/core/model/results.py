@@ -46,7 +46,7 @@ class Refused(Protocol):
 
     @property
     def reason(self) -> str:
-        """A short text; failures are counted by it."""
+        """A short text that says why the attempt failed; failures are counted by reason."""
 
     @property
     def comment(self) -> str:
@@ -67,10 +67,10 @@ Answers = Iterable[Answer] | Answer | None
 
 
 def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
-    """The results and failures that a stage function returned, and whether they are taken one at a time (if it yields).
+    """An iterator over the answers of a stage function, and whether the function yields them one at a time.
 
     Raises:
-        TypeError: it returned something else than results and failures.
+        TypeError: the function returned something else than results and failures.
     """
     if given is None:
         return iter(()), False

@@ -13,7 +13,7 @@ Best = tuple[int, int, float]  # stages in this container, stages outside, cost
 
 
 def better(first: Best, second: Best) -> bool:
-    """Whether the first path is longer, or as long and cheaper."""
+    """Whether the first path is longer than the second, or equally long and cheaper."""
     longer = first[0] + first[1] - second[0] - second[1]
     return longer > 0 or (longer == 0 and first[2] < second[2])
 
@@ -24,7 +24,11 @@ def meet(first: object, second: object) -> bool:
 
 
 def relax(waiting: list[tuple[State, State, float, int]]) -> None:
-    """Propagates best paths along edges; of an entry (near, far, cost, side), far is reached from `side` through near."""
+    """Propagates the best paths from state to state along edges.
+
+    Args:
+        waiting: the edges to examine, as (near, far, cost, side): coming from `side`, near is reached before far.
+    """
     while waiting:
         near, far, cost, side = waiting.pop()
         stages, outside, total = near.best[side]
@@ -54,7 +58,10 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
 
 
 def reconsider(waiting: list[tuple[State, int]]) -> int:
-    """Updates which states are alive on the given sides, and all that depends on it; returns how many have changed."""
+    """Updates which of the given states are alive, and all states that depend on them.
+
+    Returns the number of changes.
+    """
     changed = 0
     while waiting:
         state, side = waiting.pop()
