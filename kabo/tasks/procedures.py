@@ -3,8 +3,9 @@
 A call is bound to a task file. It succeeds with a solution of the task: the segments of its motion and the components
 that it changes. Each further attempt returns the task's next solution. It fails with the failures of its stages.
 
-`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): earlier calls, and the process that
-answers, change when an answer is there, never which. So answers may be computed elsewhere, ahead of time.
+`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): earlier calls, and the process
+that answers, only change when an answer is ready, never what it is. So answers may be computed elsewhere, ahead of
+time.
 
 A call that is cut off has no answer: it raises CutOff, and is neither cached nor counted nor learnt from.
 """
@@ -104,7 +105,7 @@ class GeometricProcedures:
         return self._bindings.stages(call)
 
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
-        """The components that must have a single value before a call, which moves, carries or reads them, sorted."""
+        """The components that must have a single value before a call that moves, carries or reads them."""
         bound = self.bind(call)
         robots = [name for name in bound.moves if name in self.scene.robots]
         held = {name for robot in robots for name in situation.carried(robot)}
@@ -221,7 +222,7 @@ class GeometricProcedures:
         observe: Observe,
         enough: Callable[[], bool],
     ) -> int:
-        """The number of solutions when a call is planned anew, uncached; failed attempts are reported to `observe`.
+        """The number of solutions when a call is planned anew, uncached; `observe` gets all failed attempts.
 
         Raises:
             CutOff: time or budget was spent; planning just ends if `enough`, called between jobs, is True.
@@ -252,7 +253,7 @@ class GeometricProcedures:
     def refuted(self, call: GroundCall) -> Refusal | None:
         """The refusal of a call in the start situation, proven or predicted by its stages before any search.
 
-        Or None.
+        The result is None if no stage proves or predicts that the call fails.
         """
         start, bound = Situation.of(self.scene.start), self.bind(call)
         found = self._refuted(call, start)

@@ -50,7 +50,7 @@ class TaskFile:
     def places(self) -> Mapping[str, Place]:
         """The line and column of each stage in the file, by path.
 
-        Of stages with the same path, those of the first.
+        If several stages have the same path, the place of the first is given.
         """
         places: dict[str, Place] = {}
         _note_places(self.recipe, (), places)
@@ -159,7 +159,7 @@ def _note_places(recipe: Recipe, above: tuple[str, ...], places: dict[str, Place
 def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None:
     """The task file at `path`, which messages call `name`.
 
-    None if it has errors, which are added to `findings`.
+    The result is None if it has errors, which are added to `findings`.
     """
     description = find_task(path, name, findings)
     if description is None:

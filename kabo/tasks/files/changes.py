@@ -11,7 +11,7 @@ _MAX_SCENE_CHARACTERS = 120  # characters of a scene that is shown as it is
 def scene_change(solution: Solution) -> list[str]:
     """The changes between a solution's start and end scenes, one line each.
 
-    Empty if one of the scenes is unknown.
+    The list is empty if one of the scenes is unknown.
     """
     if solution.start is None or solution.end is None:
         return []

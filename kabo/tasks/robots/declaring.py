@@ -70,7 +70,7 @@ class RobotStage(Stage):
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof, without sampling, that the stage fails while the components it reads are as in the situation.
 
-        Or None.
+        The result is None if there is no such proof.
         """
         return None
 

@@ -1,7 +1,7 @@
 """Checks of property values beyond their type: each returns the reason why a value is invalid, or None.
 
-The reasons are preceded by the name of the property ("distance is at least 0, not -1"). Without these checks a stage
-with an invalid value would silently do nothing, or something else than was asked for.
+The reasons follow the name of the property ("distance is at least 0, not -1"). Without these checks a stage with
+an invalid value would silently do nothing, or something else than was asked for.
 """
 
 import math

@@ -88,7 +88,7 @@ class TaskScene:
     def holder(self, name: str) -> str | None:
         """The robot that holds an object, directly or through objects attached to it.
 
-        None if no robot holds it.
+        The result is None if no robot holds it.
         """
         if name not in self.situation.objects:
             return None

@@ -58,7 +58,7 @@ class Container(Stage):
     def find(self, path: str) -> Stage | None:
         """The stage at a path below this container (`c/d`), or None.
 
-        Of several stages with the same path, the first.
+        If several stages have the same path, the first is returned.
         """
         here: Stage | None = self
         for name in path.split("/"):
@@ -162,7 +162,7 @@ class Wrapper(Container):
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
         """The results into which a solution of the child is transformed.
 
-        By default one with the same cost and comment.
+        By default there is one result, with the same cost and comment.
         """
         return [Result(cost=solution.cost, comment=solution.comment)]
 

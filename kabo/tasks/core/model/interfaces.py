@@ -180,7 +180,7 @@ def _unheard(task: Serial, stage: Monitor) -> list[str]:
 
 
 def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:
-    """The stages of a task as text, one per line: arrows of the flow, name, class, and properties that were set."""
+    """The stages of a task as text, one per line: arrows of the flow, name, class and given properties."""
     lines = []
     depths = {id(task): 0}
     for stage in task.walk():

@@ -1,9 +1,11 @@
 """The nodes of fallbacks: a child is tried only where the children before it failed [T 3.3.3].
 
-Generating fallbacks decide once. Propagating ones decide for each state, the best first, and try all children on one
-state before the next state. Connecting ones decide for each pair of states: a pair is a lane of its own, and later
-children wait while an earlier one has runnable jobs. That a child has failed is found out by asking it (`may_add`,
-`may_join`), and only about states that are alive: parked jobs prove nothing yet.
+Generating fallbacks choose a child once. Propagating fallbacks choose one for each state: the best state comes
+first, and all children are tried on it before the next state. Connecting fallbacks choose one for each pair of
+states: each pair is a `Lane`, and later children wait while an earlier child has runnable jobs. The methods
+`may_add` and `may_join` of a child tell whether it has failed. They are called only for states that are alive (may
+still become part of a whole solution), because the jobs of other states are parked, so that the child may not have
+tried everything.
 """
 
 from collections.abc import Iterable
@@ -137,7 +139,7 @@ class PropagatingFallbacksNode(FallbacksNode):
     def move_on(self, everything: bool) -> bool:
         """Passes a failed state on to the next child, or gives the best waiting state to the first.
 
-        Returns whether it did.
+        Returns whether a state was passed on or given.
         """
         if self.closed:
             return False
@@ -213,7 +215,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         return any(map(self._alive, self._waiting)) or any(child.busy() for child in self.children)
 
     def delivers_to(self, child: StageNode, side: int) -> bool:
-        """Whether the child may be given states that wait, are tried with an earlier child, or may still arrive."""
+        """Whether the child may be given states that wait, are tried elsewhere, or may still arrive."""
         # States that the child has already do not count: monitoring generators would wait for ever.
         index = self.children.index(child)
         coming = any(self._asked[state] < index for state in self._trying if self._alive(state))

@@ -1,10 +1,10 @@
 """Two properties of the states in a container's graph, kept up to date after each change [T 3.5].
 
-A solution is an edge between two states. For every state and side these are: the best path (the longest, then the
-cheapest) that leads there, and whether the state is *alive*, that is, whether something on that side leads on to the
-border, or may still do so. Whether a state is alive depends only on what lies farther on that side, so a change is
-followed from state to state and comes to an end. Jobs that only states that are not alive need are parked; when such a
-state is alive again, they are queued again.
+A solution is an edge between two states. The two properties of a state, for each side, are: the best path (the
+longest, of equally long ones the cheapest) from that side to the state; and whether the state is *alive* on that
+side, that is, whether solutions connect it with the container's border there, or may still do so. Whether a state
+is alive depends only on states farther on the same side, so updating ends. A job is parked while the states that
+it reads are not alive, and queued again when they are.
 """
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, State

@@ -79,7 +79,7 @@ class Leaf(StageNode):
     def best(self) -> StageJob | None:
         """The best runnable job, which stays in the queue; better jobs that cannot run are parked.
 
-        None if none can run.
+        The result is None if none can run.
         """
         while self.heap and not self.closed:
             key, _, job = self.heap[0]
@@ -102,7 +102,7 @@ class Leaf(StageNode):
     def peek(self, place: int) -> StageJob | None:
         """The job at a place in the heap, near the front of the queue.
 
-        None if there is no runnable job at that place.
+        The result is None if there is no runnable job at that place.
         """
         if place < len(self.heap):
             key, _, job = self.heap[place]
@@ -141,7 +141,7 @@ class Leaf(StageNode):
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """The start and end states of a recorded failure of the job.
 
-        None on a side that the job would have computed.
+        A state is None on a side that the job would have computed.
         """
         return None, None
 

@@ -76,7 +76,7 @@ class MergerNode(Leaf):
         self.planning.recheck(state, self._far)
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: the job's number of runs, then the best path's length, then its cost with the solutions."""
+        """The sort key: the job's number of runs, the best path's length, its cost with the solutions."""
         state, *chosen = job.subject
         depth, cost = state.order[self._near]
         return job.asked, depth, cost + sum(s.cost for s in chosen)

@@ -1,9 +1,9 @@
 """Nodes, which hold the data of one planning run about each stage, and the states between stages [T 3.6].
 
-A stage is structure and never changes; its node holds the states that have come to it, its jobs, solutions and
-failures. A job runs if the state that it was given is alive on the side that the job does not compute; else it is
-parked until that state is alive again. Jobs that have run less often come first, then those on longer, then on cheaper
-paths.
+A stage never changes during planning; its node holds the states that have arrived, its jobs, solutions and
+failures. A job can run if the state that it reads is alive (may still become part of a whole solution) on the side
+that the job does not compute; else it is parked until the state is alive again. Jobs that have run less often come
+first; of those, jobs on longer paths; of those, jobs on cheaper paths.
 """
 
 from collections import Counter
@@ -194,7 +194,7 @@ class StageNode:
     def report(self, solution: Solution) -> bool:
         """Applies the cost term to a solution, and records and passes on the solution.
 
-        False if it became a failure.
+        Returns False if the solution became a failure.
         """
         term = self.stage.cost
         if term is not None and not solution.failed:
@@ -259,7 +259,7 @@ class StageNode:
     def arguments(self, scenes: tuple[Any, ...], *interfaces: Any) -> tuple[Any, ...] | UndefinedProperty:
         """The arguments of a new job: scenes, property values, seed.
 
-        The error instead, if an interface state lacks a property that is referred to.
+        If an interface state lacks a property that is referred to, the error is returned instead.
         """
         try:
             values = self._resolver.values(*interfaces)

@@ -1,8 +1,9 @@
 """One planning run: the nodes of a task, what has changed, and the scheduler that executes jobs [T 3.6].
 
-A *strategy* walks through the nodes and picks jobs. The scheduler executes them one by one, keeps up to date which jobs
-can run, and lets the strategy walk again until a whole walk has changed nothing: no job was run, parked or queued again,
-no solution lifted, no fallback started, nothing waited for any more. Only then has everything been tried.
+A *strategy* walks through the nodes and picks jobs. The scheduler executes the jobs one by one and keeps up to
+date which jobs can run. It lets the strategy walk again until a whole walk has changed nothing: no job was run,
+parked or queued again, no path became a solution of its container, no fallback was started. Only then has
+everything been tried.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -161,7 +162,7 @@ class Planning:
     def lift(self) -> Solution | None:
         """Turns the cheapest complete path into a solution of the task and returns it.
 
-        None if its cost makes it a failure.
+        The result is None if its cost makes it a failure.
         """
         before = len(self.root.solutions)
         self._begin()
@@ -189,7 +190,7 @@ class Planning:
     def step(self, workers: StageWorkers | None = None) -> bool:
         """Executes one job, or makes one solution of a container from a complete path.
 
-        False if nothing is left to do.
+        Returns False if nothing is left to do.
         """
         if self.exhausted:
             return False
@@ -231,7 +232,7 @@ class Planning:
     def pick(self, node: Leaf) -> StageJob | None:
         """The best runnable job of a node, removed from its queue.
 
-        None if no job can run or fallbacks forbid it now.
+        The result is None if no job can run or fallbacks forbid it now.
         """
         gates = self._gates[node] if node.heap else ()
         return node.pick() if all(gate.permits(child) for gate, child in gates) else None

@@ -1,12 +1,12 @@
 """Strategies, which determine the order in which the jobs of a run are picked [T 3.6].
 
-Round robin: every stage that has a runnable job executes its best one, in order of time; later stages see the states
-that earlier ones have written in the same round.
+Round robin: every stage that has a runnable job executes its best job, in order of time; later stages see the
+states that earlier stages have written in the same round.
 
-Depth first: one job at a time, and what was generated last is followed to its end before anything more is sampled; so a
-procedure tries candidate after candidate. Scenes are generated only where they can be reached, as far as is known: what
-a monitoring generator proposes for a grasp waits until a path leads from that grasp to the stage, and comes last if the
-grasp has become useless. This finds a first solution with least effort; many solutions vary less than round robin's.
+Depth first: all jobs that depend on the latest generated scene are executed before a further scene is generated,
+so a procedure tries one candidate after another. A monitoring generator triggered by a solution, such as a grasp,
+runs only when a path leads from that solution to the generator; it runs last if the solution has become useless.
+Depth first finds a first solution with least effort; many solutions vary less than those of round robin.
 """
 
 from collections.abc import Callable, Iterator
@@ -103,7 +103,7 @@ class DepthFirst:
     def walk(self) -> Iterator[Turn]:
         """The jobs to be executed; ends when there are none.
 
-        The root without a job comes whenever the task may have got complete paths.
+        Whenever the task may have got complete paths, the root node is yielded without a job.
         """
         while True:
             lifted = [self._run.lift_inside(node) for node in self._serials]

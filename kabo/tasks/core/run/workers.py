@@ -1,9 +1,9 @@
 """Worker processes that execute jobs ahead of time, so that answers are ready when the scheduler picks the jobs.
 
-Stage functions are pure, so a job has the same answers in any process at any time. The scheduler picks the same jobs in
-the same order with any number of processes; these only change when an answer is there, never which. Before a job is
-executed here, the first jobs in the queues are sent to idle processes, if the jobs of their stages take long enough on
-average. A job that gives its answers one at a time stays in the process where it began.
+Stage functions are pure, so a job has the same answers in any process at any time. The scheduler picks the same
+jobs in the same order with any number of processes; their number only changes when an answer is ready, never what
+it is. Before a job is executed here, the first jobs in the queues are sent to idle processes, if the jobs of their
+stages take long enough on average. A job that gives its answers one at a time stays in the process where it began.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -102,7 +102,7 @@ class WrapperNode(Holder, Leaf):
     def cause(self, job: StageJob) -> Solution | None:
         """The monitored solution that triggered the child's solution, if a monitoring generator wrote it.
 
-        Else None.
+        The result is None if there was no such generator.
         """
         return job.subject.start.cause if self.flow is Flow.GENERATE else None
 

@@ -68,7 +68,7 @@ class MotionQuestion:
 def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:
     """The refusal if the hand alone collides at a target, whatever the arm does.
 
-    None if no such collision is known.
+    The result is None if no such collision is known.
     """
     hit = target.blocked(scene)
     if hit is None:

@@ -49,14 +49,14 @@ class Target(Protocol):
     def blocked(self, scene: TaskScene) -> Pair | None:
         """A pair of things that collides whenever the hand is at the target, whatever the arm does.
 
-        None if none is known.
+        The result is None if none is known.
         """
         ...
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
         """The reason why a configuration that satisfies the constraints is still unacceptable.
 
-        None if it is acceptable.
+        The result is None if it is acceptable.
         """
         ...
 
@@ -139,7 +139,7 @@ class PoseTarget:
     def unreached(self) -> OutOfReach | None:
         """The proof, by closed-form inverse kinematics, that the pose is out of reach.
 
-        None if there is no such proof.
+        The result is None if there is no such proof.
         """
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         return every if isinstance(every, OutOfReach) else None

@@ -176,7 +176,7 @@ class RecogniseGrasp(RobotStage, Propagator):
 def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, Any]:
     """The interface properties that describe how a robot holds an object.
 
-    Without a family if none matches the hold.
+    They name no family if none matches the hold.
     """
     if scene.holder(name) != robot.name:
         return {}

@@ -61,7 +61,7 @@ class MoveTo(RobotStage, Propagator):
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
         """The scene with the robot at the goal.
 
-        For a pose or point, at the first solution to which a path is found.
+        If the goal is a pose or a point, the first of its solutions to which a path is found is taken.
         """
         name = properties["robot"]
         answers: list[Answer] = []

@@ -96,7 +96,7 @@ class SamplePlacement(RobotStage, Monitor):
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """The refusal if no configuration that grasps the object anywhere in the region was found.
 
-        Else None.
+        The result is None if one was found.
         """
         known = self._known(context)
         if known is None:
