@@ -23,7 +23,7 @@ def refusal_of(failure: Refused) -> Refusal:
 
 @dataclass
 class Refusals:
-    """Every refused attempt of one task's stages, counted; bounded by the number of distinct reasons and pairs."""
+    """Counts the refused attempts of one task's stages by reason and by colliding pair."""
 
     reasons: Counter[tuple[str, str]] = field(default_factory=Counter)  # (stage, reason)
     pairs: Counter[Pair] = field(default_factory=Counter)

@@ -1,4 +1,4 @@
-"""Compares two reports: whether calls, seconds, costs and failures of each stage differ by more than chance [T 3.9].
+"""Compares two reports by a statistical test of the calls, seconds, costs and failures of each stage [T 3.9].
 
 The samples are runs (for costs, solutions); the test is Mann–Whitney's U, two-sided, which assumes no distribution.
 Among many tests some are significant by chance: `adjusted` is p after Holm's correction for all tests.

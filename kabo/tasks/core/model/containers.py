@@ -75,7 +75,7 @@ class Container(Stage):
 
 
 class Serial(Container):
-    """Stages in sequence: a solution is a path of children's solutions, its cost the sum of their costs."""
+    """Stages in sequence: a solution is a path of solutions of its children, and its cost is their sum."""
 
     @property
     def flows(self) -> Flows:
@@ -121,7 +121,7 @@ class Parallel(Container):
 
 
 class Alternatives(Parallel):
-    """A container in which every solution of any child is a solution of the container."""
+    """A container in which every solution of a child is a solution."""
 
 
 class Fallbacks(Parallel):
@@ -129,7 +129,10 @@ class Fallbacks(Parallel):
 
 
 class Merger(Parallel):
-    """A container whose children move at the same time from one state: `merge` combines one solution of each child."""
+    """A container whose children move at the same time from the same state.
+
+    `merge` combines one solution of each child.
+    """
 
     @property
     def flows(self) -> Flows:

@@ -26,7 +26,7 @@ _PLAIN = frozenset((str, int, float, bool, type(None), _Missing))  # types of va
 
 @dataclass(frozen=True)
 class Property:
-    """A declared property; one without a default must be given a value.
+    """A declared property of a stage; a property without a default must be given a value.
 
     `wrong` returns why a value of the right type is invalid, or None; invalid values are refused as soon as they are
     known, in task files with their place. `doc` says what an empty value means where it is allowed.
@@ -63,7 +63,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference to another property: of the nearest ancestor that has it, or of the interface state."""
+    """A reference to a property of the nearest ancestor that has it, or of the interface state."""
 
     source: Literal["parent", "interface"]
     name: str | None = None
@@ -130,7 +130,10 @@ def _trail_texts(trail: Trail) -> list[str]:
 
 
 class Properties:
-    """The properties of one stage: those that its class declares, the values that were set, and how they are resolved."""
+    """The properties of one stage, as declared by its class, with the values that were set.
+
+    Resolves references.
+    """
 
     def __init__(self, stage: PropertyOwner, declared: Mapping[str, Property], *, open_ended: bool) -> None:
         self._stage = stage

@@ -20,16 +20,16 @@ SAME = _Same()
 
 @dataclass(frozen=True)
 class Result:
-    """One success of a stage function.
+    """A success that a stage function returns.
 
     Args:
         scene: the scene on the side that the stage computes: after it (forward), before it (backward), on both sides
             (generator); None keeps the scene that is there (connectors, wrappers).
-        cost: the stage's own cost; an infinite cost turns the result into a failure.
+        cost: the cost that the stage computes; an infinite cost turns the result into a failure.
         comment: a text for users, which no code interprets.
         motion: the motion in order of time; the core does not interpret it.
         properties: interface properties that are added to those inherited by the new state.
-        start: for wrappers of generators, the scene before, if it is not `scene`.
+        start: for wrappers of generators, the scene before the wrapper, if it is not `scene`.
     """
 
     scene: Any = None
@@ -42,7 +42,7 @@ class Result:
 
 @runtime_checkable
 class Refused(Protocol):
-    """The protocol of refused attempts that stage functions return: `Failure`, or any object with these two attributes."""
+    """The protocol of a failed attempt that a stage function returns: `Failure`, or a similar object."""
 
     @property
     def reason(self) -> str:

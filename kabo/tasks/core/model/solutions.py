@@ -12,7 +12,7 @@ LEFT, RIGHT = 0, 1
 
 
 class State:
-    """A scene with interface properties; `edges` are the solutions that end here (LEFT) and those that start here (RIGHT).
+    """A scene with interface properties; `edges` are the solutions that end (LEFT) and start (RIGHT) in it.
 
     The rest is used by planning only, per side where it is a list: `best` is (stages, stages outside, cost) of the best
     path, the longest, then the cheapest; `order` is the sort key made of it, less is better; `alive` says whether the state

@@ -22,7 +22,7 @@ from kabo.tasks.core.run.nodes import StageNode
 
 
 class FallbacksNode(ParallelNode):
-    """The node of generating fallbacks: the next child starts when the one before has ended without any solution."""
+    """The node of generating fallbacks: the next child starts when the present one ended without solutions."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)

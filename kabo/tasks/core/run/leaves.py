@@ -15,7 +15,7 @@ from kabo.tasks.core.run.nodes import StageNode
 
 
 class GeneratorNode(Leaf):
-    """The node of a generator: one job, which may have answers without end."""
+    """The node of a generator, which has one job; the job may have infinitely many answers."""
 
     stage: Generator
 
@@ -137,7 +137,7 @@ class PropagatorNode(Leaf):
             self.unpark([self.parked[state]])
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: the number of runs of the job, then the best path to its state, longest and then cheapest first."""
+        """The sort key: the job's number of runs, the length of the best path to its state, the path's cost."""
         return (job.asked, *job.subject.order[self._near])
 
     def runnable(self, job: StageJob) -> bool:

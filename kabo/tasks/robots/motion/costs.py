@@ -81,7 +81,7 @@ def clearance(greatest: float = 0.2, *, along: bool = False, step: float = 0.05)
 def distance_to_reference(
     robot: str, reference: Any, weights: Mapping[str, float] | None = None, *, along: bool = False
 ) -> CostTerm:
-    """A cost term: distance between the robot's last configuration and a reference [rad, L1], with joint weights by name.
+    """A cost term: the weighted distance between the robot's last configuration and a reference [rad, L1].
 
     With `along` it is the mean distance over the path, evaluated at the midpoints of its straight pieces.
     """

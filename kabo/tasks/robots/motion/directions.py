@@ -14,7 +14,7 @@ from kabo.tasks.robots.scenes import TaskScene
 
 @dataclass(frozen=True)
 class Direction:
-    """A stroke along (`sign` 1) or against (-1) a line, with a length [m] within bounds.
+    """A straight stroke along a line (`sign` 1) or against it (`sign` -1), with a length [m] within bounds.
 
     The line's owner is one of the roles `tool`, `world` and `this` (the object). Of a mate's insertion, no point of the
     body `part` may leave its straight path by more than `tolerance` [m].

@@ -89,7 +89,7 @@ class Smoothed:
 
 
 def smoothed(parts: Sequence[MotionPart], deviation: float, limits: TimingLimits) -> Smoothed | None:
-    """One motion from rest to rest along all parts that passes each way point at `deviation` [rad, L2] or less.
+    """One motion from rest to rest along all parts, which passes each way point within `deviation` [rad, L2].
 
     The result is None if no such motion could be proven.
 

@@ -1,4 +1,4 @@
-"""Simultaneous motions of different robots, proven apart at their times.
+"""Simultaneous motions of different robots, which are proven not to collide with each other when timed together.
 
 The moving robots form one tree of joints, their motions one path of it, straight between the way points of any of
 them. Whatever one motion moves is proven apart from whatever another moves, by the bounded sweep check of both at once
