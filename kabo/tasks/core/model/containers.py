@@ -129,10 +129,7 @@ class Fallbacks(Parallel):
 
 
 class Merger(Parallel):
-    """A container whose children move at the same time from the same state.
-
-    `merge` combines one solution of each child.
-    """
+    """A container whose children move at the same time from one state: `merge` combines one solution of each child."""
 
     @property
     def flows(self) -> Flows:
