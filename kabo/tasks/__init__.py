@@ -1,4 +1,4 @@
-"""The tasks room: Task Construction, the language in which geometric procedures are written [T ch. 3].
+"""Task Construction, in which the geometric procedures of a domain are written as tasks made of stages [T ch. 3].
 
 `core` plans tasks of any kind and imports nothing of kabo; `robots` has the stages that ask the geometry server;
 `files` reads and writes task files; `library` holds the tasks that domains may call.

@@ -24,13 +24,13 @@ _PREPOSITIONS = ("robot", "body", "region")
 
 @lru_cache(maxsize=64)
 def library_task(name: str) -> TaskFile:
-    """A task file of the library, cached; task files beside a domain are read again for each problem."""
+    """The task file of a given name in the library; it is read once and cached."""
     return load_task_file(TASK_LIBRARY / f"{name}.yaml")
 
 
 @dataclass(frozen=True)
 class TaskCall:
-    """A ground call bound to its task: arguments by name, and the components that it moves and reads."""
+    """A ground call bound to its task: the arguments by name, and the components that the call moves and reads."""
 
     file: TaskFile
     arguments: Mapping[str, Any]
@@ -108,11 +108,11 @@ class Bindings:
 
     @property
     def calls(self) -> tuple[GroundCall, ...]:
-        """Every call that has been bound."""
+        """Every call that has been bound, in the order of first use."""
         return tuple(self._bound)
 
     def bind(self, call: GroundCall) -> TaskCall:
-        """The call bound to its task."""
+        """The task that a call is bound to, with the call's arguments; it is cached."""
         if call not in self._bound:
             file = self._file(call.procedure)
             arguments = self._arguments(file, call)
@@ -127,12 +127,15 @@ class Bindings:
         return self._bound[call]
 
     def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The robot stages of a call's task with its arguments, in order of time; valid until another call is bound."""
+        """The robot stages of a call's task with the call's arguments set, in order of time.
+
+        They are valid only until another call is bound, because calls of the same task share them.
+        """
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].stages(arguments)
 
     def refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The stages of a call's task that may refute the call, or foresee its failure, before any search."""
+        """The stages of a call's task that may prove, or predict, before any search that the call fails."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
 

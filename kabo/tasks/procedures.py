@@ -3,8 +3,9 @@
 A call is bound to a task file. It succeeds with a solution of the task: the segments of its motion and the components
 that it changes. Each further attempt returns the task's next solution. It fails with the failures of its stages.
 
-`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): earlier calls, and the process that
-answers, change when an answer is there, never which. So answers may be computed elsewhere, ahead of time.
+`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): earlier calls, and the process
+that answers, only change when an answer is ready, never what it is. So answers may be computed elsewhere, ahead of
+time.
 
 A call that is cut off has no answer: it raises CutOff, and is neither cached nor counted nor learnt from.
 """
@@ -70,12 +71,12 @@ class GeometricProcedures:
 
     @property
     def statistics(self) -> GeometryStatistics:
-        """Counts of what the geometry server did."""
+        """The statistics of the geometry server: how often each of its operations was executed."""
         return self.server.statistics
 
     @property
     def stop(self) -> Callable[[], bool]:
-        """A function that returns True once time or budget is spent."""
+        """A function that returns True once the time or the budget is spent."""
         return self.server.stop
 
     @property
@@ -84,24 +85,27 @@ class GeometricProcedures:
         return len(self.server.identifiers)
 
     def identify(self, state: GeometricState) -> int:
-        """The identifier of a geometric state [K Def. 5]."""
+        """The identifier of a geometric state; equal states have the same identifier [K Def. 5]."""
         return self.server.identify(state)
 
     def state(self, identifier: int) -> GeometricState:
-        """The geometric state of an identifier."""
+        """The geometric state that has a given identifier."""
         return self.server.state(identifier)
 
     # ---------------------------------------------------------------------------------------------- the calls
     def bind(self, call: GroundCall) -> TaskCall:
-        """The call bound to its task."""
+        """The task that a call is bound to, with the call's arguments."""
         return self._bindings.bind(call)
 
     def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The robot stages of a call's task with its arguments, in order of time; valid until another call is bound."""
+        """The robot stages of a call's task with the call's arguments set, in order of time.
+
+        They are valid only until another call is bound, because calls of the same task share them.
+        """
         return self._bindings.stages(call)
 
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
-        """The components that must have a single value before a call: those it moves, carries or reads, sorted."""
+        """The components that must have a single value before a call that moves, carries or reads them."""
         bound = self.bind(call)
         robots = [name for name in bound.moves if name in self.scene.robots]
         held = {name for robot in robots for name in situation.carried(robot)}
@@ -218,10 +222,10 @@ class GeometricProcedures:
         observe: Observe,
         enough: Callable[[], bool],
     ) -> int:
-        """Plans a call anew and reports every failed attempt to `observe`; returns the number of solutions, caches nothing.
+        """The number of solutions when a call is planned anew, uncached; `observe` gets all failed attempts.
 
         Raises:
-            CutOff: time or budget was spent. If `enough`, called between attempts, returns True, planning just ends.
+            CutOff: time or budget was spent; planning just ends if `enough`, called between jobs, is True.
         """
         refused = self._refuted(call, situation)
         if refused is not None:
@@ -247,7 +251,10 @@ class GeometricProcedures:
         return None
 
     def refuted(self, call: GroundCall) -> Refusal | None:
-        """The refusal known before any search while the components that it reads are as at the start; or None."""
+        """The refusal of a call in the start situation, proven or predicted by its stages before any search.
+
+        The result is None if no stage proves or predicts that the call fails.
+        """
         start, bound = Situation.of(self.scene.start), self.bind(call)
         found = self._refuted(call, start)
         if found is None:

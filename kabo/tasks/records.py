@@ -1,4 +1,4 @@
-"""Statistics of calls: how often each succeeded and failed, and in which situations it failed, to explain it later."""
+"""Statistics of calls: how often each succeeded and failed, and in which situations, for explanations."""
 
 from dataclasses import dataclass, field
 
@@ -11,7 +11,7 @@ MAX_KEPT_SITUATIONS = 3  # situations kept in which a call failed: the first one
 
 @dataclass(frozen=True)
 class Where:
-    """A situation in which a call failed, with the attempt and the effort."""
+    """A failure of a call: the situation, the attempt, the effort and the refusal."""
 
     situation: Situation
     attempt: int
@@ -28,7 +28,10 @@ class Record:
     places: list[Where] = field(default_factory=list)
 
     def note(self, situation: Situation, attempt: int, effort: int, answer: Answer) -> None:
-        """Counts an answer; a failure after earlier solutions is kept only if no attempt failed at once."""
+        """Counts an answer, and keeps the situations of the most telling failures.
+
+        Failures of a first attempt displace those after earlier solutions; then higher effort displaces lower.
+        """
         if not isinstance(answer, Refusal):
             self.successes += 1
             return
@@ -48,5 +51,5 @@ class Records:
     of: dict[GroundCall, Record] = field(default_factory=dict)
 
     def note(self, call: GroundCall, situation: Situation, attempt: int, effort: int, answer: Answer) -> None:
-        """Counts an answer to a call."""
+        """Counts an answer to a call in the call's record."""
         self.of.setdefault(call, Record()).note(situation, attempt, effort, answer)

@@ -1,4 +1,4 @@
-"""Sums up the refused attempts of stages into the refusal of a procedure: reasons, pairs, and its dependencies."""
+"""Combines the refused attempts of a task's stages into one refusal: reasons, colliding pairs, dependencies."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -11,7 +11,10 @@ from kabo.tasks.core.model.results import Refused
 
 
 def refusal_of(failure: Refused) -> Refusal:
-    """The failure as a `Refusal`, with its comment; a reason that is not one of `REASONS` becomes `constraint`."""
+    """A stage's failure as a `Refusal` with the same comment.
+
+    A reason that is not one of `REASONS` becomes `constraint`.
+    """
     if isinstance(failure, Refusal) and failure.reason in REASONS:
         return failure
     known = failure if isinstance(failure, Refusal) else Refusal(failure.reason, failure.comment)
@@ -20,7 +23,7 @@ def refusal_of(failure: Refused) -> Refusal:
 
 @dataclass
 class Refusals:
-    """Every refused attempt of one task's stages, counted; bounded by the number of distinct reasons and pairs."""
+    """Counts the refused attempts of one task's stages by reason and by colliding pair."""
 
     reasons: Counter[tuple[str, str]] = field(default_factory=Counter)  # (stage, reason)
     pairs: Counter[Pair] = field(default_factory=Counter)
@@ -58,7 +61,7 @@ class Refusals:
             what: the beginning of the message: `right cannot pick bottle_4`.
             reads: the components that the call's samples depend on.
             scene: the scene; unless the refusal is a proof, it also depends on `reads` and on `movable`.
-            again: whether the call had succeeded before, so that only another answer is refused.
+            again: whether the call has succeeded before, so that the refusal is only of a further solution.
         """
         counts = Counter[str]()
         for (_, reason), count in self.reasons.items():

@@ -77,7 +77,7 @@ class Task(Serial):
         self._planning = None
 
     def close(self) -> None:
-        """Ends its worker processes; they start again if planning continues with workers."""
+        """Ends the worker processes of the task; they start again if planning continues with workers."""
         if self._workers is not None:
             self._workers.close()
             self._workers = None
@@ -175,12 +175,12 @@ class Task(Serial):
 
     @property
     def exhausted(self) -> bool:
-        """Whether everything was tried."""
+        """Whether everything was tried, so that further planning finds no more solutions."""
         return self._planning is not None and self._planning.exhausted and not self._planning.complete()
 
     @property
     def statistics(self) -> dict[str, StageStatistics]:
-        """The figures of every stage by path, in order of time."""
+        """The figures of every stage (jobs, seconds, successes, costs, failures) by path, in order of time."""
         return {stage.path: self.figures(stage) for stage in self.walk()}
 
     def figures(self, stage: Stage) -> StageStatistics:
@@ -189,7 +189,7 @@ class Task(Serial):
         return StageStatistics() if node is None else node.statistics
 
     def found(self, stage: Stage) -> tuple[list[Solution], list[Solution]]:
-        """The solutions of one stage so far, and those of its failures that were kept."""
+        """The solutions of one stage so far, and its failures as far as they were kept."""
         node = None if self._planning is None else self._planning.nodes.get(stage)
         return ([], []) if node is None else (list(node.solutions), list(node.failures))
 
@@ -199,5 +199,5 @@ class Task(Serial):
         return explain(self, {stage: self.figures(stage) for stage in self.walk()}, kept)
 
     def tree(self) -> str:
-        """The structure as text: arrows, names, classes, properties."""
+        """The tree of the task's stages as text: the arrows of each flow, names, classes and properties."""
         return tree(self, self.directions or None)

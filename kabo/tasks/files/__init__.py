@@ -1,6 +1,6 @@
 """Task files: from YAML to tasks and back, the names of stages, and reports of planning runs [T 3.7].
 
-The language room reads the files; here names and types are checked against the stages that exist.
+The package `language` parses the files; this package checks names and types against the stages that exist.
 """
 
 from kabo.lazy import lazy_names

@@ -1,4 +1,4 @@
-"""Builds tasks from a task file: `load_task` makes one, a `TaskFile` any number [T 3.7]."""
+"""Builds tasks from a task file: `load_task` makes one task, a `TaskFile` any number of tasks [T 3.7]."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -43,12 +43,15 @@ class TaskFile:
 
     @property
     def timeout(self) -> float | None:
-        """The seconds after which planning ends with the solutions found so far, as given in the file, or None."""
+        """The time [s] after which planning ends with the solutions found so far; None if the file gives none."""
         return self.description.timeout
 
     @cached_property
     def places(self) -> Mapping[str, Place]:
-        """The place of each stage in the file, by path; of stages with the same path, the first."""
+        """The line and column of each stage in the file, by path.
+
+        If several stages have the same path, the place of the first is given.
+        """
         places: dict[str, Place] = {}
         _note_places(self.recipe, (), places)
         return places
@@ -106,7 +109,7 @@ class TaskFile:
         return findings
 
     def located(self, error: InitialisationError) -> InputError:
-        """The faults of a task as an InputError, each at the place of the stage that it names first."""
+        """The faults of a task as an InputError, each located in the file at the first stage that it names."""
         findings = self._findings()
         for message in error.errors:
             named = (self.places.get(word) for word in message.split("'")[1::2])
@@ -115,7 +118,7 @@ class TaskFile:
 
 
 def default_of(declared: Input) -> Any:
-    """The value that a declared property has if none is given; None: absent."""
+    """The default of a declared property; None if the declaration has no default."""
     if isinstance(declared.default, Word | Items | Entries | PropertyReference):
         return value_of(declared.default, Property())
     return declared.default
@@ -154,7 +157,10 @@ def _note_places(recipe: Recipe, above: tuple[str, ...], places: dict[str, Place
 
 
 def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None:
-    """The task file at `path`, which messages call `name`; None after adding its errors to `findings`."""
+    """The task file at `path`, which messages call `name`.
+
+    The result is None if it has errors, which are added to `findings`.
+    """
     description = find_task(path, name, findings)
     if description is None:
         return None

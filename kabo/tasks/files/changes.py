@@ -1,4 +1,4 @@
-"""The changes between two scenes in words: which robot moved and how far, what was taken, put down, permitted."""
+"""The changes between two scenes as text: robots that moved, objects taken or put down, contacts permitted."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -9,14 +9,20 @@ _MAX_SCENE_CHARACTERS = 120  # characters of a scene that is shown as it is
 
 
 def scene_change(solution: Solution) -> list[str]:
-    """The changes that a solution makes to its scene, a line each; empty if one of the scenes is unknown."""
+    """The changes between a solution's start and end scenes, one line each.
+
+    The list is empty if one of the scenes is unknown.
+    """
     if solution.start is None or solution.end is None:
         return []
     return list(changes(solution.start.scene, solution.end.scene))
 
 
 def changes(before: Any, after: Any) -> Iterator[str]:
-    """The differences between two scenes, a line each; scenes that are not of robots are shown as they are."""
+    """The differences between two scenes, one line each.
+
+    Scenes that are not of robots are shown as `before → after`.
+    """
     if before is after:
         return
     if not hasattr(before, "situation") or not hasattr(after, "situation"):

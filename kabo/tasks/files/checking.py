@@ -46,7 +46,7 @@ class _Holder:
 
 
 def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
-    """The recipe of a task; None after reporting errors. An error in one stage does not hide those in others."""
+    """The recipe of a task; None if it has errors, which are added to `findings`, those of all stages at once."""
     checking = _Checking(task, findings)
     recipe = checking.recipe(task.root, ())
     return None if findings.errors else recipe

@@ -1,4 +1,4 @@
-"""Compares two reports: whether calls, seconds, costs and failures of each stage differ by more than chance [T 3.9].
+"""Compares two reports by a statistical test of the calls, seconds, costs and failures of each stage [T 3.9].
 
 The samples are runs (for costs, solutions); the test is Mann–Whitney's U, two-sided, which assumes no distribution.
 Among many tests some are significant by chance: `adjusted` is p after Holm's correction for all tests.
@@ -29,7 +29,7 @@ _WHOLE: dict[str, Callable[[RunReport], list[float]]] = {
 
 
 class FigureComparison(TypedDict):
-    """One figure of both reports: numbers of samples, means, U and p (None if a report has no samples)."""
+    """One figure in two reports: numbers of samples, means, U and p (None if a report has no samples)."""
 
     samples: list[int]
     means: list[float | None]
@@ -39,7 +39,7 @@ class FigureComparison(TypedDict):
 
 
 class ReportComparison(TypedDict):
-    """All figures of two reports: of the whole runs, and of each stage that both have."""
+    """The comparison of all figures of two reports: of whole runs, and of each stage that both reports have."""
 
     format: str
     tasks: list[str]
@@ -102,7 +102,7 @@ def _adjust(tests: Sequence[FigureComparison]) -> None:
 
 
 def describe_comparison(found: ReportComparison) -> str:
-    """The comparison as a table; significant differences are marked."""
+    """The comparison as a text table in which significant differences are marked."""
     header = f"{found['tasks'][0]} ({found['runs'][0]} runs) and {found['tasks'][1]} ({found['runs'][1]} runs)"
     rows: list[tuple[str, ...]] = [("", "first", "second", "ratio", "U", "p", "")]
     rows += [_row(f"  {name}", each) for name, each in found["whole"].items()]

@@ -26,7 +26,7 @@ SUM = "sum"
 
 
 class NamedCost:
-    """A cost term, with the form that it has in a file."""
+    """A cost term, together with its form in a task file."""
 
     def __init__(self, term: CostTerm, written: Any) -> None:
         self.term, self.written = term, written
@@ -37,7 +37,7 @@ class NamedCost:
 
 
 class NoCost(Exception):  # noqa: N818 - it is told as a finding
-    """A value does not describe a cost term; the message says why, `hint` what to write instead."""
+    """An error: a value does not describe a cost term; the message says why, `hint` what to write instead."""
 
     def __init__(self, problem: str, hint: str | None = None) -> None:
         super().__init__(problem)
@@ -48,9 +48,9 @@ def register_cost(term: Callable[..., Any], name: str | None = None, *, makes: b
     """Registers a cost term for use in task files; returns it.
 
     Args:
-        term: a function of a solution; with `makes`, a function of named arguments that returns one.
+        term: a cost term, that is, a function of a solution; with `makes`, a function that returns a cost term.
         name: its name in files; by default the name of the function.
-        makes: whether the function returns terms.
+        makes: whether `term` is a function that returns cost terms, instead of being one.
 
     Raises:
         TaskError: another term has that name.
@@ -71,10 +71,10 @@ def names() -> list[str]:
 
 
 def cost_of(written: Any) -> NamedCost:
-    """The term that a value describes: a name, `{name: {arguments}}`, or `{sum: {name: weight, …}}`.
+    """The cost term that a value describes: a name, `{name: {arguments}}`, or `{sum: {name: weight, …}}`.
 
     Raises:
-        NoCost: it describes none.
+        NoCost: the value describes no cost term.
     """
     if isinstance(written, str):
         return NamedCost(_made(written, {}), written)
@@ -89,7 +89,7 @@ def cost_of(written: Any) -> NamedCost:
 
 
 def written_as(cost: CostTerm) -> Any:
-    """The form of a term in files; None if it has none."""
+    """The form in which task files write a cost term; None if they cannot express it."""
     if isinstance(cost, NamedCost):
         return cost.written
     for name, (term, makes) in _terms().items():

@@ -1,4 +1,4 @@
-"""Reports as text for a terminal: the tree of stages with what each did, and why there is no solution [T 3.1]."""
+"""Reports as text for a terminal: the tree of stages with their figures, and why there is no solution [T 3.1]."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -10,7 +10,7 @@ MAX_COMMENTS = 3  # comments shown for each stage
 
 
 def describe_report(report: Report, comments: int = MAX_COMMENTS) -> str:
-    """The tree of stages with counts, costs and reasons over all runs, and why the runs without solutions have none."""
+    """The tree of stages with counts, costs and failures over all runs, and why some runs have no solution."""
     lines = [_headline(report), ""]
     shown = [_stage_line(stage, report["runs"]) for stage in report["stages"]]
     width = max(len(left) for left, _ in shown)
@@ -140,12 +140,12 @@ def added(several: Iterable[Mapping[str, int]]) -> dict[str, int]:
 
 
 def number(value: float) -> str:
-    """A cost as text."""
+    """A number, such as a cost, as text."""
     return f"{value:.4g}"
 
 
 def counted(count: int, what: str) -> str:
-    """A number with its noun: `1 call`, `2 calls`."""
+    """A count followed by its noun in the singular or plural: `1 call`, `2 calls`."""
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 

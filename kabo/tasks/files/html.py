@@ -1,4 +1,4 @@
-"""A report as one self-contained HTML page, without scripts, other files or network access; sections fold [T 3.1]."""
+"""A report as one self-contained HTML page with collapsible sections, without scripts or other files [T 3.1]."""
 
 from collections.abc import Iterator, Sequence
 from html import escape

@@ -1,6 +1,6 @@
-"""The types of a task's declared properties, as Python types: what a caller may give.
+"""Python types for the declared properties of a task, which say what values a caller may give.
 
-Names of things in a scene are text; their types say which kind of thing is meant, for those who check a call.
+Names of things in a scene are text; their types say which kind of thing they name, so that calls can be checked.
 """
 
 from typing import Any
@@ -45,7 +45,7 @@ class _Anything(type):
 
 
 class Anything(metaclass=_Anything):
-    """Any value: the type of a declared property if the file does not say any."""
+    """The type of any value: used for a declared property if the file gives no type."""
 
 
 KIND_TYPES: dict[str, Any] = {

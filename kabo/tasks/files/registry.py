@@ -22,7 +22,7 @@ _registered: dict[str, type[Stage]] = {}
 def register(kind: _Kind, name: str | None = None) -> _Kind:
     """Registers a stage class for use in task files, by its own name or another (`mine/Grasp`); returns it.
 
-    It can be used as a decorator of a class, or of what a decorator such as `@forward(…)` makes of a function.
+    It can decorate a class, or a function that another decorator such as `@forward(…)` has turned into a class.
 
     Raises:
         TaskError: another class has that name.
@@ -40,7 +40,10 @@ def _home(kind: type) -> tuple[str, str]:
 
 
 def find(name: str) -> type[Stage] | None:
-    """The stage class of that name, or None; robot stages are imported only when asked for, because they load kernels."""
+    """The stage class of that name, or None.
+
+    Robot stages, which load compiled kernels, are imported only when needed.
+    """
     found = _registered.get(name) or _CONTAINERS.get(name)
     return found if found is not None or name not in _robot_names() else _robot_stages()[name]
 
@@ -59,7 +62,7 @@ def _robot_stages() -> dict[str, type[Stage]]:
 
 
 def name_of(kind: type[Stage]) -> str | None:
-    """The name of a class in task files, or None."""
+    """The name of a stage class in task files; None if it is not registered."""
     known = [*_registered.items(), *_CONTAINERS.items()]
     if kind.__module__.startswith(f"{_ROBOTS}."):
         known += _robot_stages().items()
@@ -67,5 +70,5 @@ def name_of(kind: type[Stage]) -> str | None:
 
 
 def near(name: str) -> str | None:
-    """A hint for an unknown stage name."""
+    """A hint for an unknown stage name: a similar name, else how to list stages and register new ones."""
     return did_you_mean(name, names()) or "kabo task stages lists them all; kabo.tasks.register adds one"

@@ -1,6 +1,6 @@
 """The report of planning runs as plain data: `kabo-task/1`, for `kabo task show`, `kabo task compare` and other programs.
 
-It has all that can be asked of the runs later: the structure, what each stage did, every solution of the task, and the
+It contains the structure of the task, the figures of each stage, every solution of the task, and the
 solutions and failures of every stage with their comments and scene changes.
 """
 
@@ -41,7 +41,7 @@ MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are
 def report(
     runs: Sequence[TaskRun], *, file: str | None = None, arguments: Mapping[str, Any] | None = None
 ) -> Report:
-    """The report of runs of one task."""
+    """The report of one or more planning runs of the same task."""
     task = runs[0].task
     return {
         "format": "kabo-task/1",
@@ -150,7 +150,7 @@ def _stage(task: Task, stage: Stage) -> StageFigures:
 
 
 def counted(counts: Mapping[str, int]) -> dict[str, int]:
-    """Counts by reason, the most frequent first."""
+    """The counts by reason, sorted so that the most frequent comes first."""
     return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
@@ -164,7 +164,10 @@ def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
 
 
 def phases(solution: Solution) -> Iterator[Solution]:
-    """The phases of a solution in order of time: serial containers are opened, a wrapper is one phase."""
+    """The phases of a solution in order of time.
+
+    A serial container counts as its children, a wrapper as one phase.
+    """
     inner = solution
     while len(inner.parts) == 1 and isinstance(inner.stage, Wrapper | Alternatives | Fallbacks):
         inner = inner.parts[0]
@@ -176,7 +179,7 @@ def phases(solution: Solution) -> Iterator[Solution]:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON can represent it; anything else becomes text."""
+    """A value converted to types that JSON can represent; other types become text."""
     if isinstance(value, Reference):
         return str(value)
     if hasattr(value, "tolist"):

@@ -1,4 +1,4 @@
-"""Plans the task of a file, once or with several seeds; the runs are the content of a report [T 3.9]."""
+"""Plans the task of a file, once or with several seeds; a report can be made of these planning runs [T 3.9]."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ Stop = Callable[[], bool]
 
 @dataclass(frozen=True)
 class TaskRun:
-    """One planning run: the task with its results, and when each solution of the task was found, at what cost."""
+    """One planning run: the task with its results, and the time and cost of each solution when it was found."""
 
     task: Task
     seed: int
@@ -46,10 +46,10 @@ def plan_file(
     scene: "Scene | None" = None,
     settings: PlanningOptions | None = None,
 ) -> list[TaskRun]:
-    """The runs of a task with its arguments, on a scene if it has robot stages.
+    """The planning runs of a file's task with given arguments, in a scene if the task has robot stages.
 
     Raises:
-        InputError: the arguments are wrong, or the stages do not fit together; with their places in the file.
+        InputError: the arguments are wrong, or the stages do not fit together; lists the places in the file.
     """
     settings = PlanningOptions() if settings is None else settings
     runs: list[TaskRun] = []
@@ -96,7 +96,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
 
 
 def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
-    """An error of planning a file's task, at the place of the stage that it is about; None if it is about no stage."""
+    """A planning error, located in the file at the stage that it concerns; None if it concerns no single stage."""
     if isinstance(error, InitialisationError):
         return file.located(error)
     stage = _failing_stage(error)
@@ -129,7 +129,7 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescr
     """Checks that the scene has the robots, bodies and regions given as arguments.
 
     Raises:
-        InputError: lists those that it lacks, with similar names.
+        InputError: lists the names that the scene lacks, with similar names that it has.
     """
     things = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
     findings = Findings()

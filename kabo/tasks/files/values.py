@@ -1,4 +1,4 @@
-"""Values of task files: text is converted to the type that the stage's property declares, else to the type it looks like.
+"""Values of task files: text is converted to the type that the stage's property declares, else by its form.
 
 Quoted text is never converted to a number where text is permitted.
 """
@@ -25,14 +25,14 @@ _TRUTH = {"true": True, "false": False}
 
 
 class NoValue(Exception):  # noqa: N818 - it is caught beside, and told as a finding
-    """A text is not of the type that the property declares; the message says which type that is."""
+    """An error: a text is not of the type that the property declares; the message names the declared type."""
 
 
 def value_of(written: Written, declared: Property) -> Any:
-    """The value, converted to the declared type.
+    """The value that a task file gives for a property, converted to the property's declared type.
 
     Raises:
-        NoValue: it cannot be converted.
+        NoValue: the value cannot be converted.
     """
     kinds = declared.type if isinstance(declared.type, tuple) else (declared.type,)
     value = _converted(written, None if Any in kinds or object in kinds else kinds)
@@ -100,7 +100,7 @@ def number_of(text: str) -> int | float | None:
 
 
 def parent_references(written: Written, name: str) -> list[tuple[str, PropertyReference]]:
-    """Every reference to a parent in a value that stands under `name`, with the name that is looked for."""
+    """Every reference to a parent's property in the value of property `name`, with the parent property's name."""
     if isinstance(written, PropertyReference):
         return [(written.name or name, written)] if written.source == "PARENT" else []
     if isinstance(written, Items):
@@ -111,5 +111,5 @@ def parent_references(written: Written, name: str) -> list[tuple[str, PropertyRe
 
 
 def described(properties: Mapping[str, Property]) -> str:
-    """The names of properties as text."""
+    """The names of properties as one text, for messages."""
     return ", ".join(properties) or "none"

@@ -24,7 +24,7 @@ def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float
     """The task as the text of a task file; arguments bound to declared properties become their defaults.
 
     Args:
-        task: loaded from a file, or built in Python.
+        task: the task, loaded from a file or built in Python.
         max_solutions, timeout: limits to be written into the file.
 
     Raises:
@@ -44,7 +44,7 @@ def dump_task(
     """Writes the task to a task file; on errors the file is unchanged.
 
     Raises:
-        TaskError: as `task_to_yaml`.
+        TaskError: lists all parts that files cannot represent: functions, Python objects, unregistered stages.
         OSError: the file cannot be written.
     """
     text = task_to_yaml(task, max_solutions=max_solutions, timeout=timeout)

@@ -1,6 +1,6 @@
 """The base class of robot stages, which declare the components of the state that they move and read.
 
-From this follow the moves and reads of a procedure, and which calls can be refuted without sampling.
+From these declarations the components that a procedure moves and reads are derived.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -37,7 +37,10 @@ _NAMED = {
 
 
 class RobotStage(Stage):
-    """A stage on the geometry server; `MOVES` and `READS` list the properties whose values name components."""
+    """A stage that is planned with the geometry server.
+
+    `MOVES` and `READS` list the properties whose values name the components that the stage moves and reads.
+    """
 
     MOVES: ClassVar[tuple[str, ...]] = ()
     READS: ClassVar[tuple[str, ...]] = ()
@@ -48,11 +51,11 @@ class RobotStage(Stage):
         return self.named(self.MOVES)
 
     def reads(self) -> tuple[str, ...]:
-        """The components that its results depend on, except those set by earlier stages."""
+        """The components that the stage's results depend on, except those set by earlier stages."""
         return self.named(self.READS)
 
     def names(self) -> tuple[tuple[str, str], ...]:
-        """The things that its properties name, as (kind of thing, name), as far as known before planning."""
+        """The things that the stage's properties name, as (kind, name), as far as known before planning."""
         values = ((kind, self.known(name)) for name, kind in _NAMED.items())
         flat = ((kind, v.get("constraint") if isinstance(v, Mapping) else v) for kind, v in values)
         return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
@@ -65,7 +68,10 @@ class RobotStage(Stage):
         return ()
 
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """A proof, without sampling, that the stage fails whenever the components it reads are as in the situation."""
+        """A proof, without sampling, that the stage fails while the components it reads are as in the situation.
+
+        The result is None if there is no such proof.
+        """
         return None
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
@@ -87,7 +93,7 @@ class RobotStage(Stage):
             return None
 
     def undecided(self, name: str) -> bool:
-        """Whether the value of a property is not known yet: the caller or an interface state will give it."""
+        """Whether a property's value is unknown before planning: the caller or an interface state gives it."""
         if self.properties.reads_interface(name):
             return True
         try:
@@ -97,7 +103,7 @@ class RobotStage(Stage):
         return False
 
     def named(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """The text values of these properties, as far as known, without duplicates."""
+        """The values of these properties that are texts, as far as known before planning, no duplicates."""
         values = (self.known(name) for name in names)
         return tuple(dict.fromkeys(value for value in values if isinstance(value, str)))
 
@@ -146,7 +152,7 @@ def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
 
 
 def keep_faults(stage: RobotStage, start: Situation | None) -> Iterator[str]:
-    """Messages for a property `keep` that applies to nothing the robot can hold, as far as known before planning."""
+    """Messages if the motion constraint `keep` of a stage applies to nothing that the robot can hold."""
     given, robot = stage.known("keep"), stage.known("robot")
     if not given or start is None or robot not in start.robots or start.carried(robot):
         return

@@ -1,7 +1,7 @@
-"""Checks of property values beyond their type: each returns why a value is invalid, or None.
+"""Checks of property values beyond their type: each returns the reason why a value is invalid, or None.
 
-The texts follow the name of the property ("distance is at least 0, not -1"). Without these checks a stage with an
-invalid value would silently do nothing, or something else than was asked for.
+The reasons follow the name of the property ("distance is at least 0, not -1"). Without these checks a stage with
+an invalid value would silently do nothing, or something else than was asked for.
 """
 
 import math
@@ -54,7 +54,12 @@ def one_of(*texts: str) -> Wrong:
 
 
 def names(count: int | None = None, *, empty: bool = False) -> Wrong:
-    """A check of a list of names: `count` of them or none; without a count at least one, or any number if `empty`."""
+    """A check of a list of names.
+
+    Args:
+        count: the number of names, if there are any; None: any number.
+        empty: whether the list may be empty although `count` is None.
+    """
 
     def wrong(value: Any) -> str | None:
         if count is None and not value and not empty:
@@ -79,7 +84,7 @@ def pairs(value: Any) -> str | None:
 
 
 def numbers(value: Any, count: int) -> str | None:
-    """Whether a value is a list or an array of `count` finite numbers."""
+    """Checks that a value is a list or an array of `count` finite numbers."""
     found = np.asarray(value, dtype=object).ravel() if isinstance(value, (Sequence, np.ndarray)) else None
     if found is None or isinstance(value, str) or len(found) != count:
         return f"is {count} numbers, not {value!r}"
@@ -169,7 +174,7 @@ def spread(value: Any) -> str | None:
 
 
 def accelerations(value: Any) -> str | None:
-    """Checks limits of acceleration: a positive number, or one for each of some joints."""
+    """Checks limits of acceleration: a positive number, or a mapping from joints to positive numbers."""
     given = list(value.values()) if isinstance(value, Mapping) else [value]
     if not given:
         return "names no joint"
@@ -186,12 +191,12 @@ def keeping(value: Any) -> str | None:
 
 
 def share(value: Any) -> str | None:
-    """Checks a share: above 0 and at most 1."""
+    """Checks that a number is a fraction, above 0 and at most 1."""
     return f"is above 0 and at most 1, not {value:g}" if _number(value) and not 0.0 < value <= 1.0 else None
 
 
 def any_of(*wrongs: Wrong) -> Wrong:
-    """A check that combines several; the first reason found is returned."""
+    """A check that combines several checks and returns the first reason that one of them gives."""
     return lambda value: next((found for found in (wrong(value) for wrong in wrongs) if found), None)
 
 

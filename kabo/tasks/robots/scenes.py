@@ -1,4 +1,4 @@
-"""The scene that robot stages are given, an immutable value; and stretches of motion, proven when they are made."""
+"""The immutable scenes that robot stages are given, and stretches of motion, proven when they are made."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -29,7 +29,7 @@ def configuration(q: Iterable[float]) -> Configuration:
 
 @dataclass(frozen=True)
 class TaskScene:
-    """A situation, with the contacts that earlier stages have permitted and the geometry that they have added.
+    """A situation, with the contacts that earlier stages have permitted and the bodies that they have added.
 
     A component of the situation may have several values, where branches of a plan have merged; what is proven in the scene
     holds for each of them.
@@ -43,7 +43,7 @@ class TaskScene:
 
     @classmethod
     def of(cls, context: ProcedureContext, state: GeometricState | Situation) -> "TaskScene":
-        """The scene of a geometric state, or of a situation."""
+        """The scene of a geometric state or a situation, without permitted contacts or added bodies."""
         return cls(context, Situation.of(state) if isinstance(state, GeometricState) else state)
 
     def __reduce__(self) -> tuple[type["TaskScene"], tuple[Any, ...]]:
@@ -66,7 +66,7 @@ class TaskScene:
         return np.array(self.situation.configuration(robot))
 
     def pose(self, name: str) -> Array:
-        """The pose world_T_body (4, 4) of a body that has only one."""
+        """The pose world_T_body (4, 4) of a body whose pose is the same in all values of the situation."""
         (pose,) = self.context.surroundings.poses(self.situation, name)
         return pose
 
@@ -86,7 +86,10 @@ class TaskScene:
             raise ValueError(f"the scene has no frame {name!r}{'' if hint is None else ', ' + hint}") from None
 
     def holder(self, name: str) -> str | None:
-        """The robot that holds an object, directly or with its group; None if none does."""
+        """The robot that holds an object, directly or through objects attached to it.
+
+        The result is None if no robot holds it.
+        """
         if name not in self.situation.objects:
             return None
         robot, dot, _ = self.situation.attachment(self.situation.root(name)).parent.partition(".")
@@ -111,38 +114,38 @@ class TaskScene:
 
     # ------------------------------------------------------------------------------------------------- changes
     def having(self, changes: Mapping[str, Component]) -> "TaskScene":
-        """This scene with other values for some components."""
+        """A copy of this scene in which some components have other values."""
         return replace(self, situation=self.situation.replace(changes), _known={})
 
     def at(self, robot: str, q: Iterable[float]) -> "TaskScene":
-        """This scene with a robot at another configuration; its workspace stays valid and is kept."""
+        """A copy of this scene with a robot at another configuration; the robot's workspace is reused."""
         situation = self.situation.replace({robot: configuration(q)})
         known = self._known.get(robot)
         kept = {} if known is None else {robot: known}
         return replace(self, situation=situation, _known=kept)
 
     def placing(self, name: str, attachment: Attachment) -> "TaskScene":
-        """This scene with an object attached elsewhere."""
+        """A copy of this scene in which an object has another attachment."""
         return self.having({name: attachment})
 
     def permitting(self, pairs: Iterable[Pair]) -> "TaskScene":
-        """This scene with more contacts permitted."""
+        """A copy of this scene in which the given pairs are also permitted to touch."""
         permitted = self.permitted | contacts(pairs)
         return self if permitted == self.permitted else replace(self, permitted=permitted, _known={})
 
     def forbidding(self, pairs: Iterable[Pair]) -> "TaskScene":
-        """This scene with fewer contacts permitted."""
+        """A copy of this scene in which the given pairs are no longer permitted to touch."""
         permitted = self.permitted - contacts(pairs)
         return self if permitted == self.permitted else replace(self, permitted=permitted, _known={})
 
     def adding(self, *extras: Extra) -> "TaskScene":
-        """This scene with additional bodies; existing ones of the same name are replaced."""
+        """A copy of this scene with additional bodies, which replace added bodies of the same name."""
         names = {extra.name for extra in extras}
         kept = tuple(extra for extra in self.extras if extra.name not in names)
         return replace(self, extras=(*kept, *extras), _known={})
 
     def removing(self, *names: str) -> "TaskScene":
-        """This scene without the additional bodies of these names."""
+        """A copy of this scene without the added bodies of these names."""
         kept = tuple(extra for extra in self.extras if extra.name not in names)
         return replace(self, extras=kept, _known={})
 
@@ -173,12 +176,12 @@ class Stretch:
 
     @property
     def start(self) -> Configuration:
-        """The first configuration."""
+        """The configuration at which the stretch begins."""
         return self.waypoints[0]
 
     @property
     def end(self) -> Configuration:
-        """The last configuration."""
+        """The configuration at which the stretch ends."""
         return self.waypoints[-1]
 
     @property
@@ -199,7 +202,7 @@ def stretch(
     waypoints: Iterable[Iterable[float]],
     constraint: str | None = None,
 ) -> Stretch:
-    """A stretch through a scene, with those of the permitted contacts that its motion may change."""
+    """A stretch of one robot in a scene, with the scene's permitted contacts that concern its motion."""
     workspace = scene.workspace(robot)
     gripping = {frozenset(pair) for held in workspace.carried for pair in workspace.touching(held)}
     permitted = frozenset(pair for pair in scene.permitted | gripping if _concerns(pair, scene, robot, group))

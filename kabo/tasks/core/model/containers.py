@@ -56,7 +56,10 @@ class Container(Stage):
             self.remove(child)
 
     def find(self, path: str) -> Stage | None:
-        """The stage at a path below this one (`c/d`), or None; of several stages with the same name, the first."""
+        """The stage at a path below this container (`c/d`), or None.
+
+        If several stages have the same path, the first is returned.
+        """
         here: Stage | None = self
         for name in path.split("/"):
             here = next((c for c in here.children if c.name == name), None) if here is not None else None
@@ -76,7 +79,7 @@ class Serial(Container):
 
     @property
     def flows(self) -> Flows:
-        """The flows that its children permit; empty if they do not fit together."""
+        """The flows that the sequence of children permits; empty if the children do not fit together."""
         sections = self.sections()
         if sections is None:
             return frozenset()
@@ -130,11 +133,14 @@ class Merger(Parallel):
 
     @property
     def flows(self) -> Flows:
-        """Forward or backward, as far as all children permit it: merged motions start, or end, in one state."""
+        """Those of the flows forward and backward that all children permit."""
         return super().flows & PROPAGATE
 
     def merge(self, scene: Any, solutions: Sequence[Solution], properties: Values, seed: int) -> Answers:
-        """The results of carrying out all the solutions at once; they start in the scene (or end in it, if backward)."""
+        """The results of executing one solution of each child at the same time.
+
+        All solutions start in `scene`, or end in it if the merger runs backward.
+        """
         raise NotImplementedError
 
 
@@ -154,7 +160,10 @@ class Wrapper(Container):
         return self.children[0].flows if len(self.children) == 1 else frozenset()
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
-        """The results that a solution of the child is turned into; by default one, with the same cost and comment."""
+        """The results into which a solution of the child is transformed.
+
+        By default there is one result, with the same cost and comment.
+        """
         return [Result(cost=solution.cost, comment=solution.comment)]
 
 

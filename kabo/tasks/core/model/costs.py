@@ -20,7 +20,7 @@ def constant(value: float) -> CostTerm:
 
 
 def offset(value: float) -> CostTerm:
-    """A term that adds a constant to the solution's own cost."""
+    """A term that adds a constant to the cost that the stage itself gave to the solution."""
 
     def cost(solution: Solution) -> float:
         return solution.cost + value
@@ -29,7 +29,7 @@ def offset(value: float) -> CostTerm:
 
 
 def uniform_random(low: float = 0.0, high: float = 1.0, seed: int = 0) -> CostTerm:
-    """A term that gives each solution a random cost; the same solution of the same run always gets the same."""
+    """A term that gives each solution a random cost in [low, high], fixed by `seed`, its stage and its number."""
 
     def cost(solution: Solution) -> float:
         return Random(f"{seed} {solution.number} {solution.stage.path}").uniform(low, high)  # noqa: S311 - no secret

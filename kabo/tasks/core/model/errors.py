@@ -9,15 +9,18 @@ class TaskError(ValueError):
 
 
 class UndeclaredProperty(TaskError):
-    """A property was set, read or inherited that no stage declares."""
+    """An error: a property was set, read or inherited that no stage declares."""
 
 
 class UndefinedProperty(TaskError):
-    """A declared property has no value."""
+    """An error: the value of a declared property is needed, but none was given and there is no default."""
 
 
 class InitialisationError(TaskError):
-    """The stages of a task do not fit together: `errors` has a sentence for each fault, `tree` the task with its flows."""
+    """An error: the stages of a task do not fit together.
+
+    `errors` has a sentence for each fault; `tree` shows the stages with their flows.
+    """
 
     def __init__(self, errors: Iterable[str], tree: str) -> None:
         self.errors = tuple(errors)
@@ -30,7 +33,7 @@ class InitialisationError(TaskError):
 
 
 def note(error: BaseException, text: str) -> None:
-    """Adds a line to the error's traceback (from Python 3.11 on)."""
+    """Adds a line of text to the error's traceback; does nothing before Python 3.11."""
     if hasattr(error, "add_note"):
         error.add_note(text)
 

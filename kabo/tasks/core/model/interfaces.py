@@ -107,7 +107,7 @@ def _sections(container: Serial) -> tuple[list[list[Stage]], list[Stage]]:
 
 
 def arrows(stage: Stage) -> str:
-    """The arrows of the flows that a stage permits: `→ →`; several are joined with `or`; `nothing` if there is none."""
+    """The flows that a stage permits, as arrows such as `→ →`, joined with `or`; `nothing` if it permits none."""
     return " or ".join(flow.value for flow in Flow if flow in stage.flows) or "nothing"
 
 
@@ -144,7 +144,7 @@ def _not_one(container: Serial, section: list[Stage], generators: list[Stage]) -
 
 
 def directions(task: Serial) -> tuple[Mapping[Stage, Flow], list[str]]:
-    """The flow of every stage as far as the stages fit together, and the faults; properties are not checked."""
+    """The flow of each stage for which it can be determined, and all faults; properties are not checked."""
     resolution = _Resolution()
     resolution.resolve(task, Flow.GENERATE)
     return resolution.flows, resolution.errors
@@ -180,7 +180,7 @@ def _unheard(task: Serial, stage: Monitor) -> list[str]:
 
 
 def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:
-    """The stages of a task as text, one a line: arrows, name, class, and the properties that were set."""
+    """The stages of a task as text, one per line: arrows of the flow, name, class and given properties."""
     lines = []
     depths = {id(task): 0}
     for stage in task.walk():

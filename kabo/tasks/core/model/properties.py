@@ -26,7 +26,7 @@ _PLAIN = frozenset((str, int, float, bool, type(None), _Missing))  # types of va
 
 @dataclass(frozen=True)
 class Property:
-    """A declared property; one without a default must be given a value.
+    """A declared property of a stage; a property without a default must be given a value.
 
     `wrong` returns why a value of the right type is invalid, or None; invalid values are refused as soon as they are
     known, in task files with their place. `doc` says what an empty value means where it is allowed.
@@ -63,7 +63,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference to another property: of the nearest ancestor that has it, or of the interface state."""
+    """A reference to a property of the nearest ancestor that has it, or of the interface state."""
 
     source: Literal["parent", "interface"]
     name: str | None = None
@@ -87,7 +87,7 @@ PARENT, INTERFACE = Parent(), Interface()
 
 
 def references(value: Any, name: str) -> Iterator[Reference]:
-    """Every reference inside a value; references without a name get the name of the property they stand in."""
+    """Every reference inside a property's value; one without a name refers to `name`, the property itself."""
     if isinstance(value, Reference):
         yield Reference(value.source, value.name or name, value.through)
     elif isinstance(value, Mapping):
@@ -99,7 +99,7 @@ def references(value: Any, name: str) -> Iterator[Reference]:
 
 
 class PropertyOwner(Protocol):
-    """The attributes of a stage that its properties read."""
+    """The attributes of a stage that are needed to resolve the values of its properties."""
 
     @property
     def name(self) -> str:
@@ -108,7 +108,7 @@ class PropertyOwner(Protocol):
 
     @property
     def path(self) -> str:
-        """The names from the child of the task down to the stage."""
+        """The names of the stages from the task's child down to this stage, joined by `/`."""
         ...
 
     @property
@@ -130,7 +130,10 @@ def _trail_texts(trail: Trail) -> list[str]:
 
 
 class Properties:
-    """The properties of one stage: those that its class declares, the values that were set, and how they are resolved."""
+    """The properties of one stage, as declared by its class, with the values that were set.
+
+    Resolves references.
+    """
 
     def __init__(self, stage: PropertyOwner, declared: Mapping[str, Property], *, open_ended: bool) -> None:
         self._stage = stage
@@ -176,7 +179,7 @@ class Properties:
         self._set[name] = value
 
     def unset(self, name: str) -> None:
-        """Removes the value that was set, so that the default holds again."""
+        """Removes the value that was set for a property, so that the default applies again."""
         self._set.pop(name, None)
 
     def has(self, name: str) -> bool:
@@ -281,7 +284,10 @@ class PropertyResolver:
         self._fixed = {name: properties.value(name) for name in names if name not in self._changing}
 
     def values(self, *interfaces: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The values of all properties for a job with these interface states; the first state that has a name counts.
+        """The values of all properties for a job, with references to interface states resolved.
+
+        Args:
+            interfaces: the properties of the interface states; of several with the same name the first is taken.
 
         Raises:
             UndefinedProperty: an interface state lacks a property that is referred to.

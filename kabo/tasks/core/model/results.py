@@ -20,16 +20,16 @@ SAME = _Same()
 
 @dataclass(frozen=True)
 class Result:
-    """One success of a stage function.
+    """A success that a stage function returns.
 
     Args:
         scene: the scene on the side that the stage computes: after it (forward), before it (backward), on both sides
             (generator); None keeps the scene that is there (connectors, wrappers).
-        cost: the stage's own cost; an infinite cost turns the result into a failure.
+        cost: the cost that the stage computes; an infinite cost turns the result into a failure.
         comment: a text for users, which no code interprets.
         motion: the motion in order of time; the core does not interpret it.
         properties: interface properties that are added to those inherited by the new state.
-        start: for wrappers of generators, the scene before, if it is not `scene`.
+        start: for wrappers of generators, the scene before the wrapper, if it is not `scene`.
     """
 
     scene: Any = None
@@ -42,11 +42,11 @@ class Result:
 
 @runtime_checkable
 class Refused(Protocol):
-    """The protocol of refused attempts that stage functions return: `Failure`, or any object with these two attributes."""
+    """The protocol of a failed attempt that a stage function returns: `Failure`, or a similar object."""
 
     @property
     def reason(self) -> str:
-        """A short text; failures are counted by it."""
+        """A short text that says why the attempt failed; failures are counted by reason."""
 
     @property
     def comment(self) -> str:
@@ -67,10 +67,10 @@ Answers = Iterable[Answer] | Answer | None
 
 
 def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
-    """The results and failures that a stage function returned, and whether they are taken one at a time (if it yields).
+    """An iterator over the answers of a stage function, and whether the function yields them one at a time.
 
     Raises:
-        TypeError: it returned something else than results and failures.
+        TypeError: the function returned something else than results and failures.
     """
     if given is None:
         return iter(()), False

@@ -12,7 +12,7 @@ LEFT, RIGHT = 0, 1
 
 
 class State:
-    """A scene with interface properties; `edges` are the solutions that end here (LEFT) and those that start here (RIGHT).
+    """A scene with interface properties; `edges` are the solutions that end (LEFT) and start (RIGHT) in it.
 
     The rest is used by planning only, per side where it is a list: `best` is (stages, stages outside, cost) of the best
     path, the longest, then the cheapest; `order` is the sort key made of it, less is better; `alive` says whether the state
@@ -70,7 +70,7 @@ class State:
         self.order[side] = (-best[0] - best[1], best[2])
 
     def leads_on(self, side: int) -> bool:
-        """Whether a solution leads from here to a state that is alive on that side."""
+        """Whether a solution leads from this state, towards `side`, to a state that is alive on `side`."""
         for edge in self.edges[side]:
             beyond = edge.end if side == RIGHT else edge.start
             if beyond is not None and beyond.alive[side]:
@@ -88,7 +88,7 @@ class State:
 
 
 class SolvedStage(Protocol):
-    """The stage as its solutions refer to it: the `Stage` in its own process, a `NamedStage` in others."""
+    """The stage that a solution refers to: a `Stage` in the process that planned it, a `NamedStage` in others."""
 
     TRANSPARENT: ClassVar[bool]  # whether parts of its solutions are found without its name
 
@@ -99,7 +99,7 @@ class SolvedStage(Protocol):
 
     @property
     def path(self) -> str:
-        """The names from the child of the task down to the stage."""
+        """The names of the stages from the task's child down to this stage, joined by `/`."""
         ...
 
 
@@ -144,7 +144,7 @@ class Solution:
 
     @property
     def properties(self) -> Mapping[str, Any]:
-        """The interface properties of the state at its end: what was chosen here, such as a grasp."""
+        """The interface properties of the state at the solution's end, such as the grasp that was chosen."""
         return {} if self.end is None else self.end.properties
 
     @property

@@ -42,7 +42,10 @@ class Stage:
 
     @property
     def path(self) -> str:
-        """The names from the child of the task down to this stage; the task's own path is its name."""
+        """The names of the stages from the task's child down to this stage, joined by `/`.
+
+        The task's path is its name.
+        """
         names, stage = [self.name], self.parent
         while stage is not None and stage.parent is not None:
             names.append(stage.name)
@@ -51,7 +54,7 @@ class Stage:
 
     @property
     def flows(self) -> Flows:
-        """The flows that this stage permits; the task decides between them."""
+        """The flows that this stage permits; of several, the neighbouring stages determine one."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -84,7 +87,7 @@ class Monitor(Generator):
 
     @property
     def monitored(self) -> Stage:
-        """The stage whose solutions trigger this one.
+        """The stage whose solutions trigger this generator.
 
         Raises:
             TaskError: there is no stage at that path.

@@ -26,7 +26,7 @@ class Explanation:
 def explain(
     task: Container, statistics: Mapping[Stage, StageStatistics], kept: Mapping[Stage, list[Solution]]
 ) -> Explanation:
-    """The explanation of a run without solutions."""
+    """The explanation why a run found no solution, from the figures and the kept failures of each stage."""
     found = _blamed(task, statistics)
     if not found:
         return Explanation(None, _unasked(task, statistics))

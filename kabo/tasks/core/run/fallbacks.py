@@ -1,9 +1,11 @@
 """The nodes of fallbacks: a child is tried only where the children before it failed [T 3.3.3].
 
-Generating fallbacks decide once. Propagating ones decide for each state, the best first, and try all children on one
-state before the next state. Connecting ones decide for each pair of states: a pair is a lane of its own, and later
-children wait while an earlier one has runnable jobs. That a child has failed is found out by asking it (`may_add`,
-`may_join`), and only about states that are alive: parked jobs prove nothing yet.
+Generating fallbacks choose a child once. Propagating fallbacks choose one for each state: the best state comes
+first, and all children are tried on it before the next state. Connecting fallbacks choose one for each pair of
+states: each pair is a `Lane`, and later children wait while an earlier child has runnable jobs. The methods
+`may_add` and `may_join` of a child tell whether it has failed. They are called only for states that are alive (may
+still become part of a whole solution), because the jobs of other states are parked, so that the child may not have
+tried everything.
 """
 
 from collections.abc import Iterable
@@ -20,7 +22,7 @@ from kabo.tasks.core.run.nodes import StageNode
 
 
 class FallbacksNode(ParallelNode):
-    """The node of generating fallbacks: the next child starts when the one before has ended without any solution."""
+    """The node of generating fallbacks: the next child starts when the present one ended without solutions."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -35,12 +37,12 @@ class FallbacksNode(ParallelNode):
             self.children[0].start()
 
     def move_on(self, everything: bool) -> bool:
-        """Starts the next child if the one before has failed; returns whether it did.
+        """Starts the next child if the present one has failed; returns whether it started one.
 
         Args:
-            everything: whether to examine all that is undecided, not only what may just have been decided.
+            everything: whether to examine every open decision; else only those affected by the latest changes.
 
-        After True, it is called again once all consequences are known.
+        If it returns True, the scheduler calls it again after all states are up to date.
         """
         left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
         if not everything or not left:
@@ -58,7 +60,7 @@ class FallbacksNode(ParallelNode):
         return not waits and self.give_way()
 
     def give_way(self) -> bool:
-        """Starts the next child although the one before still waits: several fallbacks wait for each other in a circle."""
+        """Starts the next child early, to break a circle of fallbacks that wait for each other."""
         if not 0 <= self._index < len(self.children) - 1 or self._solved or self.closed:
             return False
         self._index += 1
@@ -67,7 +69,7 @@ class FallbacksNode(ParallelNode):
         return True
 
     def may_pass_on(self, child: StageNode) -> bool:
-        """Whether the child has not been started but may still be."""
+        """Whether the child may still be started, because the children before it may fail."""
         left = self._index >= 0 and not (self._solved or self.closed or self.asking)
         return left and self.children.index(child) > self._index
 
@@ -79,7 +81,7 @@ class FallbacksNode(ParallelNode):
         return left or any(child.busy() for child in self.children[: self._index + 1])
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Passes the child's solution on as one of the container; no further child will be started."""
+        """Reports the child's solution as a solution of the container; no further child will be started."""
         self._solved = True
         super().child_solved(child, solution)
 
@@ -96,7 +98,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         self._trying: dict[State, None] = {}  # states that were given to a child and have no solution yet
 
     def start(self) -> None:
-        """Starts all children, because generators inside them serve all states.
+        """Starts all children, because generators inside them write states for all arriving states.
 
         These generators are exempt from pruning: their states may be useless for one state, but not for others.
         """
@@ -109,7 +111,7 @@ class PropagatingFallbacksNode(FallbacksNode):
                 waiting.extend(node.children)
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Queues a state until it is its turn."""
+        """Queues an arriving state; states are tried one after another."""
         self.planning.changes += 1
         self._queue(state)
 
@@ -118,21 +120,27 @@ class PropagatingFallbacksNode(FallbacksNode):
         heappush(self._heap, (order, state.number, state))
 
     def rekey(self, state: State, side: int) -> None:
-        """Requeues a waiting state at its better priority, or passes the change on to the children that have it."""
+        """Requeues a waiting state at its improved priority, or notifies the children that were given it."""
         if state in self._waiting:
             self._queue(state)
         else:
             super().rekey(state, side)
 
     def revived(self, state: State) -> None:
-        """Requeues a state that is alive again if it waits, else notifies the children that have it."""
+        """Requeues a waiting state that is alive again.
+
+        If it does not wait, notifies the children that were given it.
+        """
         if state in self._waiting:
             self._queue(state)
         else:
             super().revived(state)
 
     def move_on(self, everything: bool) -> bool:
-        """Passes a state on to the next child, or the best waiting state to the first child if no state is being tried."""
+        """Passes a failed state on to the next child, or gives the best waiting state to the first.
+
+        Returns whether a state was passed on or given.
+        """
         if self.closed:
             return False
         for state in [s for s in self._trying if self._alive(s)]:
@@ -155,7 +163,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         return False
 
     def give_way(self) -> bool:
-        """Passes the first state on although its child still waits: several fallbacks wait for each other in a circle."""
+        """Passes a state on early, to break a circle of fallbacks that wait for each other."""
         for state in self._trying if not self.closed else ():
             if self._asked[state] + 1 < len(self.children) and self._alive(state):
                 self._ask(state, self._asked[state] + 1)
@@ -172,7 +180,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         self.planning.changes += 1
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Passes the child's solution on as one of the container; the next state may be tried."""
+        """Reports the child's solution as a solution of the container; the next state may be tried."""
         near = solution.start if self._near == LEFT else solution.end
         if near in self._trying:
             del self._trying[near]
@@ -180,7 +188,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         super().child_solved(child, solution)
 
     def may_pass_on(self, child: StageNode) -> bool:
-        """False: children only get states, and those are counted by `delivers_to`."""
+        """False: children are started at once and then given single states, which `delivers_to` counts."""
         return False
 
     def _left(self, state: State) -> bool:
@@ -191,23 +199,23 @@ class PropagatingFallbacksNode(FallbacksNode):
         return self.children[: self._asked.get(state, -1) + 1]
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether the state waits, a further child remains for it, or a child that has it works on it."""
+        """Whether the state waits, can be given to a further child, or is worked on by one that has it."""
         left = self._left(state) or any(child.works_on(state, side) for child in self._had(state))
         return left and not self.closed
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether the state waits, a further child remains for it, or a child that has it may add solutions from it."""
+        """Whether the state waits, can be given to a further child, or may get solutions from one that has it."""
         left = self._left(state) or any(child.may_add(state, side, lane) for child in self._had(state))
         return left and not self.closed
 
     def busy(self) -> bool:
-        """Whether states that are alive wait, or a child is busy."""
+        """Whether any waiting state is alive, or any child is busy."""
         if self.closed:
             return False
         return any(map(self._alive, self._waiting)) or any(child.busy() for child in self.children)
 
     def delivers_to(self, child: StageNode, side: int) -> bool:
-        """Whether states wait, are being tried with an earlier child, or may still come to the container."""
+        """Whether the child may be given states that wait, are tried elsewhere, or may still arrive."""
         # States that the child has already do not count: monitoring generators would wait for ever.
         index = self.children.index(child)
         coming = any(self._asked[state] < index for state in self._trying if self._alive(state))
@@ -215,7 +223,10 @@ class PropagatingFallbacksNode(FallbacksNode):
 
 
 class Lane:
-    """A pair of states that the children are tried on one by one; states of different lanes are never joined."""
+    """A pair of states to be joined, for which the children are tried in turn.
+
+    States of different lanes are never joined.
+    """
 
     __slots__ = ("end", "fallbacks", "index", "outer", "solved", "start")
 
@@ -237,11 +248,14 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         self.stale = False  # whether all lanes may be, because work outside any lane has changed
 
     def start(self) -> None:
-        """Starts all children, because generators inside them serve all pairs."""
+        """Starts all children, because generators inside them write states for all pairs."""
         ParallelNode.start(self)
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Opens a lane for every pair that the state makes with one on the other side, and tries the first child on it."""
+        """Creates a lane for every pair of the new state with a state on the other side.
+
+        Gives each pair to the first child.
+        """
         self._sides[side].append((state, lane))
         for other, its_lane in list(self._sides[1 - side]):
             if meet(lane, its_lane):
@@ -254,7 +268,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
                 self._ask(made)
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have arrived on that side so far."""
+        """The states that have arrived on `side` so far."""
         return (state for state, _ in self._sides[side])
 
     def _ask(self, lane: Lane) -> None:
@@ -265,7 +279,10 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         self.planning.changes += 1
 
     def move_on(self, everything: bool) -> bool:
-        """Passes one lane on to the next child, and closes lanes that nothing can be added to; returns whether one was."""
+        """Passes one failed lane on to the next child, and closes finished lanes.
+
+        Returns whether a lane was passed on.
+        """
         if self.closed:
             return False
         if everything and self.stale:
@@ -284,7 +301,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return False
 
     def give_way(self) -> bool:
-        """Passes the first lane on although its child still waits: several fallbacks wait for each other in a circle."""
+        """Passes a lane on early, to break a circle of fallbacks that wait for each other."""
         for lane in [lane for lanes in self._pairs.values() for lane in lanes] if not self.closed else ():
             if lane.index + 1 < len(self.children) and not lane.solved and self._alive(lane):
                 lane.index += 1
@@ -303,7 +320,10 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         self.planning.work_changed(self, lane.outer)
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Passes the child's solution on as one of the container; further children are not tried on its pair."""
+        """Reports the child's solution as a solution of the container.
+
+        Further children are not tried on its pair of states.
+        """
         index = self.children.index(child)
         for lane in self._pairs.get((solution.start, solution.end), ()):  # type: ignore[arg-type]
             if lane.index == index:
@@ -311,13 +331,13 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         super().child_solved(child, solution)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether the state has an open pair with a state that is alive, or may still get another partner."""
+        """Whether the state has an open lane with a state that is alive, or further partners may arrive."""
         if self.closed:
             return False
         return self.expects[side] or any(partner.alive[side] for partner in self.partners(state, side))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether runnable jobs may still join pairs of the state in the lane, or it may still get another partner."""
+        """Whether runnable jobs in the lane may still join the state, or further partners may arrive."""
         lanes = (each for each in self._lanes.get(state, ()) if meet(each.outer, lane))
         return not self.closed and (self.expects[side] or any(map(self._may_add, lanes)))
 
@@ -335,26 +355,26 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return self.children[lane.index].may_join(lane.start, lane.end, lane)
 
     def busy(self) -> bool:
-        """Whether a child is busy, or lanes wait for a decision."""
+        """Whether any child is busy, or any lane has to be examined: passed on, or closed."""
         return not self.closed and (self.stale or bool(self.doubtful) or ParallelNode.busy(self))
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states that the given state makes an open pair with."""
+        """The states with which the given state shares a lane that is still open."""
         return [lane.end if side == RIGHT else lane.start for lane in self._lanes.get(state, ())]
 
     def delivers_to(self, child: StageNode, side: int) -> bool:
-        """False: a child gets both states of a lane at once, and no more."""
+        """False: a child gets both states of a lane at once, so no single state of a pair is still to come."""
         return False
 
     def may_pass_on(self, child: StageNode) -> bool:
-        """Whether new pairs may come, or a pair that is tried with an earlier child may be passed on to this one."""
+        """Whether new pairs may arrive, or a pair tried with an earlier child may be passed on to `child`."""
         index = self.children.index(child)
         lanes = (lane for lanes in self._pairs.values() for lane in lanes)
         coming = any(lane.index < index and not lane.solved and self._alive(lane) for lane in lanes)
         return not self.closed and (coming or self.may_receive())
 
     def permits(self, child: StageNode) -> bool:
-        """Whether a child may run jobs now: no earlier child has a runnable job."""
+        """Whether a child may run jobs now, that is, whether no earlier child has a runnable job."""
         earlier = self.children[: self.children.index(child)]
         return not any(leaf.best() for node in earlier for leaf in _leaves(node))
 

@@ -1,10 +1,10 @@
 """Two properties of the states in a container's graph, kept up to date after each change [T 3.5].
 
-A solution is an edge between two states. For every state and side these are: the best path (the longest, then the
-cheapest) that leads there, and whether the state is *alive*, that is, whether something on that side leads on to the
-border, or may still do so. Whether a state is alive depends only on what lies farther on that side, so a change is
-followed from state to state and comes to an end. Jobs that only states that are not alive need are parked; when such a
-state is alive again, they are queued again.
+A solution is an edge between two states. The two properties of a state, for each side, are: the best path (the
+longest, of equally long ones the cheapest) from that side to the state; and whether the state is *alive* on that
+side, that is, whether solutions connect it with the container's border there, or may still do so. Whether a state
+is alive depends only on states farther on the same side, so updating ends. A job is parked while the states that
+it reads are not alive, and queued again when they are.
 """
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, State
@@ -13,7 +13,7 @@ Best = tuple[int, int, float]  # stages in this container, stages outside, cost
 
 
 def better(first: Best, second: Best) -> bool:
-    """Whether the first path is longer, or as long and cheaper."""
+    """Whether the first path is longer than the second, or equally long and cheaper."""
     longer = first[0] + first[1] - second[0] - second[1]
     return longer > 0 or (longer == 0 and first[2] < second[2])
 
@@ -24,7 +24,11 @@ def meet(first: object, second: object) -> bool:
 
 
 def relax(waiting: list[tuple[State, State, float, int]]) -> None:
-    """Propagates best paths along edges; of an entry (near, far, cost, side), far is reached from `side` through near."""
+    """Propagates the best paths from state to state along edges.
+
+    Args:
+        waiting: the edges to examine, as (near, far, cost, side): coming from `side`, near is reached before far.
+    """
     while waiting:
         near, far, cost, side = waiting.pop()
         stages, outside, total = near.best[side]
@@ -54,7 +58,10 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
 
 
 def reconsider(waiting: list[tuple[State, int]]) -> int:
-    """Updates which states are alive on the given sides, and all that depends on it; returns how many have changed."""
+    """Updates which of the given states are alive, and all states that depend on them.
+
+    Returns the number of changes.
+    """
     changed = 0
     while waiting:
         state, side = waiting.pop()

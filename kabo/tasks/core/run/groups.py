@@ -9,7 +9,7 @@ from kabo.tasks.core.run.paths import Paths
 
 
 class Holder(StageNode):
-    """A node with inner interface states: a state that arrives at its border gets a counterpart inside."""
+    """The node of a stage with states inside: each state arriving at its border gets a counterpart inside."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -17,26 +17,26 @@ class Holder(StageNode):
         self.inside: dict[State, dict[object, State]] = {}  # the counterparts of each state, by lane
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Makes a counterpart of the state and gives it to the child at that border."""
+        """Makes a counterpart of the state inside, and gives it to the child at the border on `side`."""
         inner = self.inner.enter(state, side, self.planning.count(), lane)
         self.inside.setdefault(state, {})[lane] = inner
         self.children[0 if side == LEFT else -1].take(inner, side, lane)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether a counterpart of the state is alive on that side."""
+        """Whether a counterpart of the state inside this node is alive on `side`."""
         return not self.closed and any(inner.alive[side] for inner in self.inside.get(state, {}).values())
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether a counterpart of the state may still lead to a solution of this node."""
+        """Whether the state's counterpart inside may still lead to another solution of this node."""
         return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have arrived on that side so far."""
+        """The states that have arrived on `side` so far."""
         inside = ((state, inner) for state, lanes in self.inside.items() for inner in lanes.values())
         return (state for state, inner in inside if self.inner.at_border(inner, side))
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether the counterparts of both states in the lane may still lead to a solution of this node."""
+        """Whether the states' counterparts inside, in the lane, may still lead to a solution of this node."""
         first, last = self.inside[start].get(lane), self.inside[end].get(lane)
         if first is None or last is None:
             return False
@@ -56,22 +56,25 @@ class SerialNode(Holder):
             child.start()
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """Whether complete paths of the state's lane wait, or more may be found from the state."""
+        """Whether complete paths in the state's lane wait to become solutions, or more may be found."""
         return not self.closed and (self.paths.wait(inner.lane) or self.inner.may_extend(inner, side))
 
     def busy(self) -> bool:
-        """Whether complete paths wait, or a child is busy."""
+        """Whether complete paths wait to become solutions of the container, or a child is busy."""
         return not self.closed and (bool(self.paths.heap) or any(child.busy() for child in self.children))
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Adds an edge to the graph, and the complete paths through it to those that wait."""
+        """Adds a child's solution to the graph as an edge, and queues the complete paths through the edge."""
         self.inner.add(solution, child.index)
         self.paths.add(solution)
         if self.parent is not None and self.paths.heap and not self.solutions:
             self.lift()  # the first solution at once: other nodes wait for it
 
     def lift(self) -> bool:
-        """Turns the cheapest complete path that waits into a solution of the container; returns whether one waited."""
+        """Turns the cheapest waiting complete path into a solution of the container.
+
+        Returns False if none waited.
+        """
         if self.closed or not self.paths.heap:
             return False
         path = self.paths.pop()
@@ -110,7 +113,7 @@ class ParallelNode(StageNode):
             child.start()
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Gives the state to all children."""
+        """Gives an arriving state to all children."""
         for child in self.children:
             child.take(state, side, lane)
 
@@ -125,15 +128,15 @@ class ParallelNode(StageNode):
             child.revived(state)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether a child works on the state."""
+        """Whether any child may still lead from the state to `side`."""
         return not self.closed and any(child.works_on(state, side) for child in self.children)
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether a child may still add solutions from the state."""
+        """Whether any child may still add solutions from the state."""
         return not self.closed and any(child.may_add(state, side, lane) for child in self.children)
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether a child may still join the pair."""
+        """Whether any child may still join the two states."""
         return not self.closed and any(child.may_join(start, end, lane) for child in self.children)
 
     def partners(self, state: State, side: int) -> Iterable[State]:
@@ -141,19 +144,19 @@ class ParallelNode(StageNode):
         return [partner for child in self.children for partner in child.partners(state, side)]
 
     def busy(self) -> bool:
-        """Whether a child is busy."""
+        """Whether any child is busy."""
         return not self.closed and any(child.busy() for child in self.children)
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Reports a solution of the container with the states and the cost of the child's."""
+        """Reports a solution of the container that has the states and the cost of the child's solution."""
         start, end, cost, comment = solution.start, solution.end, solution.cost, solution.comment
         number = self.planning.count()
         self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have arrived on that side so far; they are the same for all children."""
+        """The states that have arrived on `side` so far; they are the same for all children."""
         return self.children[0].arrived(side)
 
     def delivers_to(self, child: StageNode, side: int) -> bool:
-        """Whether new states may still arrive at the container, which passes them to all children."""
+        """Whether new states may still arrive at the container, which passes every state on to all children."""
         return self.parent is not None and self.parent.delivers_to(self, side)

@@ -20,7 +20,7 @@ def stage_seed(seed: int, path: str) -> int:
 
 
 def job_seed(stage: int, number: int) -> int:
-    """The 63-bit seed of a stage's job of that number."""
+    """The 63-bit seed of the job with a given number, derived from the seed of its stage."""
     mixed = (stage + number * _GOLDEN) & _MASK
     mixed = ((mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
     mixed = ((mixed ^ (mixed >> 27)) * 0x94D049BB133111EB) & _MASK
@@ -28,16 +28,16 @@ def job_seed(stage: int, number: int) -> int:
 
 
 def call(function: Callable[..., Answers], arguments: tuple[Any, ...]) -> Answers:
-    """Calls a stage function; it gets a read-only view of its properties, because other jobs share them."""
+    """Calls a stage function with a read-only view of the properties, because other jobs share them."""
     *scenes, properties, seed = arguments
     return function(*scenes, MappingProxyType(properties), seed)
 
 
 @dataclass(slots=True, eq=False)
 class StageJob:
-    """One call of a stage function. `subject` is the state, pair of states or solution to which it is applied.
+    """One call of a stage function; `subject` is the state, pair of states or solution to which it is applied.
 
-    `asked` counts how often it has run without coming to its end. A function that yields gives one success each time.
+    `asked` counts the runs that left answers. If the function yields, each run ends with its next success.
     """
 
     subject: Any
@@ -49,7 +49,7 @@ class StageJob:
     key: tuple[Any, ...] = ()
 
     def run(self, function: Callable[..., Answers]) -> tuple[list[Answer], bool]:
-        """The next answers, and whether they are the last; after an error the function is called from its beginning."""
+        """The next answers, and whether they are the last. After an error the next run calls the function anew."""
         if isinstance(self.arguments, UndefinedProperty):
             return [Failure("property", str(self.arguments))], True
         if self.source is None:
@@ -65,7 +65,7 @@ class StageJob:
 
 
 def pull(source: Iterator[Answer]) -> tuple[list[Answer], bool]:
-    """The answers up to and with the next success, and whether they are the last."""
+    """The answers up to and including the next success, and whether the source is exhausted."""
     found = []
     for answer in source:
         found.append(answer)

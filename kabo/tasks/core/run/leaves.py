@@ -15,12 +15,12 @@ from kabo.tasks.core.run.nodes import StageNode
 
 
 class GeneratorNode(Leaf):
-    """The node of a generator: one job, which may have answers without end."""
+    """The node of a generator, which has one job; the job may have infinitely many answers."""
 
     stage: Generator
 
     def start(self) -> None:
-        """Queues the job, once."""
+        """Queues the generator's only job, unless it was queued before."""
         if not self.jobs and not self.statistics.calls:
             self.queue(StageJob(None, self.arguments((self.planning.scene,))))
 
@@ -29,26 +29,26 @@ class GeneratorNode(Leaf):
         return (job.asked,)
 
     def runnable(self, job: StageJob) -> bool:
-        """True: the job computes both sides."""
+        """True: a generator's job reads no state, so it can always run."""
         return True
 
     def lane(self, job: StageJob) -> object:
-        """None: its states belong to no lane."""
+        """None: the states that a generator writes belong to no lane."""
         return None
 
     def done(self, job: StageJob) -> None:
-        """Does nothing: only connectors wait for a generator, and they check for themselves."""
+        """Does nothing: only connectors wait for a generator, and they check by themselves."""
 
     def works_on(self, state: State, side: int) -> bool:
         """False: a generator reads no states."""
         return False
 
     def function(self) -> Callable[..., Answers]:
-        """The stage's `generate`."""
+        """The stage function of a generator: its `generate` method."""
         return self.stage.generate
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Writes the states on both sides."""
+        """Writes the states of a result on both sides of the generator."""
         self.offer(result, {})
 
     def offer(self, result: Result, inherited: Any, cause: Solution | None = None) -> None:
@@ -69,7 +69,7 @@ class MonitorNode(GeneratorNode):
         self._started = False
 
     def start(self) -> None:
-        """Lets its jobs run, also those that were triggered before."""
+        """Permits the monitoring generator's jobs to run, including those that were triggered before."""
         self._started = True
 
     def trigger(self, solution: Solution) -> None:
@@ -87,7 +87,7 @@ class MonitorNode(GeneratorNode):
         return super().best() if self._started else None
 
     def busy(self) -> bool:
-        """Whether jobs wait, or the monitored stage may still have solutions."""
+        """Whether jobs wait, or the monitored stage may still have solutions that trigger new jobs."""
         if not self._started:
             return False
         if self.closed or self.jobs or self.monitored is None:
@@ -104,7 +104,7 @@ class MonitorNode(GeneratorNode):
                 asked.clear()
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Writes the states on both sides, with the interface properties of the monitored solution."""
+        """Writes the states of a result on both sides, with the interface properties of the monitored solution."""
         self.offer(result, job.subject.end.properties, job.subject)
 
     def cause(self, job: StageJob) -> Solution | None:
@@ -123,7 +123,7 @@ class PropagatorNode(Leaf):
         self._near, self._far = (LEFT, RIGHT) if self._forward else (RIGHT, LEFT)
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Queues a job for the state."""
+        """Queues a job for an arriving state."""
         self.queue(StageJob(state, self.arguments((state.scene,), state.properties)))
 
     def rekey(self, state: State, side: int) -> None:
@@ -137,16 +137,16 @@ class PropagatorNode(Leaf):
             self.unpark([self.parked[state]])
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: the number of runs of the job, then the best path to its state, longest and then cheapest first."""
+        """The sort key: the job's number of runs, the length of the best path to its state, the path's cost."""
         return (job.asked, *job.subject.order[self._near])
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the state is alive on the side from which it was written."""
+        """Whether the job's state is alive on the side where the propagator reads it."""
         state: State = job.subject
         return state.alive[self._near]
 
     def lane(self, job: StageJob) -> object:
-        """The lane of the state."""
+        """The lane of the job's state."""
         return job.subject.lane
 
     def works_on(self, state: State, side: int) -> bool:
@@ -166,11 +166,11 @@ class PropagatorNode(Leaf):
         return self.stage.forward if self._forward else self.stage.backward
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
-        """The job's state at the end where the stage reads it, None at the other end."""
+        """The job's state on the side that the stage reads, and None on the other side."""
         return (job.subject, None) if self._forward else (None, job.subject)
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Makes a new state on the far side."""
+        """Makes a new state of the result, on the side that the propagator writes."""
         near: State = job.subject
         properties = {**near.properties, **result.properties} if result.properties else near.properties
         far = self.new_state(near.scene if result.scene is None else result.scene, properties, near.lane)
@@ -179,17 +179,20 @@ class PropagatorNode(Leaf):
 
 
 class Joining(StageNode):
-    """A node that joins pairs of states: a state without a partner stays alive while one may still arrive."""
+    """A node that joins pairs of states.
+
+    A state without a partner stays alive while a partner may still arrive.
+    """
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.expects = [True, True]  # whether states may still come, by side
 
     def expect(self, again: bool) -> bool:
-        """Updates whether further states may come to each side; returns whether that has changed.
+        """Updates, for each side, whether states may still arrive; returns whether this changed for any side.
 
         Args:
-            again: update only the sides to which none could come any more.
+            again: whether to update only the sides for which no further states were expected.
         """
         changed = False
         for side in (LEFT, RIGHT):
@@ -215,7 +218,10 @@ class ConnectorNode(Joining, Leaf):
         self._has_mismatch = type(self.stage).mismatch is not Connector.mismatch
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Queues a job for each state on the other side that it may be joined with; mismatches are counted by reason."""
+        """Queues a job for each state on the other side that the new state may be joined with.
+
+        Counts mismatches by reason.
+        """
         self._sides[side].setdefault(lane, []).append(state)
         self.open.setdefault(state, {})
         across = self._sides[1 - side]
@@ -225,7 +231,7 @@ class ConnectorNode(Joining, Leaf):
                 self._pair(*pair, its_lane if lane is None else lane)
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have arrived on that side so far."""
+        """The states that have arrived on `side` so far."""
         return (state for states in self._sides[side].values() for state in states)
 
     def _pair(self, start: State, end: State, lane: object) -> None:
@@ -243,37 +249,37 @@ class ConnectorNode(Joining, Leaf):
                 self.planning.recheck(state, side)
 
     def rekey(self, state: State, side: int) -> None:
-        """Queues the jobs of all the state's pairs again at their better priority."""
+        """Queues the jobs of all pairs that contain the state again, at their improved priority."""
         self.rekey_jobs(self.open.get(state, ()))
 
     def revived(self, state: State) -> None:
-        """Queues those of the jobs of the state's pairs again that were parked."""
+        """Queues the parked jobs again whose pair contains the state."""
         if self.parked:
             self.unpark(self.open.get(state, ()))
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: the number of runs of the job, the sum of both path lengths (longest first), then of both costs."""
+        """The sort key: the job's number of runs, the length of the best paths to both states, their cost."""
         start, end, _ = job.subject
         first, second = start.order[LEFT], end.order[RIGHT]
         return job.asked, first[0] + second[0], first[1] + second[1]
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether both states are alive on their far sides."""
+        """Whether the start state is alive on its left and the end state on its right."""
         pair: tuple[State, State, object] = job.subject
         return pair[0].alive[LEFT] and pair[1].alive[RIGHT]
 
     def lane(self, job: StageJob) -> object:
-        """The lane of the pair."""
+        """The lane in which the job's pair of states is joined, or None."""
         return job.subject[2]
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether the state has an open pair with a state that is alive, or may still get another partner."""
+        """Whether the state has a waiting job with a partner that is alive, or further partners may arrive."""
         if self.closed:
             return False
         return self.expects[side] or any(job.subject[side].alive[side] for job in self.open.get(state, ()))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether runnable jobs may still join pairs of the state in the lane, or it may still get another partner."""
+        """Whether runnable jobs in the lane may still join the state, or further partners may arrive."""
         if self.closed:
             return False
         pairs = (job.subject for job in self.open.get(state, ()))
@@ -281,30 +287,30 @@ class ConnectorNode(Joining, Leaf):
         return self.expects[side] or any(can_run)
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether the job of the pair in the lane has not ended."""
+        """Whether the job that joins the two states in the given lane exists and has not ended."""
         return not self.closed and (start, end, lane) in self.jobs
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states that the given state makes an open pair with."""
+        """The states with which the given state forms a pair whose job has not ended."""
         return [job.subject[side] for job in self.open.get(state, ())]
 
     def done(self, job: StageJob) -> None:
-        """Closes the pair, and has both states rechecked."""
+        """Closes the pair of an ended job, and requests a recheck of both states."""
         start, end, _ = job.subject
         for state, side in ((start, RIGHT), (end, LEFT)):
             self.open[state].pop(job, None)
             self.planning.recheck(state, side)
 
     def function(self) -> Callable[..., Answers]:
-        """The stage's `connect`."""
+        """The stage function of a connector: its `connect` method."""
         return self.stage.connect
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
-        """The states on both sides."""
+        """The two states that the job was to join."""
         start, end, _ = job.subject
         return start, end
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Adds an edge between both states."""
+        """Reports a solution between the two states of the job."""
         start, end, _ = job.subject
         self.report(self.solution(start, end, result))

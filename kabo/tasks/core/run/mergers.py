@@ -32,7 +32,7 @@ class MergerNode(Leaf):
     )
 
     def rekey(self, state: State, side: int) -> None:
-        """Passes the state's better priority to the children, and requeues the state's combinations at it."""
+        """Passes the state's improved priority to the children, and requeues its combinations."""
         for child in self.children:
             child.rekey(state, side)
         self.rekey_jobs([job for subject, job in self.jobs.items() if subject[0] is state])
@@ -44,11 +44,11 @@ class MergerNode(Leaf):
         self.unpark([job for subject, job in self.parked.items() if subject[0] is state])
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether a combination from the state waits, or every child has solutions from it or works on it."""
+        """Whether a combination of solutions from the state waits, or further ones may still become complete."""
         return self._combines(state, lambda child: child.works_on(state, side))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether a combination from the state waits, or every child has solutions from it or may add some."""
+        """Whether a combination of solutions from the state waits, or runnable jobs may complete another."""
         return self._combines(state, lambda child: child.may_add(state, side, lane))
 
     def _combines(self, state: State, works: Callable[[StageNode], bool]) -> bool:
@@ -60,11 +60,11 @@ class MergerNode(Leaf):
         return any(working) and all(w or found.get(c) for w, c in zip(working, self.children, strict=True))
 
     def busy(self) -> bool:
-        """Whether combinations wait, or a child is busy."""
+        """Whether combinations of solutions wait to be merged, or a child is busy."""
         return super().busy() or (not self.closed and any(child.busy() for child in self.children))
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Queues a job for each combination with solutions of the other children."""
+        """Queues a job for each combination of the new solution with solutions of all other children."""
         state = solution.start if self._near == LEFT else solution.end
         if state is None:
             raise ValueError("a success has a state on both sides")
@@ -76,30 +76,30 @@ class MergerNode(Leaf):
         self.planning.recheck(state, self._far)
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: the number of runs of the job, then the best path to its state, with the solutions' costs added."""
+        """The sort key: the job's number of runs, the best path's length, its cost with the solutions."""
         state, *chosen = job.subject
         depth, cost = state.order[self._near]
         return job.asked, depth, cost + sum(s.cost for s in chosen)
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the state is alive on the side from which it was written."""
+        """Whether the job's state is alive on the side from which the merger reads it."""
         state: State = job.subject[0]
         return state.alive[self._near]
 
     def lane(self, job: StageJob) -> object:
-        """The lane of the state."""
+        """The lane of the state from which the job's solutions start."""
         return job.subject[0].lane
 
     def done(self, job: StageJob) -> None:
-        """Has the state rechecked."""
+        """Requests a recheck of the job's state, since this job adds no more solutions from it."""
         self.planning.recheck(job.subject[0], self._far)
 
     def function(self) -> Callable[..., Answers]:
-        """The stage's `merge`."""
+        """The stage function of a merger: its `merge` method."""
         return self.stage.merge
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Makes a new state on the far side."""
+        """Makes a new state of the merged result, on the side that the merger writes."""
         near, *chosen = job.subject
         far = self.new_state(result.scene, {**near.properties, **result.properties}, near.lane)
         start, end = (near, far) if self._near == LEFT else (far, near)

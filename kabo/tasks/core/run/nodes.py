@@ -1,9 +1,9 @@
-"""Nodes: what one planning run knows about each stage; and the states between the stages of one container [T 3.6].
+"""Nodes, which hold the data of one planning run about each stage, and the states between stages [T 3.6].
 
-A stage is structure and never changes; its node holds the states that have come to it, its jobs, solutions and
-failures. A job runs if the state that it was given is alive on the side that the job does not compute; else it is
-parked until that state is alive again. Jobs that have run less often come first, then those on longer, then on cheaper
-paths.
+A stage never changes during planning; its node holds the states that have arrived, its jobs, solutions and
+failures. A job can run if the state that it reads is alive (may still become part of a whole solution) on the side
+that the job does not compute; else it is parked until the state is alive again. Jobs that have run less often come
+first; of those, jobs on longer paths; of those, jobs on cheaper paths.
 """
 
 from collections import Counter
@@ -50,20 +50,25 @@ class Scheduler(Protocol):
     order: "list[StageNode]"  # children before their containers, else in order of time
 
     def recheck(self, state: State, side: int) -> None:
-        """Has a state rechecked after the present job: it may no longer be alive on that side, or may be alive again."""
+        """Requests that, after the present job, it is updated whether a state is alive on `side`."""
         ...
 
     def work_changed(self, node: "StageNode", lane: object) -> None:
-        """Reports that a job of a node ran or was parked, or that a solution was lifted; in one lane, or in all (None)."""
+        """Reports that a node's job ran or was parked, or that it got a solution from a complete path.
+
+        Args:
+            node: the node.
+            lane: the lane to which the change is confined; None: any lane may be affected.
+        """
         ...
 
     def has_work_again(self, node: "StageNode") -> None:
-        """Reports that a node without runnable jobs has some again."""
+        """Reports that a node which had no runnable jobs has runnable jobs again."""
         ...
 
 
 class StageNode:
-    """A stage in one planning run."""
+    """The data of a stage in one planning run: its states, jobs, solutions and failures."""
 
     def __init__(
         self, stage: Stage, planning: Scheduler, parent: "StageNode | None", level: "Level", index: int
@@ -91,36 +96,36 @@ class StageNode:
         """Queues the initial jobs; only generators have any."""
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Receives a state at one side, in a lane or in none."""
+        """Receives a state that arrives at `side` of the stage, in a lane or in none (None)."""
         raise NotImplementedError
 
     def rekey(self, state: State, side: int) -> None:
-        """Updates priorities: the best path to a state at that side has become better."""
+        """Updates the priority of jobs that read a state at `side`, to which a better path was found."""
 
     def revived(self, state: State) -> None:
-        """Queues parked jobs again: a state at its side is alive again on the far side."""
+        """Queues parked jobs again that read the state, because the state is alive again."""
 
     def revived_inside(self, inner: State) -> None:
-        """Queues parked jobs again: a state at its border inside is alive again."""
+        """Queues parked jobs again that depend on `inner`, a state inside this node that is alive again."""
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether something may still lead from the state through this node to `side`."""
         raise NotImplementedError
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether runnable jobs may still add solutions from the state, besides those there are."""
+        """Whether runnable jobs may still add further solutions from the state."""
         raise NotImplementedError
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """Whether runnable jobs may still add solutions from a state at its border inside."""
+        """Whether runnable jobs may still add solutions of this node through `inner`, a state at its border."""
         return False
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether runnable jobs may still join the two states; only of nodes that connect."""
+        """Whether runnable jobs may still join the two states in the lane; called only for nodes that connect."""
         raise NotImplementedError
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states on the other side that the given state might be joined with; only of nodes that connect."""
+        """The states on `side` that the given state may still be joined with; empty unless the node connects."""
         return ()
 
     def busy(self) -> bool:
@@ -128,11 +133,11 @@ class StageNode:
         raise NotImplementedError
 
     def absorb(self, job: StageJob, found: list[Answer], finished: bool) -> None:
-        """Records the answers of one of its jobs."""
+        """Records the answers of a job of this node; `finished` says that they are the last."""
         raise NotImplementedError
 
     def function(self) -> Callable[..., Answers]:
-        """The stage function that its jobs call."""
+        """The stage function that the jobs of this node call."""
         raise NotImplementedError
 
     # -------------------------------------------------------------------------------- what it says to others
@@ -148,7 +153,7 @@ class StageNode:
         return self.may_receive()
 
     def may_receive(self) -> bool:
-        """Whether new states may still come to this node; of a pair, one state suffices if the other may come too."""
+        """Whether new states, or for a connector new pairs of states, may still come to this node."""
         if self.closed:
             return False
         left = self.reads[LEFT] and self._delivered(LEFT)
@@ -163,31 +168,34 @@ class StageNode:
         return self.level.delivers(self.index if side == LEFT else self.index + 1, side)
 
     def arrived(self, side: int) -> Iterable[State]:
-        """The states that have arrived on that side so far; only for nodes that connect."""
+        """The states that have arrived on `side` so far; called only for nodes that connect."""
         raise NotImplementedError
 
     def may_pass_on(self, child: "StageNode") -> bool:
-        """Whether this node may still start the child, or give it a pair of states, because an earlier child fails."""
+        """Whether this node may still start the child, or give it a pair of states, if an earlier child fails."""
         return False
 
     def child_solved(self, child: "StageNode", solution: Solution) -> None:
-        """Receives a solution of a child."""
+        """Receives a new solution of a child."""
         raise NotImplementedError
 
     def works_at_border(self, state: State) -> bool:
-        """Whether solutions of this node may still be made from a state at its border inside."""
+        """Whether a child's solution at `state`, on the border inside this node, waits to be transformed."""
         return False
 
     def border_delivers(self, side: int) -> bool:
-        """Whether new states may still come in at the border of this node."""
+        """Whether new states may still arrive from outside at the border on `side` of this node."""
         return self.parent is not None and self.reads[side] and self.parent.delivers_to(self, side)
 
     def delivers_to(self, child: "StageNode", side: int) -> bool:
-        """Whether new states may still come to that side of a child."""
+        """Whether new states may still come to `side` of a child."""
         return child.level.delivers(child.index if side == LEFT else child.index + 1, side)
 
     def report(self, solution: Solution) -> bool:
-        """Applies the cost term to a solution, records it and passes it on; returns False if it became a failure."""
+        """Applies the cost term to a solution, and records and passes on the solution.
+
+        Returns False if the solution became a failure.
+        """
         term = self.stage.cost
         if term is not None and not solution.failed:
             answer = term(solution)
@@ -210,7 +218,7 @@ class StageNode:
         return True
 
     def fail(self, start: State | None, end: State | None, failure: Refused) -> None:
-        """Counts a failure, and keeps it for explanations up to a limit, with its details (all of it, if it has none)."""
+        """Counts a failure; the first `MAX_KEPT_FAILURES` are kept for explanations, with their details."""
         self.statistics.failures[failure.reason] += 1
         if self.planning.observe is not None:
             self.planning.observe(self.stage, failure)
@@ -228,7 +236,7 @@ class StageNode:
             )
 
     def exempt_from_pruning(self) -> None:
-        """Exempts everything that leads to its solutions from pruning, because a monitoring generator waits for them."""
+        """Exempts this node, and all nodes that it depends on, from pruning, for a monitoring generator."""
         if self.kept:
             return
         self.kept = True
@@ -245,11 +253,14 @@ class StageNode:
 
     # -------------------------------------------------------------------------------------------- for all
     def new_state(self, scene: Any, properties: Any, lane: object = None) -> State:
-        """A new state, not yet part of the graph."""
+        """A new state with the next free number; it is not yet part of the graph."""
         return State(scene, properties, self.planning.count(), lane)
 
     def arguments(self, scenes: tuple[Any, ...], *interfaces: Any) -> tuple[Any, ...] | UndefinedProperty:
-        """The arguments of a new job; or the error, if an interface state lacks a property that is referred to."""
+        """The arguments of a new job: scenes, property values, seed.
+
+        If an interface state lacks a property that is referred to, the error is returned instead.
+        """
         try:
             values = self._resolver.values(*interfaces)
         except UndefinedProperty as error:
@@ -260,7 +271,7 @@ class StageNode:
     def solution(
         self, start: State | None, end: State | None, result: Result, parts: tuple[Solution, ...] = ()
     ) -> Solution:
-        """A solution of its stage."""
+        """A new solution of this node's stage between two states, with a result's cost, comment and motion."""
         number = self.planning.count()
         return Solution(self.stage, start, end, result.cost, result.comment, result.motion, parts, number)
 
@@ -312,22 +323,22 @@ class Level:
                 self.owner.planning.recheck(state, far)
 
     def neighbour(self, state: State, side: int) -> StageNode | None:
-        """The child on that side of a state; None at the border."""
+        """The child on `side` of a state; None if the container's border is there."""
         k = state.position if side == RIGHT else state.position - 1
         return self.children[k] if 0 <= k < len(self.children) else None
 
     def at_border(self, state: State, side: int) -> bool:
-        """Whether the state lies at the border on that side."""
+        """Whether the state lies at the container's border on `side`."""
         return state.position == (0 if side == LEFT else len(self.children))
 
     def complete(self, state: State, side: int) -> bool:
-        """Whether solutions of the children form a path between the container's border on that side and the state."""
+        """Whether solutions of the children form a path between the container's border on `side` and the state."""
         needed = state.position if side == LEFT else len(self.children) - state.position
         return state.best[side][0] == needed
 
     # --------------------------------------------------------------------------------------------- support
     def supported(self, state: State, side: int) -> bool:
-        """Whether something on that side of the state may still lead on, though no solution does yet."""
+        """Whether the state may still be extended towards `side`, apart from the solutions that there are."""
         neighbour = self.neighbour(state, side)
         if neighbour is not None:
             if neighbour.reads[1 - side]:
@@ -349,7 +360,7 @@ class Level:
         return any(inner.level.owner.may_lead(inner, side) for inner in written)
 
     def may_extend(self, state: State, side: int) -> bool:
-        """Whether a child may still extend the paths on that side of the state, within the state's lane."""
+        """Whether a child may still extend paths from the state towards `side`, within the state's lane."""
         seen, waiting = {state}, [state]
         while waiting:
             here = waiting.pop()
@@ -363,7 +374,7 @@ class Level:
         return False
 
     def delivers(self, position: int, side: int) -> bool:
-        """Whether new states may still come to a position from that side."""
+        """Whether new states may still come to a position between the children from `side`."""
         k, step = (position, 1) if side == RIGHT else (position - 1, -1)
         while 0 <= k < len(self.children):
             child = self.children[k]

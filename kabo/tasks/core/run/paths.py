@@ -17,7 +17,7 @@ Path = tuple[Solution, ...]
 
 
 class Paths:
-    """The complete paths of one level that were not taken yet."""
+    """The complete paths through one container that have not yet been made solutions of it."""
 
     def __init__(self, level: Level) -> None:
         self._level = level
@@ -40,7 +40,7 @@ class Paths:
             heappush(self.heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, None))
 
     def wait(self, lane: object) -> bool:
-        """Whether some of the paths may be of that lane."""
+        """Whether any of the waiting paths may belong to the given lane."""
         return any(rest is not None or meet(_lane(path), lane) for _, _, path, rest in self.heap)
 
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
@@ -50,7 +50,7 @@ class Paths:
             heappush(self.heap, (first[0], self._count, first[1], source))
 
     def pop(self) -> Path:
-        """Takes out the cheapest path."""
+        """Removes the cheapest waiting path and returns it."""
         _, _, path, source = heappop(self.heap)
         if source is not None:
             self._push(source)

@@ -1,8 +1,9 @@
 """One planning run: the nodes of a task, what has changed, and the scheduler that executes jobs [T 3.6].
 
-A *strategy* walks through the nodes and picks jobs. The scheduler executes them one by one, keeps up to date which jobs
-can run, and lets the strategy walk again until a whole walk has changed nothing: no job was run, parked or queued again,
-no solution lifted, no fallback started, nothing waited for any more. Only then has everything been tried.
+A *strategy* walks through the nodes and picks jobs. The scheduler executes the jobs one by one and keeps up to
+date which jobs can run. It lets the strategy walk again until a whole walk has changed nothing: no job was run,
+parked or queued again, no path became a solution of its container, no fallback was started. Only then has
+everything been tried.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -112,12 +113,15 @@ class Planning:
 
     # ---------------------------------------------------------------------------- what nodes say has changed
     def recheck(self, state: State, side: int) -> None:
-        """Has a state rechecked after the present job: it may no longer be alive on that side, or may be alive again."""
+        """Requests that, after the present job, it is updated whether a state is alive on `side`."""
         if self.pruning:
             self._to_recheck.append((state, side))
 
     def work_changed(self, node: StageNode, lane: object) -> None:
-        """Records that a job of a node ran or was parked, or a solution was lifted; fallbacks around it may go on."""
+        """Records that a node's job ran or was parked, or that it got a solution.
+
+        Fallbacks around the node are re-examined.
+        """
         self.changes += 1
         if isinstance(lane, Lane):
             while isinstance(lane, Lane):
@@ -128,13 +132,16 @@ class Planning:
                 fallbacks.stale = True
 
     def has_work_again(self, node: StageNode) -> None:
-        """Records that a node without runnable jobs has some again, so that states may come from it."""
+        """Records that a node which had no runnable jobs has some again, so that it may write states."""
         self.changes += 1
         self._has_work_again = self._has_work_again or node.flow is not Flow.CONNECT
 
     # ------------------------------------------------------------------------------------------ the scheduler
     def follow(self, *strategies: Strategy) -> None:
-        """Picks jobs by these strategies from now on, one strategy after the other; an exhausted run is resumed."""
+        """Picks jobs by these strategies from now on, one strategy after another.
+
+        A run that has exhausted its strategies is resumed.
+        """
         self._turns = self._scheduled(strategies)
 
     def _scheduled(self, strategies: Sequence[Strategy]) -> Iterator[Turn]:
@@ -149,11 +156,14 @@ class Planning:
                         self.settle()  # fallbacks that waited for each other
 
     def complete(self) -> bool:
-        """Whether complete paths of the whole task wait to be lifted."""
+        """Whether complete paths through the whole task wait to become solutions of the task."""
         return bool(self.root.paths.heap)  # type: ignore[attr-defined]
 
     def lift(self) -> Solution | None:
-        """Turns the cheapest complete path into a solution of the task; None if the cost term made it a failure."""
+        """Turns the cheapest complete path into a solution of the task and returns it.
+
+        The result is None if its cost makes it a failure.
+        """
         before = len(self.root.solutions)
         self._begin()
         self.lift_inside(self.root)
@@ -161,21 +171,27 @@ class Planning:
         return self.root.solutions[-1] if len(self.root.solutions) > before else None
 
     def lift_inside(self, node: StageNode) -> bool:
-        """Turns the cheapest complete path of a container into a solution of it; returns whether one waited."""
+        """Turns the cheapest complete path through a container into a solution of it.
+
+        Returns False if no path waited.
+        """
         lifted: bool = node.lift()  # type: ignore[attr-defined]
         if lifted:
             self.settle()
         return lifted
 
     def lift_complete(self) -> bool:
-        """Turns one complete path of each container into its solution before a run ends; returns whether there was any."""
+        """Turns one waiting path of each serial container into a solution; returns whether any path waited."""
         self._begin()
         lifted = [self.lift_inside(node) for node in self.order if isinstance(node, SerialNode)]
         self._inconsistent = False
         return any(lifted)
 
     def step(self, workers: StageWorkers | None = None) -> bool:
-        """Executes one job, or lifts one solution of a container; returns False if nothing is left to do."""
+        """Executes one job, or makes one solution of a container from a complete path.
+
+        Returns False if nothing is left to do.
+        """
         if self.exhausted:
             return False
         self._begin()
@@ -214,7 +230,10 @@ class Planning:
             self._audit(self)
 
     def pick(self, node: Leaf) -> StageJob | None:
-        """The best runnable job of a node, taken out of its queue; None if the fallbacks around it do not permit it now."""
+        """The best runnable job of a node, removed from its queue.
+
+        The result is None if no job can run or fallbacks forbid it now.
+        """
         gates = self._gates[node] if node.heap else ()
         return node.pick() if all(gate.permits(child) for gate, child in gates) else None
 
@@ -231,7 +250,7 @@ class Planning:
                 return
 
     def end_walk(self) -> None:
-        """Does what no single job brings about: gives up waiting for further partners, starts fallbacks of generators."""
+        """Updates whether states may still get partners, and lets fallbacks start their next child."""
         self._expect()
         self.settle()
         for fallbacks in self._fallbacks:

@@ -1,12 +1,12 @@
-"""Strategies: the order in which the jobs of a run are picked; that all are picked is up to the scheduler [T 3.6].
+"""Strategies, which determine the order in which the jobs of a run are picked [T 3.6].
 
-Round robin: every stage that has a runnable job executes its best one, in order of time; later stages see the states
-that earlier ones have written in the same round.
+Round robin: every stage that has a runnable job executes its best job, in order of time; later stages see the
+states that earlier stages have written in the same round.
 
-Depth first: one job at a time, and what was generated last is followed to its end before anything more is sampled; so a
-procedure tries candidate after candidate. Scenes are generated only where they can be reached, as far as is known: what
-a monitoring generator proposes for a grasp waits until a path leads from that grasp to the stage, and comes last if the
-grasp has become useless. This finds a first solution with least effort; many solutions vary less than round robin's.
+Depth first: all jobs that depend on the latest generated scene are executed before a further scene is generated,
+so a procedure tries one candidate after another. A monitoring generator triggered by a solution, such as a grasp,
+runs only when a path leads from that solution to the generator; it runs last if the solution has become useless.
+Depth first finds a first solution with least effort; many solutions vary less than those of round robin.
 """
 
 from collections.abc import Callable, Iterator
@@ -32,11 +32,14 @@ class JobSource(Protocol):
     root: StageNode
 
     def pick(self, node: Leaf) -> StageJob | None:
-        """The best runnable job of a node, taken out of its queue; None if none may run now."""
+        """The best runnable job of a node, removed from its queue; None if no job may run now."""
         ...
 
     def lift_inside(self, node: StageNode) -> bool:
-        """Turns the cheapest complete path of a container into a solution of it; returns whether one waited."""
+        """Turns the cheapest complete path through a container into a solution of it.
+
+        Returns False if no path waited.
+        """
         ...
 
 
@@ -48,7 +51,7 @@ class Strategy(Protocol):
         ...
 
     def over(self) -> bool:
-        """Whether the next strategy is to take over."""
+        """Whether this strategy has ended, so that the next one takes over."""
         ...
 
 
@@ -61,11 +64,11 @@ class RoundRobin:
         self._round = [(node, node if isinstance(node, Leaf) else None) for node in nodes]
 
     def over(self) -> bool:
-        """False: it never ends."""
+        """False: round robin never hands over to another strategy."""
         return False
 
     def walk(self) -> Iterator[Turn]:
-        """The jobs of one round."""
+        """The jobs of one round: the best runnable job of each stage, in order of time."""
         for node, leaf in self._round:
             if leaf is None:
                 self._run.lift_inside(node)
@@ -76,14 +79,14 @@ class RoundRobin:
 
 
 class DepthFirst:
-    """A strategy that follows what was generated last to its end before anything more is generated.
+    """A strategy that plans with the latest generated scenes to the end before any further scene is generated.
 
     The order is: propagators, connectors, generators that have not run yet, other generators.
 
     Args:
-        run: the planning run whose jobs it picks.
-        until: says when the next strategy is to take over.
-        by_targets: whether a generator that has run waits until all others have.
+        run: the planning run whose jobs are picked.
+        until: returns True when the next strategy is to take over.
+        by_targets: whether a generator that has run waits until all other generators have run.
     """
 
     def __init__(
@@ -98,7 +101,10 @@ class DepthFirst:
         self._before = {node: _connector_before(node) for node in self._sources}
 
     def walk(self) -> Iterator[Turn]:
-        """The jobs, and the root without a job whenever the task may have become complete; ends when there are none."""
+        """The jobs to be executed; ends when there are none.
+
+        Whenever the task may have got complete paths, the root node is yielded without a job.
+        """
         while True:
             lifted = [self._run.lift_inside(node) for node in self._serials]
             if any(lifted):

@@ -1,9 +1,9 @@
-"""Worker processes that execute jobs ahead of time, so that answers are there when the scheduler picks the jobs.
+"""Worker processes that execute jobs ahead of time, so that answers are ready when the scheduler picks the jobs.
 
-Stage functions are pure, so a job has the same answers in any process at any time. The scheduler picks the same jobs in
-the same order with any number of processes; these only change when an answer is there, never which. Before a job is
-executed here, the first jobs in the queues are sent to idle processes, if the jobs of their stages take long enough on
-average. A job that gives its answers one at a time stays in the process where it began.
+Stage functions are pure, so a job has the same answers in any process at any time. The scheduler picks the same
+jobs in the same order with any number of processes; their number only changes when an answer is ready, never what
+it is. Before a job is executed here, the first jobs in the queues are sent to idle processes, if the jobs of their
+stages take long enough on average. A job that gives its answers one at a time stays in the process where it began.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -55,7 +55,7 @@ class StageWorkers:
         self._alone = bool(current_process().daemon)  # whether this is a worker itself: workers have no workers
 
     def run(self, node: Leaf, job: StageJob) -> Outcome:
-        """The next answers of a job that was picked, whether they are the last, and the seconds that they took."""
+        """The next answers of a picked job, whether they are the last, and the seconds spent on them."""
         worker = self._where.get(job)
         if worker is not None and job not in self._answers and job not in worker.asked:
             while worker.asked:
@@ -166,7 +166,10 @@ class StageWorkers:
         self._answers[worker.asked.pop(0)] = loads(said)  # noqa: S301 from a fork of this process
 
     def close(self) -> None:
-        """Ends the processes; unfinished jobs resume where they were interrupted when they are picked again."""
+        """Ends the worker processes.
+
+        Unfinished jobs resume where they were interrupted when they are picked again.
+        """
         for worker in self._workers:
             worker.connection.close()
             worker.process.kill()

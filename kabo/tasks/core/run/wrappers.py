@@ -1,4 +1,4 @@
-"""The nodes of wrappers: each solution of the child is transformed; a limit passes on only the first ones."""
+"""Nodes of wrappers, which transform each solution of their child, and of limits, which pass on the first few."""
 
 from collections.abc import Callable
 from typing import Any
@@ -27,23 +27,23 @@ class WrapperNode(Holder, Leaf):
         self.children[0].start()
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """Whether a child's solution at that state waits to be transformed, or more may come."""
+        """Whether a child's solution at the state waits to be transformed, or more may be found."""
         return not self.closed and (self.works_at_border(inner) or self.inner.may_extend(inner, side))
 
     def works_at_border(self, state: State) -> bool:
-        """Whether a child's solution at that state waits to be transformed."""
+        """Whether a child's solution that starts or ends in the state waits to be transformed."""
         return not self.closed and any(state in (s.start, s.end) for s in self.jobs)
 
     def revived_inside(self, inner: State) -> None:
-        """Queues those of its jobs again that were parked and whose solution has that state."""
+        """Queues the parked jobs again whose solution starts or ends in the state."""
         self.unpark([job for s, job in self.parked.items() if inner in (s.start, s.end)])
 
     def busy(self) -> bool:
-        """Whether solutions wait to be transformed, or the child is busy."""
+        """Whether solutions of the child wait to be transformed, or the child is busy."""
         return super().busy() or (not self.closed and self.children[0].busy())
 
     def child_solved(self, child: StageNode, solution: Solution) -> None:
-        """Queues a job for the solution."""
+        """Queues a job that transforms the child's solution."""
         self.inner.add(solution, 0)
         if self.closed or solution.end is None:
             return
@@ -57,10 +57,10 @@ class WrapperNode(Holder, Leaf):
         return (solution.start if self.flow is Flow.BACKWARD else solution.end,)
 
     def rekey(self, state: State, side: int) -> None:
-        """Does nothing: the child orders its jobs by the states inside the wrapper, not by this one."""
+        """Does nothing: jobs are ordered by the states inside the wrapper, not by the outer state."""
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """The sort key: runs of the job, length of the paths to the states read, their cost and the solution's."""
+        """The sort key: the job's number of runs, the length of the paths to the states read, the total cost."""
         solution: Solution = job.subject
         depth, cost = 0, solution.cost
         if self.reads[LEFT] and solution.start is not None:
@@ -70,14 +70,14 @@ class WrapperNode(Holder, Leaf):
         return job.asked, depth, cost
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the states that the solution extends, on the sides that the wrapper reads, are alive outside."""
+        """Whether the job can run: on each side that the wrapper reads, the solution's state is alive."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]
         return left and (not self.reads[RIGHT] or end is None or end.alive[RIGHT])
 
     def lane(self, job: StageJob) -> object:
-        """The lane of the solution's states."""
+        """The lane of the states of the child's solution; None if they are in no lane."""
         solution: Solution = job.subject
         ends = solution.start, solution.end
         return next((state.lane for state in ends if state is not None and state.lane is not None), None)
@@ -85,7 +85,7 @@ class WrapperNode(Holder, Leaf):
     def done(self, job: StageJob) -> None:
         """Removes the child's solution from the graph if the wrapper made no solution from it.
 
-        In any case the states on both sides of it are rechecked.
+        In either case a recheck of the states on both sides of the child's solution is requested.
         """
         solution: Solution = job.subject
         start, end = solution.start, solution.end
@@ -100,19 +100,22 @@ class WrapperNode(Holder, Leaf):
         self.planning.recheck(start, LEFT)
 
     def cause(self, job: StageJob) -> Solution | None:
-        """The solution that triggered the child's one, if a monitoring generator made that."""
+        """The monitored solution that triggered the child's solution, if a monitoring generator wrote it.
+
+        The result is None if there was no such generator.
+        """
         return job.subject.start.cause if self.flow is Flow.GENERATE else None
 
     def function(self) -> Callable[..., Answers]:
-        """The stage's `transform`."""
+        """The stage function of a wrapper: its `transform` method."""
         return self.stage.transform
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
-        """The states of the child's solution."""
+        """The start and end states of the child's solution."""
         return job.subject.start, job.subject.end
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Makes a solution of the child's one, with new states on the sides that the child wrote."""
+        """Makes a solution of the wrapper, with new states on the sides that the child wrote."""
         if self.closed:
             return
         inner: Solution = job.subject
@@ -149,27 +152,30 @@ class WrapperNode(Holder, Leaf):
 
 
 class LimitNode(WrapperNode):
-    """The node of a limit: it closes, with everything inside, when it has passed on enough solutions."""
+    """The node of a limit: after it has passed on enough solutions, nothing inside it runs again."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._most: int = self.stage.properties.value("max_solutions")
 
     def start(self) -> None:
-        """Starts the child, unless no solution is wanted."""
+        """Starts the child, unless the limit is 0."""
         super().start()
         if self._most < 1:
             self._close()
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Gives the state to the child; if closed, has the state rechecked, because nothing will come of it."""
+        """Gives the state to the child.
+
+        If the limit is reached, requests a recheck, because nothing can follow from it.
+        """
         if self.closed:
             self.planning.recheck(state, 1 - side)
         else:
             super().take(state, side, lane)
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Makes a solution as wrappers do, and closes after the last one."""
+        """Makes a solution of the child's solution, and closes the node when the limit is reached."""
         super().solve(job, result)
         if not self.closed and self.statistics.successes >= self._most:
             self._close()

@@ -14,7 +14,7 @@ OPEN, CLOSED = "open", "closed"
 
 
 class NoConfigurationError(ValueError):
-    """A robot has no configuration or no joint of that name."""
+    """An error: the robot has no configuration, or no joint, of a given name."""
 
 
 def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
@@ -70,5 +70,5 @@ def with_joints(robot: Robot, q: Array, values: Mapping[str, float]) -> Array:
 
 
 def rounded(q: Array) -> Array:
-    """A configuration as plans store it."""
+    """A configuration rounded to the precision in which plans store it."""
     return np.asarray(np.round(q, 9) + 0.0)

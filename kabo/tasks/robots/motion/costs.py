@@ -1,6 +1,6 @@
 """Cost terms of motion: path length, duration, tool distance, clearance, distance to a reference [T 3.5].
 
-Each is a function of a solution, or returns one: `stage.cost = path_length`.
+Each function here is a cost term, or returns one: `stage.cost = path_length`, `stage.cost = clearance(0.1)`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -57,7 +57,7 @@ def tool_distance(solution: Solution) -> float:
 
 
 def clearance(greatest: float = 0.2, *, along: bool = False, step: float = 0.05) -> CostTerm:
-    """A cost term that falls with the robot's least distance from everything else: 1 / distance [1/m].
+    """A cost term that is the reciprocal of the robot's least distance from everything else [1/m].
 
     Args:
         greatest: larger distances [m] count as this one.
@@ -81,9 +81,9 @@ def clearance(greatest: float = 0.2, *, along: bool = False, step: float = 0.05)
 def distance_to_reference(
     robot: str, reference: Any, weights: Mapping[str, float] | None = None, *, along: bool = False
 ) -> CostTerm:
-    """A cost term: distance between the robot's last configuration and a reference [rad, L1], with joint weights by name.
+    """A cost term: the weighted distance between the robot's last configuration and a reference [rad, L1].
 
-    With `along` it is the mean over the path, taken at the middles of its straight pieces.
+    With `along` it is the mean distance over the path, evaluated at the midpoints of its straight pieces.
     """
 
     def cost(solution: Solution) -> float:

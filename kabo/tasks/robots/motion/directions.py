@@ -14,7 +14,7 @@ from kabo.tasks.robots.scenes import TaskScene
 
 @dataclass(frozen=True)
 class Direction:
-    """A stroke along (`sign` 1) or against (-1) a line, with a length [m] within bounds.
+    """A straight stroke along a line (`sign` 1) or against it (`sign` -1), with a length [m] within bounds.
 
     The line's owner is one of the roles `tool`, `world` and `this` (the object). Of a mate's insertion, no point of the
     body `part` may leave its straight path by more than `tolerance` [m].
@@ -38,10 +38,10 @@ class Direction:
         return replace(self, stroke=replace(stroke, minimum=low, maximum=high))
 
     def vector(self, scene: TaskScene, robot: str, at: Candidate) -> Array:
-        """The unit vector (3,) of the stroke in the world, with the robot at a candidate.
+        """The unit vector (3,) of the stroke in the world when the robot is at the candidate configuration.
 
         Raises:
-            ValueError: nothing in that role has the feature.
+            ValueError: the thing in the line's role lacks the feature.
         """
         along = self.stroke.along
         frame = roles(scene, robot, self.this).get(along.owner)
@@ -75,7 +75,7 @@ def direction_of(value: Any, this: str | None) -> Direction | None:
     """The direction that a property describes: a `Direction`, or {along or against: feature, distance}; None: no stroke.
 
     Raises:
-        ValueError: the value is none of these.
+        ValueError: the value is neither of these, and not None.
     """
     if value is None or isinstance(value, Direction):
         return value

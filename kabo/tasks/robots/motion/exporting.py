@@ -30,7 +30,10 @@ def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment,
 
 
 def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
-    """Every stretch that takes time, with its timed segment; changes without duration are added to a neighbouring one."""
+    """Every stretch that takes time, with its timed segment.
+
+    Instantaneous changes are added to a neighbouring segment.
+    """
     made: list[tuple[Stretch, Segment]] = []
     ends: dict[str, float] = {}  # when each robot's last segment ends
     begin = 0.0
@@ -101,7 +104,7 @@ def changed(solution: Solution) -> dict[str, Component]:
 
 
 def changed_between(before: Situation, after: Situation) -> dict[str, Component]:
-    """The components whose values differ between two situations, with those after; robots first, in the scene's order."""
+    """The components whose values differ between two situations, with the values after; robots first."""
     robots = {name: v[0] for name, v in after.robots.items() if v != before.robots[name]}
     objects = {name: v[0] for name, v in after.objects.items() if v != before.objects[name]}
     return {**robots, **objects}

@@ -1,4 +1,7 @@
-"""Groups of objects that are attached to each other and move as one; the one attached to something else is the root."""
+"""Groups of objects that are attached to each other and move as one.
+
+A group's root is attached to something else.
+"""
 
 from kabo.arrays import Array
 from kabo.scene import Attachment, attachment

@@ -1,4 +1,4 @@
-"""Refusals about motion constraints: the robot holds nothing that one could be kept for, or a path violates it."""
+"""Refusals about motion constraints: the robot holds nothing that one applies to, or a path violates one."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,7 +10,7 @@ from kabo.tasks.robots.scenes import TaskScene
 
 
 def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Refusal | None:
-    """The constraint as `keep_of` gives it; a failure if there is one and the robot holds nothing that it applies to."""
+    """The constraint that a motion must keep, or None; a refusal if the robot holds nothing that it applies to."""
     found, name = keep_of(scene, robot, given), given.get("constraint") if isinstance(given, Mapping) else given
     if found is not None or not name:
         return found

@@ -1,4 +1,4 @@
-"""Targets of mates: configurations at which constraints hold between a held part and a part that stands."""
+"""Targets of mates: configurations at which the constraints between a held part and a fixed part are satisfied."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from kabo.tasks.robots.scenes import TaskScene
 
 @dataclass(frozen=True)
 class MateTarget:
-    """All configurations of one robot at which the part that it holds is mated."""
+    """All configurations of one robot at which the part that it holds is mated with the fixed part."""
 
     robot: str
     stream: Stream
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """The configurations, batch by batch, those near to home first."""
+        """The configurations that reach the target, in batches; those near the home configuration come first."""
         number = 0
         while True:
             yield from_home(self.stream.robot, self.stream.batch(number))

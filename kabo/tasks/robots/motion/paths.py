@@ -1,4 +1,4 @@
-"""Collision-free paths: between two configurations (`Connect` and `MoveTo`), and straight ones of the tool."""
+"""Collision-free paths: between two configurations, or along a straight line of the tool."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 
 def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) -> Stretch | Refusal:
-    """A motion of a robot's arm from its present configuration to `goal` (n,), or the failure to find one.
+    """A motion of a robot's arm from its present configuration to `goal` (n,), or the refusal if none is found.
 
     The random stream is keyed by both configurations and by `what` the path is for, so the same call has the same answer.
     """
@@ -47,13 +47,13 @@ def straight(
 
 
 def blocked(scene: TaskScene, robot: str, path: Sequence[Array]) -> Refusal | None:
-    """The refusal with the pair of things that blocks a robot's path; None if the path is proven free."""
+    """The refusal that names the pair of things blocking a robot's path; None if the path is proven free."""
     hit = scene.workspace(robot).path_hit(path)
     return None if hit is None else Refusal.collision(hit, question=along(scene, robot, *path))
 
 
 def grip(scene: TaskScene, robot: str, goal: Array) -> Stretch | Refusal:
-    """The motion of a robot's gripper to its values in `goal` (n,), or the failure, with what is in the way."""
+    """The motion of a robot's gripper to its values in `goal` (n,), or the refusal with the colliding pair."""
     start, workspace = scene.configuration(robot), scene.workspace(robot)
     index = workspace.segment_hit(start, goal)
     if index >= 0:

@@ -1,4 +1,4 @@
-"""The geometric question behind a failed attempt, stored so that it can be asked again in another context."""
+"""Geometric questions behind failed attempts, stored so that they can be answered again in another context."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class PathSearch:
 
 @dataclass(frozen=True)
 class MotionQuestion:
-    """Whether a robot is free at one way point, along straight pieces between several, or along a path found between two.
+    """The question whether a robot is free at a way point, along straight pieces, or along a path to be searched.
 
     With a `target` and no way points it asks whether the hand alone is free at the target's pose.
     """
@@ -44,13 +44,13 @@ class MotionQuestion:
 
     @property
     def streams(self) -> list[Stream]:
-        """The stream of the target, if it has one."""
+        """The random stream of the question's target, as a list; empty if there is none."""
         stream = getattr(self.target, "stream", None)
         stream = getattr(stream, "stream", stream)
         return [stream] if isinstance(stream, Stream) else []
 
     def passes(self, context: ProcedureContext, without: str | None = None) -> bool:
-        """Whether the answer is yes in another context, or with the body `without` removed, all else unchanged."""
+        """Whether the robot is free in another context, optionally with the body `without` removed."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:
             links = (f"{self.robot}.{link}" for link in scene.robot(self.robot).links)
@@ -66,7 +66,10 @@ class MotionQuestion:
 
 
 def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:
-    """The refusal if the hand alone collides at a target, whatever the arm does; None if no collision is known."""
+    """The refusal if the hand alone collides at a target, whatever the arm does.
+
+    The result is None if no such collision is known.
+    """
     hit = target.blocked(scene)
     if hit is None:
         return None

@@ -1,4 +1,4 @@
-"""Smoothing stretches of an arm into one motion: corners are rounded, ends passed without stopping, all is proven anew.
+"""Smoothing an arm's stretches into one motion without stops between them, with rounded corners and proven anew.
 
 Each stretch keeps the contacts, the constraint and the scene that it was made for: a straight piece and the blends that
 reach over it are proven with those of its stretch. Where a body is lifted from another, contact between the two is
@@ -32,7 +32,7 @@ TIME_DECIMALS = 6  # decimals of times [s]
 
 @dataclass(frozen=True)
 class MotionPart:
-    """A stretch, the scene in which it is proven, and the path of its stage."""
+    """A stretch to be smoothed, the scene in which it is proven, and the path of the stage that made it."""
 
     stretch: Stretch
     scene: TaskScene
@@ -49,7 +49,12 @@ class MotionPart:
         return self.scene.forbidding((first, second) for first, second in pairs)
 
     def proven(self, a: Array, b: Array, *, apart: bool = False) -> bool:
-        """Whether the straight joint segment is proven free and to keep the constraint; if `apart`, with bodies apart."""
+        """Whether a straight segment of joint space is proven collision-free and to keep the constraint.
+
+        Args:
+            a, b: the ends of the segment, configurations of the arm.
+            apart: whether contacts between bodies, permitted by the stretch, are forbidden here.
+        """
         if self._keep is not None and not self._keep.keeps(a, b):
             return False
         scene = self._apart if apart else self.scene
@@ -77,16 +82,16 @@ class TimingLimits:
 
 @dataclass(frozen=True)
 class Smoothed:
-    """The timed stretches, and the number of inner corners at which the motion still stops."""
+    """The result of smoothing: timed stretches, and the number of inner corners where the motion still stops."""
 
     stretches: tuple[Stretch, ...]
     stops: int
 
 
 def smoothed(parts: Sequence[MotionPart], deviation: float, limits: TimingLimits) -> Smoothed | None:
-    """One motion from rest to rest along all parts that passes each way point at `deviation` [rad, L2] or less.
+    """One motion from rest to rest along all parts, which passes each way point within `deviation` [rad, L2].
 
-    None if no motion could be proven.
+    The result is None if no such motion could be proven.
 
     Raises:
         ImportError: toppra is not installed.

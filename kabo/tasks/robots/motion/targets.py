@@ -39,31 +39,37 @@ class Target(Protocol):
 
     @property
     def robot(self) -> str:
-        """The robot that is to reach it."""
+        """The robot that is to reach the target."""
         ...
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """The configurations that reach it, batch by batch; possibly without end."""
+        """The configurations that reach the target, in batches; there may be infinitely many."""
         ...
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """The pair of things that makes it unreachable for the tool, whatever the arm does; None if none is known."""
+        """A pair of things that collides whenever the hand is at the target, whatever the arm does.
+
+        The result is None if none is known.
+        """
         ...
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """The reason why a configuration is not acceptable although it satisfies the constraints; None if it is."""
+        """The reason why a configuration that satisfies the constraints is still unacceptable.
+
+        The result is None if it is acceptable.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class GraspTarget:
-    """All grasps of one family of a standing object."""
+    """All grasps, by one grasp family, of an object that no robot holds."""
 
     robot: str
     stream: GraspStream
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """The configurations, batch by batch, those near to home first."""
+        """The configurations that reach the target, in batches; those near the home configuration come first."""
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
@@ -85,7 +91,7 @@ class PlacementTarget:
     region: str | None
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """The configurations, batch by batch, those far from the robot first."""
+        """The configurations that reach the target, in batches; placements far from the robot come first."""
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
@@ -93,7 +99,7 @@ class PlacementTarget:
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """The message if the object is not proven to lie inside the region; None if it is."""
+        """A message if the object is not proven to lie inside the region at the configuration; None if it is."""
         if self.region is None:
             return None
         region = scene.context.scene.regions[self.region]
@@ -131,7 +137,10 @@ class PoseTarget:
             first += count
 
     def unreached(self) -> OutOfReach | None:
-        """The reason why the pose is out of reach; None if closed-form inverse kinematics does not prove it."""
+        """The proof, by closed-form inverse kinematics, that the pose is out of reach.
+
+        The result is None if there is no such proof.
+        """
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         return every if isinstance(every, OutOfReach) else None
 
@@ -192,7 +201,7 @@ def tool_hit(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array) -
 
 
 def behind(robot: Robot, joint: int) -> Sequence[int]:
-    """A joint, and all joints that it carries and that only the gripper moves."""
+    """A joint, followed by all joints that it carries and that only the gripper moves."""
     tree, found = robot.tree, [joint]
     for j in range(joint + 1, len(tree.parent)):
         own = tree.ratio[j] == 0.0 or tree.source[j] >= robot.planned
@@ -202,7 +211,7 @@ def behind(robot: Robot, joint: int) -> Sequence[int]:
 
 
 def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
-    """The frame that a pose is for: the tool (None), what the robot holds, a link, or a feature of `tool` or a held object.
+    """The frame that `of` names: the tool (None), a held object, a link, or a feature of tool or held object.
 
     Raises:
         ValueError: the robot has no such frame.
@@ -224,7 +233,7 @@ def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
 
 
 def feature_pose(feature: object) -> Array:
-    """The pose at a feature: origin at its point, z along its direction."""
+    """The pose (4, 4) whose origin is the feature's point and whose z axis is the feature's direction."""
     pose = np.eye(4)
     pose[:3, 3] = feature.origin  # type: ignore[attr-defined]
     direction = feature.direction  # type: ignore[attr-defined]

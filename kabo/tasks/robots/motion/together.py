@@ -1,6 +1,6 @@
-"""Simultaneous motions of different robots, proven apart at their times.
+"""Simultaneous motions of different robots, which are proven not to collide with each other when timed together.
 
-All robots that move form one tree of joints, and their motions one path of it, straight between the way points of any of
+The moving robots form one tree of joints, their motions one path of it, straight between the way points of any of
 them. Whatever one motion moves is proven apart from whatever another moves, by the bounded sweep check of both at once
 [K Def. 1.3]; everything else was proven for each motion alone.
 """
@@ -35,7 +35,7 @@ class Track:
 
     @classmethod
     def of(cls, solution: Solution) -> "Track":
-        """The track of a solution."""
+        """The track of a child's solution."""
         assert solution.start is not None and solution.end is not None
         before, after = solution.start.scene, solution.end.scene
         return cls(solution.stage.name, before, after, tuple(timeline(solution, before.context.scene)))
@@ -47,14 +47,14 @@ class Track:
 
     @cached_property
     def robots(self) -> tuple[str, ...]:
-        """The robots that move or change."""
+        """The robots that move, or attach or release something, in this track."""
         first, last = self.before.situation.robots, self.after.situation.robots
         moved = {stretch.robot for stretch, _ in self.line}
         return tuple(name for name in first if name in moved or first[name] != last[name])
 
     @cached_property
     def objects(self) -> tuple[str, ...]:
-        """The objects that its robots carry at some time, or that are attached to something else afterwards."""
+        """The objects that the track's robots carry at some time, or whose attachment changes."""
         scenes = self.before, self.after
         taken = {name for stretch, _ in self.line for name in (*(n for n, _ in stretch.attach), *stretch.detach)}
         for scene in scenes:
@@ -70,7 +70,10 @@ class Track:
         return (*self.robots, *self.objects)
 
     def at(self, robot: str, moments: Array) -> Array:
-        """The configurations (m, n) of one robot at some times [s]; the robot stands still before and after the track."""
+        """The configurations (m, n) of one robot at m times [s].
+
+        The robot stands still before and after the track.
+        """
         times, rows = [0.0], [np.array(self.before.situation.configuration(robot))]
         for stretch, segment in self.line:
             if stretch.robot == robot:
@@ -87,12 +90,12 @@ def _whole(stretch: Stretch, count: int) -> Array:
 
 
 def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal | None:
-    """The pair that is not proven apart when the motions, of disjoint robots and objects, begin together; or None.
+    """The refusal with a pair not proven apart when all motions begin at once; None if all are proven apart.
 
     Args:
-        before: the scene before all of them.
-        after: the scene after all of them.
-        tracks: the motions.
+        before: the scene before all motions.
+        after: the scene after all motions.
+        tracks: the motions; each has robots and objects of its own.
     """
     robots = tuple(name for track in tracks for name in track.robots)
     if not robots:

@@ -48,7 +48,7 @@ class Attach(RobotStage, Propagator):
         return _checked(_standing(after, name), [robot], Result(after, motion=motion))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object standing where the hand holds it."""
+        """The scene before the stage, in which the object stands at the same pose, not yet in the hand."""
         name, robot, link = properties["object"], *_link(scene, properties["to"])
         if scene.holder(name) != robot:
             return [Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}))]
@@ -72,7 +72,10 @@ class Detach(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object standing in the world; if another robot has taken it over, it stays in that hand."""
+        """The scene with the object released into the world.
+
+        If another robot already holds it, it stays in that hand.
+        """
         name, given = properties["object"], properties["of"]
         robot = scene.holder(name)
         if robot is None:
@@ -83,7 +86,7 @@ class Detach(RobotStage, Propagator):
         return _checked(after, [who], Result(after, motion=(_still(scene, who, detach=(name,)),)))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object in the hand, at the pose it has."""
+        """The scene before the stage, in which the hand still holds the object at the same pose."""
         name, given = properties["object"], properties["of"]
         if given is None or scene.holder(name) is not None:
             return [Refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
@@ -107,7 +110,7 @@ class Join(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with both parts attached to each other where they are."""
+        """The scene in which both parts are attached to each other at their present poses."""
         name, onto = properties["object"], properties["onto"]
         robot = scene.holder(name)
         if robot is None or scene.holder(onto) == robot:
@@ -171,7 +174,7 @@ class AllowContact(_Contacts):
         return self._allowed(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with fewer contacts permitted; it must be free of those contacts."""
+        """The scene with these contacts no longer permitted; a failure if things touch that no longer may."""
         return self._forbidden(scene, properties)
 
 
@@ -179,7 +182,7 @@ class ForbidContact(_Contacts):
     """Forbids contacts from here on; backward, they were permitted before."""
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with fewer contacts permitted; it must be free of those contacts."""
+        """The scene with these contacts no longer permitted; a failure if things touch that no longer may."""
         return self._forbidden(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

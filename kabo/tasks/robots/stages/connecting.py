@@ -27,7 +27,7 @@ class Connect(RobotStage, Connector):
     PROPERTIES = {"robot": ROBOT, "keep": KEEP}
 
     def mismatch(self, start: TaskScene, end: TaskScene, properties: Values) -> str | None:
-        """The first difference of the scenes besides the arm: an object, joint, contact or added body; or None."""
+        """The first difference between the scenes besides the arm's configuration; None if there is none."""
         if start.situation is end.situation and start.permitted == end.permitted and start.extras == end.extras:
             return None
         return (
@@ -38,7 +38,7 @@ class Connect(RobotStage, Connector):
         )
 
     def connect(self, start: TaskScene, end: TaskScene, properties: Values, seed: int) -> Answers:
-        """The path, if one is found with the number of samples that the context permits."""
+        """The path, or a failure if none is found with the number of samples that the context permits."""
         name = properties["robot"]
         goal = end.configuration(name)
         goal[start.robot(name).planned :] = start.configuration(name)[start.robot(name).planned :]
@@ -52,7 +52,7 @@ class Connect(RobotStage, Connector):
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """The held object that the property `keep` names, if it names one."""
+        """The held object that the property `keep` names, as a tuple; empty if it names none."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 

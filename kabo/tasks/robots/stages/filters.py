@@ -105,7 +105,7 @@ class PredicateFilter(RobotStage, Wrapper):
     def reads(self) -> tuple[str, ...]:
         """The bodies that the predicates name, and the robot of `free_hand`.
 
-        With `inside`, also the robot of `attached`: the pose of a held body depends on it.
+        If `inside` is given, the robot of `attached` is included too: a held body's pose depends on it.
         """
         attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         found = [

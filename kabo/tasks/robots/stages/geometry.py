@@ -1,4 +1,4 @@
-"""Geometry that exists for some stages only: additional bodies, and padding around things [T 3.9]."""
+"""Stages that add geometry for some stages only: additional bodies, and padding around things [T 3.9]."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -38,7 +38,7 @@ class AddGeometry(RobotStage, Propagator):
         yield from _unknown(self.known("parent"), scene, ("world",))
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the body, in which no robot may collide with it."""
+        """The scene with the added body; a failure if a robot collides with the body."""
         pose = local_pose(properties["pose"])
         position = tuple(float(v) for v in pose[:3, 3])
         shape = shape_of(properties["shape"])
@@ -57,7 +57,7 @@ class RemoveGeometry(RobotStage, Propagator):
     PROPERTIES = {"bodies": Property((list, tuple), doc="the names of the bodies", wrong=meanings.names())}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene without these bodies."""
+        """The scene without the added bodies that the property names."""
         return [Result(scene.removing(*map(str, properties["bodies"])))]
 
 
@@ -82,11 +82,11 @@ class Pad(RobotStage, Propagator):
             yield from _unknown(str(name), scene)
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with padding, in which nothing may collide with the padding."""
+        """The scene with padding; a failure if anything collides with the padding."""
         return self._padded(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene before it, without padding."""
+        """The scene before the stage, without the padding."""
         return [Result(scene.removing(*map(padding_name, properties["things"])))]
 
     @staticmethod
@@ -113,7 +113,7 @@ class Unpad(Pad):
         return [Result(scene.removing(*map(padding_name, properties["things"])))]
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene before it, with padding."""
+        """The scene before the stage, with the padding."""
         return self._padded(scene, properties)
 
 
@@ -125,7 +125,7 @@ def _unknown(name: str | None, scene: Scene, others: Sequence[str] = ()) -> Iter
 
 
 def padding_name(name: Any) -> str:
-    """The name of the padding of a thing."""
+    """The name that the added body has which pads a thing."""
     return f"padding of {name}"
 
 
@@ -140,7 +140,7 @@ def shape_of(given: Any) -> Shape:
     """The shape that {box | cylinder | sphere: …} describes.
 
     Raises:
-        ValueError: it is none of these.
+        ValueError: the value describes none of these shapes.
     """
     if isinstance(given, dict) and "box" in given:
         x, y, z = (float(v) for v in np.asarray(given["box"], float))

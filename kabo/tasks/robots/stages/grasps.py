@@ -106,7 +106,10 @@ class SampleGrasp(RobotStage, Monitor):
 
 
 def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
-    """A message if the object is known and lacks the named family (of `grasps` or `placements`)."""
+    """A message if the stage's object is known and lacks the family that the stage names.
+
+    `kind` is `grasps` or `placements`.
+    """
     name, family = stage.known("object"), stage.known("family")
     if name not in scene.bodies or family in (None, ANY):
         return
@@ -163,7 +166,7 @@ class RecogniseGrasp(RobotStage, Propagator):
     PROPERTIES = {"robot": ROBOT, "object": OBJECT}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, unchanged; if no family fits, the object is to be lowered and left along vertical lines."""
+        """The unchanged scene; if no family fits, `lower` and `retreat` are vertical strokes."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         return [Result(scene, properties=held_properties(scene, robot, name))]
 
@@ -171,7 +174,10 @@ class RecogniseGrasp(RobotStage, Propagator):
 
 
 def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, Any]:
-    """The interface properties of how a robot holds an object; without a family if none describes that hold."""
+    """The interface properties that describe how a robot holds an object.
+
+    They name no family if none matches the hold.
+    """
     if scene.holder(name) != robot.name:
         return {}
     found = grasp_family_of(scene.context, robot, name, scene.situation)

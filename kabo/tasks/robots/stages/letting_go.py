@@ -17,9 +17,9 @@ from kabo.tasks.robots.stages.grasps import held_properties
 
 
 def letting_go(scene: TaskScene, name: str, robot: str) -> Refusal | None:
-    """The refusal if a robot's gripper cannot open and retreat from the object put down where it is held; or None.
+    """The refusal if a gripper cannot open and retreat from an object put down at its present pose; or None.
 
-    It retreats along the approach of the grasp family, all of it or as little as permitted.
+    The gripper retreats along the approach of the grasp family, by its full length or the least length permitted.
     """
     held = scene.holder(name)
     if held != robot:

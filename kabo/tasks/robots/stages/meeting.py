@@ -1,4 +1,4 @@
-"""Samples configurations at which one robot can grasp what another one holds, or mate a part with it.
+"""Samples configurations at which one robot can grasp the object that another robot holds, or mate a part with it.
 
 Both robots' configurations are sampled together, subject to the constraints of a mate or of a grasp family between
 their tools; the path of the second robot to its configuration is planned by later stages.
@@ -29,14 +29,14 @@ SEEDS_PER_SPREAD = 16  # configurations for each of these distances
 
 @dataclass(frozen=True)
 class Meeting(Candidate):
-    """A configuration of the first robot, with that of the second robot."""
+    """A candidate configuration of the first robot, with the matching configuration of the second robot."""
 
     other: Configuration
 
 
 @dataclass(frozen=True)
 class MeetingTarget:
-    """All ways for two robots to meet, as configurations of the robot that comes first."""
+    """All pairs of configurations at which two robots meet, as a target for the robot that moves first."""
 
     robot: str
     partner: str
@@ -44,7 +44,7 @@ class MeetingTarget:
     touching: Contacts  # contacts permitted once they have met
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """First solutions close to home, which leave room to move; then samples, in each batch those near to home first."""
+        """The meetings in batches: first solutions close to home, then samples, each batch sorted likewise."""
         for spread in SPREADS:
             yield self._ordered(self._led(spread))
         number = 0

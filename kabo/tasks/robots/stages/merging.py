@@ -48,7 +48,7 @@ class Merger(RobotStage, CoreMerger):
         return None if fault is None else Refusal("constraint", fault, proof=True)
 
     def merge(self, scene: TaskScene, solutions: Sequence[Solution], properties: Values, seed: int) -> Any:
-        """The motions of all children as one, with the scene on its far side."""
+        """The children's motions combined into one that begins at the same time, with the resulting scene."""
         tracks = [Track.of(solution) for solution in solutions]
         refused = _conflict(tracks, scene.context.scene)
         if refused is not None:

@@ -1,4 +1,4 @@
-"""Motions to a goal [T 3.2]."""
+"""The stage `MoveTo`: motions of an arm or a gripper to a goal [T 3.2]."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -59,7 +59,10 @@ class MoveTo(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
-        """The scene with the robot at the goal, or at the first solution for it that a path leads to."""
+        """The scene with the robot at the goal.
+
+        If the goal is a pose or a point, the first of its solutions to which a path is found is taken.
+        """
         name = properties["robot"]
         answers: list[Answer] = []
         for goal in self._goals(scene, properties):
@@ -72,7 +75,10 @@ class MoveTo(RobotStage, Propagator):
         return answers
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
-        """The scene before it, with the robot at the goal; the motion is planned from here and reversed."""
+        """The scene before the motion, with the robot at the goal.
+
+        The motion is planned from `scene` and then reversed.
+        """
         answers = self.forward(scene, properties, seed)
         return [replace(a, motion=_reversed(a.motion)) if isinstance(a, Result) else a for a in answers]
 
@@ -86,7 +92,7 @@ class MoveTo(RobotStage, Propagator):
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """The held object that the property `keep` names, if it names one."""
+        """The held object that the property `keep` names, as a tuple; empty if it names none."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 

@@ -94,7 +94,10 @@ class SamplePlacement(RobotStage, Monitor):
         return Refusal("out_of_reach", text, proof=True, missing=missing)
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """The refusal if no grasp of the object was found anywhere in the region; else None."""
+        """The refusal if no configuration that grasps the object anywhere in the region was found.
+
+        The result is None if one was found.
+        """
         known = self._known(context)
         if known is None:
             return None

@@ -29,7 +29,7 @@ def pose_of(scene: TaskScene, given: Any) -> Array:
     `frame` is `world`, a body, a region or `robot.link`.
 
     Raises:
-        ValueError: it describes no pose.
+        ValueError: the value describes no pose.
     """
     if isinstance(given, np.ndarray) and given.shape == (4, 4):
         return given

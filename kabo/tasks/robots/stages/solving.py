@@ -1,4 +1,4 @@
-"""Inverse kinematics as a wrapper: each target that its child writes becomes configurations of the robot [T 3.4]."""
+"""Inverse kinematics as a wrapper: it solves each target of its child for robot configurations [T 3.4]."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -45,7 +45,7 @@ class ComputeIK(RobotStage, Wrapper):
     }
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Iterator[Answer]:
-        """The scene with the robot at each configuration found."""
+        """The scene with the robot at each accepted configuration, and a refusal for each rejected one."""
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
         blocked = None if properties["ignore_collisions"] else hand_blocked(scene, properties["robot"], target)

@@ -77,7 +77,7 @@ class SampleConfiguration(RobotStage, Generator):
             yield f"there are no configurations: {robot} has none of them ({told}), and `random` is 0"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """One answer for each configuration: the scene with the robot there, or why that is refused."""
+        """One answer for each configuration: the scene with the robot there, or the refusal."""
         name = properties["robot"]
         here = scene.configuration(name)
         for q in self._candidates(scene, name, properties):

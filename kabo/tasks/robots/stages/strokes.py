@@ -79,11 +79,11 @@ class MoveRelative(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the tool moved."""
+        """The scene after the stroke, with its motion."""
         return [self._stroke(scene, properties, 1)]
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene from which the stroke leads here."""
+        """The scene before the stroke, from which it leads to `scene`."""
         return [self._stroke(scene, properties, -1)]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
@@ -126,7 +126,7 @@ def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
     """The longest motion that is proven, among the lengths `high`, `low`, and whole steps of `RESOLUTION` above `low`.
 
     Args:
-        attempt: the motion of a length [m or rad], or why it fails; if one is proven, all shorter ones are.
+        attempt: returns the motion of a length [m or rad], or its failure; if one is proven, shorter ones are too.
         low: the least length permitted; if nothing is proven, its failure is returned.
         high: the greatest length.
     """

@@ -1,4 +1,4 @@
-"""Poses turned about an axis: grasps all around an object, and the placements that its symmetry permits [T 3.9].
+"""Poses rotated about an axis: grasps all around an object, placements that its symmetry permits [T 3.9].
 
 The families of a scene describe grasps and placements by constraints, and sampling draws from them; these stages list
 evenly spaced ones instead, so that a task may plan for each of them.
@@ -73,7 +73,7 @@ class GraspPoses(RobotStage, Monitor):
             yield f"{name} has no line {about!r} to turn about; it has {', '.join(lines) or 'none'}"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """One result with the scene for each pose."""
+        """One result for each grasp pose, with the unchanged scene."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         frame, body = frame_for(scene, robot.name, properties["of"]), scene.context.scene.bodies[name]
         axis, written = body.features.get(properties["about"]), {}
