@@ -1,7 +1,7 @@
 """The geometry room: bodies as enclosing convex parts, bounded predicates on them, one collision kernel.
 
-Arrays, metres and epsilon; it knows nothing of robots, names of objects or formulas. Names that need compiled
-kernels or mesh libraries load when they are first used.
+The package works with arrays, metres and epsilon only, and does not depend on robots, scenes or formulas. Names
+that need compiled kernels or mesh libraries are imported when they are first used.
 """
 
 from kabo.lazy import lazy_names

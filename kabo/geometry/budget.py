@@ -30,17 +30,17 @@ class Budget:
 
     @property
     def epsilon(self) -> float:
-        """The promised accuracy: bodies this far apart are reported free."""
+        """The promised accuracy [m]: bodies at least this far apart are reported free."""
         return 2 * self.geometry + self.sweep + self.clearance + self.numeric
 
     @property
     def margin(self) -> float:
-        """The value that an evaluated gap must exceed for "free"."""
+        """The value that a computed gap must exceed before "free" is reported [m]."""
         return self.clearance + LOWER_NUMERIC
 
     @classmethod
     def share(cls, epsilon: float) -> "Budget":
-        """The default shares of an epsilon: 0.4 for each body, a tenth for sweeps, a tenth as clearance.
+        """The default budget of an epsilon: 0.4 of it for each body, a tenth for sweeps, a tenth as clearance.
 
         Sweeps get little, since the adaptive check makes a small share almost free, while a larger share for
         geometry saves vertices.

@@ -40,7 +40,7 @@ class Enclosure:
 
     @property
     def nbytes(self) -> int:
-        """The memory of the parts and of their blocks for kernels [bytes]."""
+        """The memory size of the parts and of their blocks for kernels [bytes]."""
         return sum(part.nbytes for part in self.parts) + len(self.parts) * 8 * (3 * COLUMNS + 2)
 
     @cached_property
@@ -88,7 +88,7 @@ class MovingGroup:
 
 @dataclass(frozen=True, eq=False)
 class FixedGroup:
-    """A rigid body that stands in the world."""
+    """A rigid body that is fixed in the world."""
 
     world_T_group: Array  # (12,)
     enclosure: Enclosure

@@ -1,7 +1,7 @@
 """The geometry server room: bounded predicates, streams of candidates, proven motions, the symbolic-geometric map.
 
-It knows scenes, motion, kinematics and geometry; it knows nothing of knowledge, search, files or plans beyond the
-segments of motion that it makes.
+The package depends on scenes, motion, kinematics and geometry, but not on knowledge, search or files; of plans it
+uses only the segments of motion that it makes.
 """
 
 from kabo.lazy import lazy_names

@@ -19,8 +19,8 @@ MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the 
 class Success:
     """A motion that is proven free, and the components that have new values after it.
 
-    `reads` names the components that blocked earlier samples: with other values of theirs, one of those samples
-    might have been the answer.
+    `reads` names the components that blocked earlier samples: if these components had other values, an earlier
+    sample might have been the answer.
     """
 
     motion: tuple[Segment, ...]
@@ -40,7 +40,7 @@ class Askable(Protocol):
         """The `Stream`s of candidates from which the attempt was drawn."""
 
     def passes(self, context: Any, without: str | None = None) -> bool:
-        """Whether the query succeeds in another `Context`, or with a body removed; all else is unchanged."""
+        """Whether the query succeeds in `context`, with body `without` removed if it is given; all else is unchanged."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,13 @@ class Refusal:
     """The failure to find a motion: of one attempt of a stage, or of all attempts of a procedure.
 
     Args:
-        reason: one of `REASONS`; a stage may have others. Counts are grouped by it.
-        comment: a sentence for users.
-        reads: the components on which the refusal rests: it holds wherever they have the same values.
+        reason: one of `REASONS`, or another reason defined by a stage; counts are grouped by reason.
+        comment: a sentence about the refusal for users.
+        reads: the components that the refusal depends on; it holds wherever these have the same values.
         pairs: for each pair of things (`robot.link` or a body) the number of times that it came too close.
         proof: whether the refusal is a proof, so that no number of samples would help.
         missing: the distance by which the target is out of reach [m].
-        attempts: the number of refused attempts that it sums up; 0 if they were not counted.
+        attempts: the number of refused attempts that the refusal summarises; 0 if they were not counted.
         question: the refused query, so that it can be repeated in another situation.
     """
 
@@ -95,7 +95,7 @@ Answer = Success | Refusal
 
 @dataclass
 class GeometryStatistics:
-    """Counts of the geometric work (docs/plans.md#the-result); the only part of the server that changes."""
+    """Counts of the geometric work (docs/plans.md#the-result)."""
 
     inverse_kinematics_calls: int = 0
     inverse_kinematics_s: float = 0.0
@@ -108,12 +108,12 @@ class GeometryStatistics:
     failures: dict[str, Counter[str]] = field(default_factory=dict)
 
     def count_samples(self, samples: int) -> None:
-        """Counts samples that were drawn and projected onto constraints, each as a call of inverse kinematics."""
+        """Adds a number of samples, drawn and projected onto constraints, each counted as a call of inverse kinematics."""
         self.samples += samples
         self.inverse_kinematics_calls += samples
 
     def record(self, procedure: str, answer: Answer) -> None:
-        """Counts one call of a procedure, and its failure if it failed."""
+        """Counts one call of a procedure, and a failure if the answer is a refusal."""
         self.calls[procedure] += 1
         if isinstance(answer, Refusal):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1

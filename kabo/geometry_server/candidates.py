@@ -63,7 +63,7 @@ def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
 
 @dataclass(frozen=True)
 class Stream:
-    """The configurations of a robot that fulfil a set of rows, in the order given by the stream's `key`.
+    """Configurations of a robot that fulfil constraint rows, in an order determined by the stream's `key`.
 
     `hand` holds the values of the gripper's joints, which stay fixed.
     """
@@ -74,11 +74,12 @@ class Stream:
     hand: tuple[float, ...]
 
     def batch(self, number: int, size: int = BATCH_SAMPLES, along: Array | None = None) -> list[Candidate]:
-        """The valid samples of batch `number`, of `size` samples, in order of their index.
+        """The valid samples of batch `number`, which has `size` samples, in order of their index.
 
         Samples are spread evenly along the rows `along`, as far as the arm reaches, and over the intervals of the
-        rows. In closed form a sample has several branches: batches alternate between the branch nearest to home of
-        each sample, and all its other branches, since a hand in collision collides for every branch.
+        stream's rows. A closed form gives several branches of the arm for each sample. Then even batches hold the
+        branch nearest to home of each sample, and odd batches its other branches, tried later since they put the
+        hand at the same pose.
         """
         if self._structure is None:
             return self.samples(number * size, size, along)
@@ -88,10 +89,10 @@ class Stream:
         return self._candidates(_distinct(found[~nearest if others else nearest]))
 
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
-        """The valid samples among `count` from index `first` on, in order; `along` as in `batch`.
+        """The valid samples among `count` samples from index `first` on, in order, spread along the rows `along`.
 
-        In closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and down,
-        wrist flipped.
+        With a closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and
+        down, wrist flipped.
         """
         return self._candidates(self._branches(first, count, along)[0])
 
@@ -118,7 +119,7 @@ class Stream:
         return structure
 
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
-        """The candidate that a configuration (n,) is projected to; an empty list if that fails."""
+        """A list of the candidate onto which a configuration (n,) is projected; empty if the projection fails."""
         tree = self.robot.tree
         found, valid = project(
             tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self._active
@@ -128,7 +129,7 @@ class Stream:
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
         """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or the reason why there is none.
 
-        None without a closed form, or if it leaves a choice, as for seven axes.
+        None if the robot has no closed form for this frame, or one with a free joint, as for seven axes.
         """
         robot, structure = self.robot, closed_form_of(self.robot)
         if structure is None or structure.lock >= 0 or not is_carried(robot, structure, frame.joint):
@@ -144,7 +145,7 @@ class Stream:
 
 
 def closed_form_of(robot: Robot) -> Structure | None:
-    """The closed form that the scene asks for a robot's inverse kinematics; None if it is solved by projection."""
+    """The closed form of a robot's inverse kinematics; None if the scene's settings or the axes require projection."""
     structure = robot.structure if robot.inverse_kinematics == "analytic" else None
     return structure if isinstance(structure, Structure) else None
 
@@ -174,14 +175,14 @@ def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np
 
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:
-    """The candidates, sorted by distance from the robot's home configuration, near which there is room to move."""
+    """The candidates, sorted by distance from the robot's home configuration."""
     home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
     return sorted(found, key=lambda c: (round(float(np.linalg.norm(c.q[: robot.planned] - home)), 6), *c.q))
 
 
 @dataclass(frozen=True)
 class GraspStream:
-    """The grasps of a standing object by one robot, of one grasp family."""
+    """Grasps of a standing object by one robot, all from one grasp family."""
 
     stream: Stream
     family: GraspFamily
@@ -196,12 +197,12 @@ class GraspStream:
 
     @cached_property
     def turn(self) -> Array | None:
-        """The rotation about the object that the family leaves open, as a row (1, W); None if there is none."""
+        """The rotation about the object that the grasp family does not fix, as a row (1, W); None if there is none."""
         return open_turn(self.stream.rows, self.tool)
 
 
 def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Array) -> Roles | None:
-    """The frames of a grasp family's roles for a standing object, or None if the family does not fit this robot."""
+    """The frame of each role in a grasp family, for a standing object; None if the family does not fit this robot."""
     if family.robots is not None and robot.name not in family.robots:
         return None
     roles = {"tool": tool_frame(robot), "this": standing_frame(body, world_T_body), "world": WORLD}
@@ -211,7 +212,7 @@ def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Arr
 def grasp_stream(
     robot: Robot, body: Body, family: GraspFamily, world_T_body: Array, hand: tuple[float, ...], seed: int
 ) -> GraspStream | None:
-    """The stream of grasps, or None if the family does not fit this robot."""
+    """The stream of grasps of a standing object; None if the grasp family does not fit this robot."""
     roles = grasp_roles(robot, body, family, world_T_body)
     if roles is None:
         return None
@@ -222,7 +223,7 @@ def grasp_stream(
 
 @dataclass(frozen=True)
 class PlacementStream:
-    """The placements of what a robot holds on a support and in a region, of one placement family."""
+    """Placements of an object that a robot holds, on a support, in a region, or both, from one placement family."""
 
     stream: Stream
     family: PlacementFamily
@@ -267,7 +268,7 @@ def placement_stream(
     seed: int,
     hand: tuple[float, ...],
 ) -> PlacementStream | None:
-    """The stream of placements, or None if the family does not fit the support.
+    """The stream of placements of a held object; None if the placement family does not fit the support.
 
     `support` is the supporting body and its pose; the body's box stays `margin` away from the region's walls.
     """
@@ -290,7 +291,7 @@ def placement_stream(
 
 
 def within(this: Frame, body: Body, region: Region, margin: float) -> Array:
-    """Rows that keep the body's centre far enough inside the region's box for the body to fit, probably."""
+    """Rows that keep a body's centre so far inside a region's box that the body probably fits; not a proof."""
     low, high = body.mesh.vertices.min(axis=0), body.mesh.vertices.max(axis=0)
     middle = Feature("point", tuple(float(v) for v in (low + high) / 2))  # type: ignore[arg-type]
     thickness = float(np.min(high - low)) / 2 + margin

@@ -16,7 +16,7 @@ _NUMBERS = count()
 
 
 def shared(number: int) -> "ProcedureContext":
-    """The context with an index, in the process that made it and in processes forked from that one later.
+    """The context with index `number`, looked up in the process that made the context or in a later fork of it.
 
     Raises:
         KeyError: the context was made in another process.
@@ -26,9 +26,9 @@ def shared(number: int) -> "ProcedureContext":
 
 @dataclass(frozen=True)
 class ProcedureContext:
-    """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
+    """The surroundings, the seed of all streams, and the numbers of candidate batches and path samples to try.
 
-    `patience`: the number of candidates in a row that movable objects may block; None: any. `stop` returns
+    `patience`: the number of consecutive candidates that movable objects may block; None: no limit. `stop` returns
     whether time or budget is spent.
     """
 

@@ -1,4 +1,4 @@
-"""Destinations of held objects: the streams of their placements; and the grasp family of a hold."""
+"""Destinations of held objects, their placement streams, and the grasp family by which an object is held."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a fam
 
 @dataclass(frozen=True)
 class Destination:
-    """The destination of an object: on a support, in a region, or on a support within a region."""
+    """The place where an object is to be put: on a support, in a region, or on a support within a region."""
 
     support: str | None
     region: Region | None
@@ -35,7 +35,7 @@ def placement_streams(
     situation: Situation,
     wanted: str = "any",
 ) -> list[PlacementStream]:
-    """The streams of all placement families of the held object that fit the target."""
+    """A placement stream for each placement family of the held object that fits the target."""
     body, held = context.scene.bodies[name], situation.held(name)
     support = None
     if target.support is not None:
@@ -55,7 +55,7 @@ def placement_streams(
 def grasp_family_of(
     context: ProcedureContext, robot: Robot, name: str, situation: Situation
 ) -> GraspFamily | None:
-    """The grasp family that a robot's hold of an object belongs to; None if it belongs to none."""
+    """The grasp family by which a robot holds an object; None if no family matches."""
     body, held = context.scene.bodies[name], situation.held(name)
     roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}
     q = np.array(situation.configuration(robot.name))

@@ -1,4 +1,4 @@
-"""Extra bodies: geometry that exists for some stages of a task only, given by hand or as padding around a thing."""
+"""Extra bodies: geometry that exists only for some stages of a task, given as a shape or as padding around a thing."""
 
 from dataclasses import dataclass, field
 
@@ -14,7 +14,7 @@ from kabo.scene.transforms import transform
 class Extra:
     """A body attached to `parent` (`world`, a body or `robot.link`) at a pose in its frame.
 
-    `pads`: whether it is padding, which represents its parent and may touch what the parent may touch.
+    `pads`: whether this body is padding around its parent, with the parent's permitted contacts.
     """
 
     name: str
@@ -38,7 +38,7 @@ def extra(
     position: tuple[float, float, float] = (0.0, 0.0, 0.0),
     quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
 ) -> Extra:
-    """An extra body of a shape."""
+    """An extra body with the given shape, attached to `parent` at a position and orientation in the parent's frame."""
     mesh = mesh_of(shape, None)
     return Extra(name, parent, position, quaternion, mesh, mesh.digest)
 

@@ -20,7 +20,7 @@ WORLD_FEATURES = {
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame on a joint of a robot's tree (0: the world) with the features given in it."""
+    """A frame fixed to a joint of a robot's tree (0: the world), with the features defined in this frame."""
 
     joint: int
     joint_T_frame: Array  # (4, 4)
@@ -75,7 +75,7 @@ def has(roles: Roles, name: FeatureName) -> bool:
 
 
 def rows(constraints: Iterable[Constraint], roles: Roles) -> Array:
-    """The rows (R, W) of all constraints between features; `inside` has none: it is checked after projection."""
+    """The rows (R, W) of all constraints; `inside` constraints have no rows, since they are checked after projection."""
     parts = []
     for constraint in constraints:
         if constraint.kind != "inside":

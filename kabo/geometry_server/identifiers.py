@@ -21,7 +21,7 @@ class Representatives:
         self._sorted: list[float] = []
 
     def of(self, number: float) -> float:
-        """The nearest representative within the tolerance; without one, `number` becomes a representative."""
+        """The nearest representative within the tolerance; if there is none, `number` becomes one and is returned."""
         i = bisect_left(self._sorted, number)
         near = [x for x in self._sorted[max(0, i - 1) : i + 1] if abs(x - number) <= self._tolerance]
         if near:
@@ -31,7 +31,7 @@ class Representatives:
 
 
 class IdentifierMap:
-    """Identifiers of components and states, numbered from 0 in the order in which they were first met."""
+    """Identifiers of components and states, numbered from 0 in the order in which they were first passed."""
 
     def __init__(self, tolerance: float = STATE_TOLERANCE) -> None:
         self._tolerance = tolerance
@@ -54,7 +54,7 @@ class IdentifierMap:
         return self._components.setdefault((kind, settled), len(self._components))
 
     def identify(self, state: GeometricState) -> int:
-        """The identifier of a state; states that are equal within the tolerance have the same."""
+        """The identifier of a state; states that are equal within the tolerance have the same identifier."""
         parts: dict[str, Component] = {**state.robots, **state.objects}
         key = tuple(self.component(name, value) for name, value in sorted(parts.items()))
         if key not in self._states:

@@ -22,9 +22,9 @@ VERTICAL = (0.0, 0.0, 1.0)
 
 
 def open_turn(rows: Array, moving: Frame) -> Array | None:
-    """A row (1, W) that measures a rotation of a moving frame which the rows leave open; None if there is none.
+    """A row (1, W) that measures a rotation of a moving frame which the rows do not fix; None if there is none.
 
-    None as well if rows concern other joints than the frame's and the world.
+    The result is also None if rows depend on joints other than the frame's joint and the world.
     """
     joints = rows[:, (columns.FIRST, columns.SECOND)]
     if not len(rows) or not np.all((joints == 0) | (joints == moving.joint)):

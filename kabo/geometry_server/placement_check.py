@@ -1,8 +1,8 @@
 """A check before any search: whether a robot could place an object somewhere at all, whatever its grasp.
 
 The object is treated as a free body: a tree of six joints is projected onto the placement's constraints, and at
-each pose found the robot tries to grasp it. Finding no grasp proves nothing, but then no search needs to try every
-grasp.
+each pose found the robot tries to grasp it. Finding no grasp is no proof, but saves a search from trying
+every grasp.
 """
 
 from collections.abc import Iterator
@@ -53,7 +53,7 @@ def places(context: ProcedureContext, body: Body, target: Destination, situation
 def may_place(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> bool:
-    """Whether the robot finds a grasp of the body at any of the poses; True if no pose was found at all."""
+    """Whether the robot has a grasp of the body at some sampled pose on the target; True if no pose was found."""
     hand = _open_hand(robot, situation.configuration(robot.name))
     none = True
     for pose in places(context, body, target, situation):

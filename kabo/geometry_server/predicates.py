@@ -1,6 +1,6 @@
 """The predicates of [K Def. 1] for things of a scene by name: bodies, links and motions in a geometric state.
 
-Names become parts, meshes and poses, on which `kabo.geometry` decides; with `exact` it uses the original meshes.
+`kabo.geometry` decides on the convex parts and poses of the named things; with `exact`, on the original meshes.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,8 @@ class ScenePredicates:
         """A body or link at its pose in the state.
 
         Raises:
-            ValueError: it has no geometry. KeyError: no thing has this name.
+            ValueError: the thing has no geometry.
+            KeyError: no thing has this name.
         """
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
@@ -76,7 +77,7 @@ class ScenePredicates:
         return geometry.collides(self.thing(first), self.thing(second), self.surroundings.budget)
 
     def sweeps(self, motion: Motion, other: Motion | str) -> bool:
-        """Whether a motion's swept volume may meet a thing, or that of another motion at any times [K Def. 1.2, 1.3]."""
+        """Whether a motion's swept volume may meet a thing, or another motion's swept volume [K Def. 1.2, 1.3]."""
         against = self.thing(other) if isinstance(other, str) else other
         budget = self.surroundings.budget
         if self.surroundings.exact:

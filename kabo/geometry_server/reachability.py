@@ -1,7 +1,7 @@
 """Proofs that something is out of reach, without sampling and independent of other objects.
 
-A point on a chain is never farther from the chain's first moving joint than the sum of the lengths between its
-joints. A constraint that demands more can never be fulfilled.
+A point on a chain is never farther from the chain's first moving joint than the sum of the lengths between the
+joints. A constraint that demands a greater distance can never be fulfilled.
 """
 
 from collections.abc import Iterable

@@ -1,6 +1,6 @@
 """The geometry server: predicates and samples over one scene, as pure functions with cached results.
 
-Only caches and counters change: the same question has the same answer, whenever and however often it is asked.
+Only caches and counters change: the same arguments always give the same result.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -34,7 +34,7 @@ MAX_BLOCKED_IN_A_ROW = 40
 
 @dataclass
 class GeometryServer:
-    """Answers geometric questions about a scene, within epsilon [m] (None: the scene's), from streams of `seed`."""
+    """Predicates and samples for one scene, with accuracy epsilon [m] (None: the scene's) and random streams of `seed`."""
 
     scene: Scene
     epsilon: float | None = None
@@ -59,7 +59,8 @@ class GeometryServer:
         """Whether a robot at q (n,) may collide with anything, or two things (bodies, `robot.link`) may collide [K Def. 1].
 
         Args:
-            first: a robot, or a thing. second: the robot's configuration, or the other thing.
+            first: the name of a robot or thing.
+            second: the robot's configuration, or the name of the other thing.
             state: the poses of everything else; the scene's first state if None.
         """
         if isinstance(second, str):
@@ -102,7 +103,7 @@ class GeometryServer:
             state: the poses of everything (the first one if None); objects attached to one of the robots move with
             it.
             names: {role: name of a thing}.
-            free: bodies that may be anywhere; their six values each follow those of the robots, see `Team.poses`.
+            free: bodies that may be anywhere; in a row, six values for each follow the robots' values.
             batches: the number of batches of 64 samples each; only valid samples are returned.
 
         Raises:

@@ -38,8 +38,8 @@ def shortfall_of(stream: Stream, *, level: bool = False) -> Shortfall | None:
     """The shortest displacement found of a robot's base that makes the constraints of a stream feasible.
 
     Args:
-        stream: the robot, the rows of the constraints, its gripper's values; its key is that of the samples' seeds.
-        level: the base keeps its height.
+        stream: the robot, the constraint rows, the gripper's values and the key of random seeds.
+        level: whether the base keeps its height.
 
     Returns:
         A length of zero if the constraints are feasible as they are; None if no displacement was found.

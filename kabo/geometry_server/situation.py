@@ -1,8 +1,8 @@
-"""A situation: for every component of the geometric state, the values it may have.
+"""Situations: for every component of the geometric state, the values that this component may have.
 
 Where branches of a plan meet, components that are not moved afterwards may have several values
-(docs/plans.md#sharing); a procedure answers for all of them at once. A situation with one value for each component is
-a geometric state.
+(docs/plans.md#sharing); a procedure takes all of these values into account. A situation with one value for each
+component is a geometric state.
 """
 
 from collections.abc import Iterable, Mapping
@@ -30,12 +30,12 @@ class Situation:
         return self.robots[component] if component in self.robots else self.objects[component]
 
     def configuration(self, robot: str) -> Configuration:
-        """The one configuration of a robot that is about to move."""
+        """The configuration of a robot that has exactly one possible configuration."""
         (only,) = self.robots[robot]
         return only
 
     def attachment(self, name: str) -> Attachment:
-        """The one placing of an object that is about to be moved."""
+        """The attachment of an object that has exactly one possible attachment."""
         (only,) = self.objects[name]
         return only
 
@@ -55,7 +55,7 @@ class Situation:
         return Attachment(below.parent, (x, y, z), quaternion(pose))
 
     def root(self, name: str) -> str:
-        """The object to which the others of its group are attached, which stands or is held."""
+        """The root of an object's group: the object that stands or is held, to which the others are attached."""
         parent = self.attachment(name).parent
         return self.root(parent) if parent in self.objects else name
 
@@ -77,7 +77,7 @@ class Situation:
         return tuple(end for end in ends if end not in self.objects)
 
     def carriers(self, names: Iterable[str]) -> frozenset[str]:
-        """The objects to which any of these are attached, directly or not, and the robots that hold them."""
+        """All objects and robots to which any of the named objects is attached, directly or not."""
         objects = [name for name in names if name in self.objects]
         above = {carrier for name in objects for carrier in self._above(name)}
         holding = {end.partition(".")[0] for name in objects for end in self._ends(name)}
@@ -95,7 +95,7 @@ class Situation:
         return Situation(robots, objects)  # type: ignore[arg-type]
 
     def union(self, other: "Situation") -> "Situation":
-        """Every value of both situations, in the order of first appearance."""
+        """The situation in which every component has its values in both situations, in the order of first appearance."""
         robots = {n: tuple(dict.fromkeys((*v, *other.robots[n]))) for n, v in self.robots.items()}
         objects = {n: tuple(dict.fromkeys((*v, *other.objects[n]))) for n, v in self.objects.items()}
         return Situation(robots, objects)

@@ -1,6 +1,7 @@
-"""Stretches of motion: ways to a configuration, proven free and shortened, and straight lines of the tool.
+"""Parts of motions: paths to a configuration, proven free and shortened, and straight lines of the tool.
 
-Way points are rounded as in plans *before* they are proven, so that the plan holds what was proven.
+Way points are rounded as in plans *before* their path is proven, so that the plan contains exactly the proven
+path.
 """
 
 from collections.abc import Sequence
@@ -29,14 +30,14 @@ CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the
 
 @dataclass(frozen=True)
 class Keep:
-    """A motion constraint, as rows of the robot's tree, to hold all along a motion."""
+    """A constraint that must hold throughout a motion, as rows that refer to the robot's tree."""
 
     name: str
     robot: Robot
     rows: Array
 
     def keeps(self, start: Array, goal: Array) -> bool:
-        """Whether the constraint is proven to hold on the straight joint segment."""
+        """Whether the constraint is proven to hold on the straight joint-space segment from `start` to `goal`."""
         return keeps(self.robot.tree, self.rows, start, goal, CONSTRAINT_TOLERANCE)
 
     def holds_along(self, waypoints: Sequence[Array]) -> bool:
@@ -81,9 +82,9 @@ def _told(row: Array, found: float) -> str:
 def keep_constraint(
     context: ProcedureContext, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
 ) -> Keep | None:
-    """The motion constraint of a name for a held object; None if there is none, or it does not fit.
+    """The motion constraint `name` for a held object; None if there is no such constraint, or it does not fit.
 
-    `held` names the objects it may apply to; None: any object in the robot's hand.
+    `held` lists the objects to which the constraint may apply; None: any object in the robot's hand.
     """
     constraints = context.scene.motion_constraints.get(name)
     if constraints is None:
@@ -111,7 +112,7 @@ def line(
     deviation: float = LINE_DEVIATION,
     tilt: float = LINE_TILT,
 ) -> list[Array] | None:
-    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, without rotation; or None.
+    """Way points of a straight motion of the tool by `translation` (3,) [m] from q without rotation; None if not found.
 
     The tool deviates from the line by at most `deviation` [m], and rotates by at most `tilt` [rad]. Collisions are not
     checked.
@@ -137,7 +138,7 @@ def way_to(
     samples: int,
     keep: Keep | None = None,
 ) -> list[Array] | Refusal:
-    """The way points of a shortened motion from start to goal (n,), proven free and to fulfil `keep` throughout.
+    """Way points of a shortened path from start to goal (n,), proven free and to fulfil `keep` throughout; or a refusal.
 
     Raises:
         CutOff: time or budget is spent.

@@ -41,7 +41,7 @@ def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -
 
 
 def why_unsupported(surroundings: SceneSurroundings, situation: Situation, name: str) -> str | None:
-    """The reason why none of the bodies that an object may touch is known to support it; None if it touches none."""
+    """The reason why no placement family shows that an object stands on a body it touches; None if it touches no body."""
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
     own = _standing(surroundings, name, pose)
@@ -111,7 +111,7 @@ def _box(body: Body, pose: Array) -> tuple[Array, Array]:
 
 
 def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:
-    """Whether a body at world_T_body (4, 4) is proven to lie inside a region: its convex parts do [K Def. 1]."""
+    """Whether a body at a pose (4, 4) in the world is proven to lie inside a region, by its convex parts [K Def. 1]."""
     region_T_body = np.linalg.inv(region.world_T_region) @ pose
     points = np.concatenate(surroundings.enclosure(name).parts) @ region_T_body[:3, :3].T + region_T_body[:3, 3]
     return bool(contains((region.normals, region.offsets), points, surroundings.budget.numeric))

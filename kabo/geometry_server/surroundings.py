@@ -34,7 +34,7 @@ def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosu
 
 
 class SceneSurroundings:
-    """The bodies of a scene as convex parts, made on first use, and poses of links."""
+    """The bodies of a scene as convex parts, which are computed on first use, and the poses of links."""
 
     def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: GeometryStatistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
@@ -97,7 +97,7 @@ class SceneSurroundings:
         return type(error)(found)
 
     def enclosed(self, mesh: Mesh) -> Enclosure:
-        """The convex parts that enclose a mesh, made once."""
+        """The convex parts that enclose a mesh, computed once."""
         if mesh.digest not in self._enclosures:
             self._enclosures[mesh.digest] = _enclosed(mesh, self.budget.geometry, self.look)
         return self._enclosures[mesh.digest]
@@ -109,7 +109,7 @@ class SceneSurroundings:
         return self._links[robot, q]
 
     def never_collide(self, first: str, second: str) -> bool:
-        """`Scene.never_collide`, with its answers kept."""
+        """The result of `Scene.never_collide`, cached for each pair."""
         if (first, second) not in self._apart:
             self._apart[first, second] = self.scene.never_collide(first, second)
         return self._apart[first, second]
@@ -126,7 +126,7 @@ class SceneSurroundings:
         return list(found.values())
 
     def remembered(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
-        """The result of `make`, kept for this key for some time."""
+        """The cached result for `key`, else that of `make()`; the least recently used results are dropped."""
         known = self._memory.pop(key, None)
         if known is None:
             known = make()

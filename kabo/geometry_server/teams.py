@@ -24,7 +24,8 @@ from kabo.scene.transforms import transform, unflat
 class Team:
     """Robots of a scene that share constraints, and `free` bodies that may be anywhere.
 
-    A configuration of the team is that of each robot, in their order, then six values for each free body.
+    A configuration of the team holds each robot's configuration, in their order, then six values for each free
+    body.
     """
 
     scene: Scene
@@ -68,11 +69,11 @@ class Team:
         return np.concatenate([*parts, np.ones(FREE_BODY.size * len(self.free), np.bool_)])
 
     def frame(self, member: str, frame: Frame) -> Frame:
-        """A frame of a robot's own tree (as of `tool_frame`) as a frame of the team's tree."""
+        """A frame of a robot's own tree (for example from `tool_frame`), as a frame of the team's tree."""
         return replace(frame, joint=self.joined.joint(self.members.index(member), frame.joint))
 
     def named(self, name: str, state: GeometricState) -> Frame:
-        """The frame with a name, with things at their poses in `state`.
+        """The frame of the thing called `name`, with things at their poses in `state`.
 
         Raises:
             ValueError: the scene has nothing of this name.
@@ -119,7 +120,7 @@ class Team:
         return found
 
     def configurations(self, q: Sequence[float] | Array) -> dict[str, Configuration]:
-        """The part of a team's configuration (n,) for each of its robots, rounded as in states."""
+        """Each robot's configuration, by name, taken from a team's configuration (n,) and rounded as in states."""
         parts = zip(self.robots, self.joined.values, strict=False)
         return {robot.name: tuple(round(float(v), 9) + 0.0 for v in q[place]) for robot, place in parts}
 
@@ -128,7 +129,7 @@ class Team:
         return {name: at.pose(self.frame(name, Frame(FREE_BODY.size, np.eye(4), {}))) for name in self.free}
 
     def base(self, state: GeometricState) -> Array:
-        """The team's configuration (n,) in a state, with zeros for free bodies; values that may not change keep it."""
+        """The team's configuration (n,) in a state, with zeros for free bodies; source of the values that stay fixed."""
         parts = [np.array(state.robots[robot.name]) for robot in self.robots]
         return np.concatenate([*parts, np.zeros(FREE_BODY.size * len(self.free))])
 
@@ -149,9 +150,9 @@ class Team:
 
 @dataclass(frozen=True)
 class TeamStream:
-    """The configurations of a team that fulfil a set of rows, in the order given by the stream's `key`.
+    """Configurations of a team that fulfil constraint rows, in an order determined by the stream's `key`.
 
-    `base` (n,) holds the values that stay fixed: those of grippers.
+    `base` (n,) holds the values that stay fixed, namely the grippers' values.
     """
 
     team: Team
@@ -177,7 +178,7 @@ class TeamStream:
         return cls(team, rows(constraints, roles), key, team.base(state))
 
     def batch(self, number: int, size: int = BATCH_SAMPLES) -> list[Candidate]:
-        """The valid samples of batch `number`, of `size` samples, in order of their index."""
+        """The valid samples of batch `number`, which has `size` samples, in order of their index."""
         return self.samples(number * size, size)
 
     def samples(self, first: int, count: int) -> list[Candidate]:

@@ -1,7 +1,7 @@
 """The workspace of one robot in a situation: everything that moves with it, and all possible obstacles.
 
-Carried objects are attached to the robot's joints; all other things stand still, at every pose that the situation
-leaves open. Collisions are checked for pairs of things, so all values of other components are covered at once.
+Carried objects are attached to the robot's joints. All other things are obstacles at every pose that they may have
+in the situation, so one collision check covers all values of the other components.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -61,7 +61,7 @@ class Workspace:
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
     def relevant(self, permitted: Contacts) -> Contacts:
-        """The given contacts that involve a moving thing, without those of the gripper with what it holds."""
+        """The permitted contacts that involve a moving thing, except those between the gripper and the objects it holds."""
         if not permitted:
             return permitted
         own = self.robot.name + "."
@@ -75,7 +75,7 @@ class Workspace:
         return contacts(pair for name in self.carried for pair in self.touching(name))
 
     def touching(self, name: str) -> tuple[Pair, ...]:
-        """The contacts of the gripper's touch links with a held object; none for objects attached to a held one."""
+        """The contacts of the gripper's touch links with a held object; empty for an object attached to a held object."""
         gripper = self.robot.gripper
         if gripper is None or self.situation.root(name) != name:
             return ()
@@ -124,13 +124,13 @@ class Workspace:
         return answer
 
     def hand_hit(self, world_T_joint: Array, joint: int, joints: Sequence[int], q: Array) -> Pair | None:
-        """The first pair of a body on some joints and a standing thing that is not proven apart.
+        """The first pair of a body on the given joints and a standing thing that is not proven apart; None if all are.
 
         Args:
-            world_T_joint: (4, 4) the pose of the first of the joints, independent of the arm.
-            joint: the joint at this pose.
-            joints: this joint and those that it carries.
-            q: (n,) the values of the joints between them.
+            world_T_joint: the pose (4, 4) of `joint`, whatever the arm's joint values.
+            joint: the joint that is put at this pose.
+            joints: `joint` and the joints that it carries.
+            q: a configuration (n,), which determines the poses of `joints` relative to `joint`.
         """
         moving, fixed, indices, pairs = self._bodies
         corners, low, high = self._boxes

@@ -2,8 +2,8 @@
 
 A constraint becomes flat scalar rows (`rows_of`), rows are sampled and projected onto by one kernel (`sample`,
 `project`), and a motion is proven to fulfil them throughout (`keeps`). The configurations that reach a pose are
-its `solutions`, in closed form where the axes allow it. The room knows trees of joints; it knows no obstacles and
-no goals.
+the pose's `solutions`, in closed form where the axes allow it. The package works with trees of joints only,
+without obstacles or goals.
 """
 
 from kabo.lazy import lazy_names

@@ -44,9 +44,9 @@ class Reached:
 class OutOfReach:
     """The reason why no configuration reaches a pose; fields that do not apply are zero or None.
 
-    `missing`: by how much the links are too short [m], as measured at the first step that fails: an estimate, no
-    bound. `tilt`: the rotation of the end that five axes cannot make [rad]. `joint`: index of the value whose
-    limits are exceeded least, by `beyond` [rad].
+    `missing`: an estimate, no bound, of how much too short the links are [m], from the first step that fails.
+    `tilt`: the rotation of the end that five axes cannot make [rad]. `joint`: index of the value whose limits are
+    exceeded least, by `beyond` [rad].
     """
 
     missing: float = 0.0
@@ -66,9 +66,10 @@ class OutOfReach:
 
 @dataclass(frozen=True)
 class Branches:
-    """The closed-form solutions for N poses: `configurations` (N, 8, n), of which the first `counts` (N,) are filled.
+    """The closed-form solutions for N poses: `configurations` (N, 8, n), of which pose i has the first `counts[i]`.
 
-    `free` (N, 8) holds a bit for each singularity, `short` (N, 4) what is missing: see kernels/closed_form.py.
+    `free` (N, 8) holds the singularities of each solution as bits, `short` (N, 4) why a pose has no solution (see
+    kernels/closed_form.py).
     """
 
     configurations: Array
@@ -102,7 +103,7 @@ def branches(
     Args:
         tree, structure: the arm's tree, and its structure from `structure_of`.
         goals: (N, 12) poses world_T_joint of `structure.end`, rotation row-major, then translation.
-        base: (n,) the values of the joints off the chain.
+        base: (n,) a configuration that gives the values of the joints outside the chain.
         locked: (N,) for seven axes, the value of the locked joint for each pose.
 
     Raises:
@@ -148,10 +149,10 @@ def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
 
 
 def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> tuple[Array, Integers]:
-    """All configurations (M, n) with the same end pose as one of Q (N, n), and the index of that one for each (M,).
+    """All configurations (M, n) with the same end pose as a row of Q (N, n), and for each the index of this row (M,).
 
-    Of seven axes, the locked one keeps its value. Q may exceed the limits, results do not. Joints outside the
-    chain have the values of the first of Q.
+    Of seven axes, the locked axis keeps its value. Rows of Q may exceed the limits; results do not. Joints outside
+    the chain have the values in the first row of Q.
     """
     values = np.array(Q, np.float64, order="C", ndmin=2)
     if not len(values):
@@ -165,7 +166,7 @@ def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> t
 
 
 def with_turns(tree: KinematicTree, structure: Structure, q: Array, most: int = 64) -> Array:
-    """A configuration and those that differ from it by whole turns, within limits (N, n): at most `most`, nearest first."""
+    """At most `most` configurations (N, n) within limits that equal q up to whole turns, nearest to q first."""
     places = [int(tree.source[j]) for j in structure.joints]
     choices = [_turns(float(q[i]), float(tree.lower[i]), float(tree.upper[i])) for i in places]
     every = sorted(product(*choices), key=lambda shifts: (sum(abs(k) for k in shifts), shifts))[:most]

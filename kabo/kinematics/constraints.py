@@ -1,7 +1,7 @@
 """Geometric constraints as flat scalar rows, the form that projection and proofs use [K Table 5.1, docs/sampling.md].
 
-Every constraint between two features becomes as many scalar rows as it takes degrees of freedom, so that the
-Jacobian shows the whole null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
+A constraint between two features becomes as many scalar rows as it removes degrees of freedom, so that the
+Jacobian has the right null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
 """
 
 import math
@@ -63,13 +63,13 @@ def rows_of(
     """The rows (R, WIDTH) of one constraint between two features [K Table 5.1, docs/sampling.md#which-constraints].
 
     Args:
-        kind: coincident, parallel, aligned, opposed, perpendicular, distance, height, angle, or azimuth (the angle
-            of the first direction about the second line, which no language names: it spreads samples).
-        first, second: in the order of the language; the order matters for `height` and `azimuth` only.
-        lower, upper: bounds of distance, height [m] and angle [rad]; None is unbounded.
+        kind: coincident, parallel, aligned, opposed, perpendicular, distance, height, angle, or azimuth. An azimuth is
+            the angle of the first direction about the second line; it serves only to spread samples.
+        first, second: the two features; their order matters for `height` and `azimuth` only.
+        lower, upper: the bounds of a distance or height [m] or an angle [rad]; None means no bound.
 
     Raises:
-        ValueError: the kind has no meaning for these shapes, or bounds are missing, needless or crossed.
+        ValueError: the kind is undefined for these shapes, or bounds are missing, superfluous or crossed.
     """
     if kind not in _MAKERS:
         raise ValueError(f"unknown constraint {kind}")

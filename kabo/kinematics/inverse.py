@@ -20,15 +20,15 @@ ROTATION_TOLERANCE = 1e-6  # of the entries of a rotation matrix
 def solutions(
     robot: Robot, world_T_tool: Array, key: Key, number: int, *, hand: tuple[float, ...] = ()
 ) -> Reached | OutOfReach:
-    """Configurations (N, n) at which the tool of a robot is at a pose, or why there are none.
+    """Configurations (N, n) at which a robot's tool is at a pose, or the reason why there are none.
 
-    A closed form gives all of them, with whole turns where limits allow several, and ignores key and number. For
-    seven axes, one is locked at `number` evenly spread values. Other robots are projected from `number` random
-    seeds: then "out of reach" means that none was found, not that there is none.
+    A closed form gives all such configurations, with whole turns where limits allow several, and ignores `key` and
+    `number`. Of seven axes, one is locked at each of `number` evenly spread values. Other robots are projected
+    from `number` random seeds: then "out of reach" means that none was found, not that there is none.
 
     Args:
         robot: a robot with a tool.
-        world_T_tool: (4, 4), a rotation within 1e-6 [m].
+        world_T_tool: the pose (4, 4) of the tool [m], with a rotation matrix orthogonal within 1e-6.
         key: the key of the stream of random numbers, from `stream_key`.
         number: the number of values of the locked joint, or of seeds, to try.
         hand: the values of the gripper's joints; if empty, zeros clipped to the limits.
@@ -52,7 +52,7 @@ def reaching(
     *,
     hand: tuple[float, ...] = (),
 ) -> Reached | OutOfReach:
-    """Configurations (N, n) that bring any frame on a joint of the robot's tree to a pose; see `solutions`."""
+    """Configurations (N, n) that bring a frame on a joint of the robot's tree to a pose, found as in `solutions`."""
     goal, base = as_pose(world_T_frame), _base(robot, hand)
     structure = robot.structure
     if not isinstance(structure, Structure) or not is_carried(robot, structure, joint):
@@ -77,7 +77,7 @@ def reaching(
 
 
 def lock_values(robot: Robot, structure: Structure, key: Key, first: int, count: int) -> Array:
-    """Values (count,) of the locked joint of seven, evenly spread over its limits: numbers `first` … of a sequence."""
+    """Values (count,) of the locked joint of seven, evenly spread over its limits, from sample `first` of a sequence."""
     i = int(robot.tree.source[structure.joints[structure.lock]])
     low, high = robot.tree.lower[i], robot.tree.upper[i]
     shares = [streams.stratified(key, first + k, 0, 1) for k in range(count)]
@@ -85,7 +85,7 @@ def lock_values(robot: Robot, structure: Structure, key: Key, first: int, count:
 
 
 def is_carried(robot: Robot, structure: Structure, joint: int) -> bool:
-    """Whether a joint is the last of the chain, or rigidly attached to it."""
+    """Whether a joint is the chain's last joint, or is carried by the chain's last joint."""
     while joint > structure.end:
         joint = int(robot.tree.parent[joint])
     return joint == structure.end
@@ -106,7 +106,7 @@ def as_pose(matrix: Array) -> Array:
     """The pose (4, 4) with its rotation made exactly orthogonal.
 
     Raises:
-        ValueError: it is not (4, 4), not finite, or no rotation within 1e-6.
+        ValueError: the matrix is not (4, 4), not finite, or has no rotation within 1e-6.
     """
     pose = np.array(matrix, np.float64)
     if pose.shape != (4, 4) or not np.all(np.isfinite(pose)):
@@ -120,7 +120,7 @@ def as_pose(matrix: Array) -> Array:
 
 
 def pose_rows(joint: int, joint_T_frame: Array, world_T_frame: Array) -> Rows:
-    """Rows that hold where a frame on a joint is at a pose in the world."""
+    """Constraint rows that hold exactly if a frame on a joint is at a given pose in the world."""
 
     def feature(of: int, pose: Array, axis: int | None) -> FrameFeature:
         x, y, z = (float(v) for v in pose[:3, 3])

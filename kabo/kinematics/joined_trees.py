@@ -1,7 +1,7 @@
-"""Several kinematic trees as one: a constraint's joint vector holds the values of all its robots [K Eq. 5.1].
+"""Joins several kinematic trees into one, whose joint vector holds the values of all robots [K Eq. 5.1].
 
-Projection, sampling and proofs work on one tree of joints, whichever robots these belong to: a free body is a tree
-of six joints as well.
+Projection, sampling and proofs work on one tree, whichever robots its joints belong to. A free body is represented
+by a tree of six joints.
 """
 
 from collections.abc import Sequence
@@ -24,11 +24,11 @@ class JoinedTree:
     values: tuple[slice, ...]  # of the configuration of part k in that of the whole
 
     def joint(self, part: int, joint: int) -> int:
-        """The index in the whole tree of a joint of a part."""
+        """The index in the joined tree of joint `joint` of part `part`."""
         return joint + self.joints[part] if joint > 0 else 0
 
     def feature(self, part: int, feature: FrameFeature) -> FrameFeature:
-        """A feature on a joint of a part, as a feature of the whole tree."""
+        """A feature on a joint of part `part`, as a feature on the joined tree."""
         return replace(feature, joint=self.joint(part, feature.joint))
 
 

@@ -1,6 +1,6 @@
 """The degrees of freedom that constraints leave at a configuration: rank and null space of their Jacobian [K 5.2.2].
 
-Rows with an interval count only if a bound is reached: then they are active.
+A row with an interval is active only where one of its bounds is reached.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ class Tangent:
     """The tangent space of a constraint manifold at one of its points.
 
     `basis` (n, k) is an orthonormal basis of the velocities that keep every active row; `rank` is n_active - k;
-    `active` (R,) says which rows are active there; `singular_values` descend [m per rad or m].
+    `active` (R,) is the mask of the active rows; `singular_values` descend [m per rad or m].
     """
 
     rank: int
@@ -33,7 +33,7 @@ class Tangent:
 
     @property
     def freedom(self) -> int:
-        """The dimension of the manifold there."""
+        """The dimension of the constraint manifold at this point."""
         return int(self.basis.shape[1])
 
 
@@ -49,8 +49,10 @@ def tangent(
     """Rank and null space at q (n,) of the active rows: equalities, and intervals at one of their bounds.
 
     Args:
-        tree, rows, q: as for `values`; q should fulfil the rows.
-        moving: (n,) the values that may change, without those that were clamped to a limit; default all.
+        tree: the kinematic tree that the rows refer to.
+        rows: the constraint rows (R, W).
+        q: a configuration (n,) that fulfils the rows.
+        moving: the mask (n,) of the values that may change, without those clamped to a limit; None: all values.
         tolerance: the distance [m or rad] within which an interval counts as having reached its bound.
         cut: singular values up to this count as zero, as at redundant rows and singular poses.
     """

@@ -1,4 +1,4 @@
-"""Constraints on a motion: the proof that a segment fulfils them, and projection onto them for path planning."""
+"""Constraints on a motion: proofs that a segment fulfils constraints, and projection for path planning."""
 
 from collections.abc import Callable, Sequence
 
@@ -21,7 +21,7 @@ POSE_ROUNDING = 1e-9  # [m or rad] subtracted from the tolerance
 def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3) -> bool:
     """Whether every row is proven to hold all along the joint-linear segment from q0 to q1.
 
-    One-sided: True is a proof that no row is violated by more than `tolerance` [m or rad; one, or one a row];
+    True is a proof that no row is violated by more than `tolerance` [m or rad], one number or one for each row.
     False may also mean that the slack is too small to decide.
 
     Raises:
@@ -33,7 +33,7 @@ def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, toleran
 def unkept_row(
     tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3
 ) -> int | None:
-    """The index of a row that is not proven to hold along the segment, or None; `keeps` explains the proof."""
+    """The index of a row that is not proven to hold throughout the segment (see `keeps`); None if all rows are."""
     start, end = np.array(q0, np.float64), np.array(q1, np.float64)
     if not start.shape == end.shape == (tree.size,) or not np.all(np.isfinite(start + end)):
         raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")
@@ -53,9 +53,10 @@ def projector(
     *,
     inset: float = INTERVAL_INSET,
 ) -> Projector:
-    """A function that projects a configuration onto the rows, slightly inside intervals; it gives None where that fails.
+    """A function that projects a configuration onto the rows, slightly inside intervals; it returns None on failure.
 
-    Joints that leave their limits stop there. A configuration that fulfils the rows is returned unchanged.
+    A joint that would leave its limits stops at the limit. A configuration that fulfils the rows is returned
+    unchanged.
 
     Raises:
         ValueError: shapes do not fit.

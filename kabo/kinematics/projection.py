@@ -33,9 +33,9 @@ def project(
         rows: (R, W) from `rows_of`; a row is fulfilled within its own tolerance, 1e-6 m or rad.
         seeds: (N, n) [rad or m].
         lower, upper: (n,) limits; a joint outside is moved back by whole turns if that suffices.
-        active: (n,) which values may change; the others keep the seed's.
-        inset: the distance inside a violated interval at which the projection aims [m or rad], at most its middle.
-        hold_limits: joints that leave their limits are stopped there instead of failing the seed.
+        active: the mask (n,) of the values that may change; the others keep the seed's values.
+        inset: how far inside a violated interval the projection aims [m or rad], at most at the interval's middle.
+        hold_limits: whether a joint that leaves its limits is stopped at the limit, instead of failing the seed.
 
     Raises:
         ValueError: shapes do not fit, or a number is not finite.
@@ -68,7 +68,7 @@ def project(
 
 
 def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = ROW_TOLERANCE) -> bool:
-    """Whether every row holds at q within `tolerance` [m or rad]; solutions with a direction reversed do not count."""
+    """Whether every row holds at q within `tolerance` [m or rad]; a reversed direction does not fulfil a row."""
     v = values(rows, q, tree)
     return bool(np.all((v >= rows[:, columns.LOWER] - tolerance) & (v <= rows[:, columns.UPPER] + tolerance)))
 
@@ -104,7 +104,7 @@ def checked(
     upper: ArrayLike,
     active: Sequence[bool] | NDArray[np.bool_],
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Limits and mask as arrays for kernels.
+    """The limits and the mask `active` as arrays for kernels.
 
     Raises:
         ValueError: shapes do not fit, or a limit is not a number.

@@ -1,4 +1,4 @@
-"""Samples of constraints, each a pure function of a key and its index, so that any worker can draw any of them."""
+"""Samples that fulfil constraints, each a pure function of a key and an index, so that any worker can draw any sample."""
 
 import hashlib
 import struct
@@ -18,7 +18,7 @@ AIM_TRIES = 4  # seeds from which a sample tries to reach its aims: nine of ten 
 
 
 def stream_key(*parts: str | int | float | bytes) -> Key:
-    """The key of a stream of random numbers, a hash of its parts: seed, procedure, arguments, attempt.
+    """The key of a stream of random numbers: a hash of `parts`, such as seed, procedure, arguments and attempt.
 
     The same parts give the same key on every machine; parts of different types never coincide.
     """
@@ -71,7 +71,7 @@ def sample(
     Sample i depends on (key, i) only.
 
     Args:
-        tree, rows, lower, upper, active: as for `project`.
+        tree, rows, lower, upper, active: tree, constraint rows, limits and mask, as for `project`.
         key: the key of the random stream, from `stream_key`.
         free: rows that spread the samples along what the constraints leave free, such as an azimuth.
         base: (n,) the values of the joints that are not active; default zero, clipped to the limits.

@@ -34,8 +34,8 @@ STORED_DECIMALS = 9  # of joint values in plans: what is proven is what is store
 class OffLine:
     """The reason why the tool cannot follow the line, and the distance that it covered [m].
 
-    limit: a joint meets its limit (then `joint` is its index in q); out_of_reach: no configuration nearby;
-    singular: joints would have to turn without bound.
+    The reasons are `limit` (a joint reaches its limit; `joint` is its index in q), `out_of_reach` (no
+    configuration nearby continues the line) and `singular` (joints would have to turn without bound).
     """
 
     reason: Literal["limit", "out_of_reach", "singular"]
@@ -55,7 +55,7 @@ def straight_line(
     deviation: float = MAX_DEVIATION,
     tilt: float = MAX_TILT,
 ) -> Array | OffLine:
-    """Way points (m, n) of a joint path from q that moves the tool by a translation, or why there is none.
+    """Way points (m, n) of a joint path from q that moves the tool by a translation, or the reason why there is none.
 
     The joint-linear path through them is proven to stay within `deviation` [m] of the straight segment and `tilt`
     [rad] of the first orientation, each joint within its limits and less than 0.5 rad from one way point to the
@@ -63,10 +63,11 @@ def straight_line(
 
     Args:
         tree, q: the tree and the start (n,).
-        joint: the joint that carries the tool, with `joint_T_tool` (4, 4).
-        translation: (3,) in the world [m].
-        keep: rows to keep instead of the whole orientation, for arms with fewer than six joints; they hold at q.
-        active: (n,) the joints that may move; default all.
+        joint: the index of the joint that carries the tool.
+        joint_T_tool: the pose (4, 4) of the tool in the joint's frame.
+        translation: the translation (3,) of the tool in the world [m].
+        keep: rows instead of those of the orientation, for arms with fewer than six joints; they must hold at q.
+        active: the mask (n,) of the joints that may move; None: all joints.
 
     Raises:
         ValueError: shapes do not fit, a number is not finite, or `keep` does not hold at q.

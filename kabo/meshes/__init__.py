@@ -1,7 +1,7 @@
 """The meshes room: triangle meshes as arrays and files, what is wrong with them, safe repairs, pictures.
 
-It knows arrays, metres and file formats; it knows nothing of epsilon, convex parts, robots or scenes. A file that
-cannot be used is described in one sentence; a file that was written is read back and compared bit by bit.
+The package does not depend on epsilon, convex parts, robots or scenes. A file that cannot be used is described in
+one sentence; a file that was written is read back and compared bit by bit.
 """
 
 from kabo.meshes.hulls import hull_faces, hull_of

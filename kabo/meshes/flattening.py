@@ -15,7 +15,7 @@ _MAX_ROUNDS = 8
 
 
 def without_flat_faces(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
-    """The faces after faces without area were flipped away, as far as the mesh stays a manifold."""
+    """The faces of the mesh after removing faces without area by edge flips, as far as the mesh stays a manifold."""
     gone = 0
     for _ in range(_MAX_ROUNDS):
         wrong = np.flatnonzero(flat(vertices, faces))

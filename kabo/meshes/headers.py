@@ -1,8 +1,9 @@
 """Checks of mesh files before they are parsed: announced sizes that the file cannot hold, shapes that would be lost.
 
-A header of a few bytes can announce 10^9 triangles. Each rule of size is a lower bound of the bytes that the announced
-numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers also skip
-shapes that they do not know, such as strips of triangles, without a word; an incomplete mesh is worse than none.
+A header of a few bytes can announce 10^9 triangles. Each rule of size is a lower bound of the bytes that the
+announced numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers
+also skip shapes that they do not know, such as strips of triangles, without an error; an incomplete mesh is worse
+than none.
 """
 
 import json
@@ -29,7 +30,7 @@ _GLB_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mes
 
 
 def misleading(kind: str, data: bytes) -> str | None:
-    """The reason why a file must not be read, as the end of a sentence that begins with its name; None if there is none."""
+    """The reason why a file must not be read, as the end of a sentence that begins with the file's name; else None."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
     return MESH_FORMATS[kind].check(data)
@@ -185,7 +186,7 @@ def _placed(root: ElementTree.Element) -> int:
 class MeshFormat:
     """A file format of meshes: the check of its header and, if trimesh is not to read it, a reader.
 
-    The reader gives vertices and faces, or None for content that it leaves to trimesh.
+    The reader returns vertices and faces, or None for content that trimesh is to read.
     """
 
     check: Callable[[bytes], str | None]

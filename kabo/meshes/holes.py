@@ -10,7 +10,7 @@ _MAX_QUAD_EDGE = 0.1  # share of the mesh's diagonal: a hole of four longer edge
 
 
 def fill_small_holes(vertices: Vertices, faces: Faces, tolerance: float, done: list[str]) -> Faces:
-    """The faces, and new ones that fill such holes, oriented like their neighbours."""
+    """The faces, with new faces that fill holes of three edges and flat convex holes of four, oriented like neighbours."""
     longest = _MAX_QUAD_EDGE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     patches = [patch for loop in _loops(faces) if (patch := _patch(vertices, loop, tolerance, longest))]
     if not patches:

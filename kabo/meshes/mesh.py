@@ -40,7 +40,7 @@ class Mesh:
 
 
 def merged(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
-    """The mesh with equal vertices merged and in lexicographic order, without triangles that degenerate by it."""
+    """The mesh with equal vertices merged and in lexicographic order, without triangles that degenerate."""
     distinct, index = _distinct(vertices + 0.0)
     faces = index[faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])

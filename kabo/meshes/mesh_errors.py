@@ -1,4 +1,4 @@
-"""Errors about unusable meshes, and the least that every mesh must be: triangles on finite vertices."""
+"""Errors about unusable meshes, and the minimal requirement on every mesh: triangles on finite vertices."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def refuse(place: Place | None, message: str, hint: str | None = None) -> MeshEr
 
 
 def unusable(mesh: Mesh, place: Place | None, said: str, hint: str | None = None) -> MeshError:
-    """The error for a mesh with a statement about it, as in `mesh file "cup.stl" is a single triangle`."""
+    """The error whose message is a mesh's name and the statement `said`: `mesh file "cup.stl" is a single triangle`."""
     named = f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh"
     return refuse(place or Place(str(mesh.path or "mesh"), 1, 1), f"{named} {said}", hint)
 

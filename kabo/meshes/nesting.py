@@ -43,7 +43,7 @@ def shells(vertices: Vertices, faces: Faces, component: Faces, closed: Mask) -> 
 
 
 def inside_out(vertices: Vertices, found: list[Shell]) -> list[int]:
-    """The numbers of the components that must be turned; a turned one takes all that it encloses with it."""
+    """The numbers of the components whose orientation must be reversed, so that none is inside out."""
     signs = {shell.number: 1 if shell.volume > 0.0 else -1 for shell in found if shell.volume != 0.0}
     if all(sign > 0 for sign in signs.values()):
         return []

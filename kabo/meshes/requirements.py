@@ -22,13 +22,15 @@ _REPAIR_HINT = "try --repair (in Python: load_mesh(…, repair=True))"
 
 
 def require_closed(mesh: Mesh, place: Place | None = None) -> None:
-    """Raises an error unless a mesh is closed: with equal vertices merged, its edges are passed equally often both ways.
+    """Raises an error unless a mesh is closed: each edge is passed equally often in both directions.
+
+    Equal vertices count as one.
 
     Args:
         mesh: vertices in metres. place: the place in a file that names the mesh; by default the mesh file itself.
 
     Raises:
-        MeshError: it is empty, not finite, names vertices that are not there, or is open.
+        MeshError: the mesh is empty, not finite or open, or its faces name missing vertices.
     """
     require_numbers(mesh, place)
     _, faces = merged(mesh.vertices, mesh.faces)
@@ -82,7 +84,10 @@ def units_warning(
     """A warning, with the fix, if a mesh is so large that it may be given in millimetres; else None.
 
     Args:
-        mesh: vertices in metres. place: where a file names it. named: its name in the message. fix: the remedy.
+        mesh: vertices in metres.
+        place: the place in a file that names the mesh.
+        named: the name of the mesh in the message.
+        fix: the remedy at the end of the message.
     """
     extent = float((mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).max()) if len(mesh.vertices) else 0.0
     if extent <= LARGE_EXTENT:

@@ -79,7 +79,7 @@ def turned_components(vertices: Vertices, faces: Faces, edges: Edges, component:
 
 
 def closed_components(edges: Edges, component: Faces) -> Mask:
-    """(C,) which components are closed: all their edges are passed equally often in both directions."""
+    """A mask (C,) of the closed components, whose edges are all passed equally often in both directions."""
     closed = np.ones(int(component.max()) + 1, dtype=bool)
     open_sides = np.flatnonzero(edges.balance[edges.of_side] != 0)
     closed[component[open_sides // 3]] = False
@@ -87,7 +87,7 @@ def closed_components(edges: Edges, component: Faces) -> Mask:
 
 
 def flat(vertices: Vertices, faces: Faces) -> Mask:
-    """(F,) which faces have an area that is 0 within the precision of their coordinates."""
+    """A mask (F,) of the faces whose area is 0 within the precision of their coordinates."""
     if not len(faces):
         return np.zeros(0, dtype=bool)
     corners = vertices[faces]

@@ -22,18 +22,18 @@ class Edges:
 
     @property
     def border(self) -> Mask:
-        """(E,) edges of one face only."""
+        """A mask (E,) of the edges that belong to one face only."""
         once: Mask = self.count == 1
         return once
 
     @property
     def crowded(self) -> Mask:
-        """(E,) edges of three faces or more."""
+        """A mask (E,) of the edges that belong to three or more faces."""
         return self.count > 2
 
     @property
     def turned(self) -> Mask:
-        """(E,) edges between two faces of opposite orientation."""
+        """A mask (E,) of the edges between two faces of opposite orientation."""
         unequal: Mask = (self.count == 2) & (self.balance != 0)
         return unequal
 
@@ -52,7 +52,7 @@ def edges_of(faces: Faces) -> Edges:
 
 
 def neighbours(edges: Edges, chosen: Mask) -> tuple[Faces, Faces]:
-    """Pairs of consecutive sides on the same edge, for the chosen edges (E,)."""
+    """Pairs of consecutive sides that lie on the same edge, for the edges in the mask `chosen` (E,)."""
     order = np.argsort(edges.of_side, kind="stable")
     first, second = order[:-1], order[1:]
     same = (edges.of_side[first] == edges.of_side[second]) & chosen[edges.of_side[first]]
@@ -60,7 +60,7 @@ def neighbours(edges: Edges, chosen: Mask) -> tuple[Faces, Faces]:
 
 
 def labels(size: int, first: Faces, second: Faces) -> Faces:
-    """(size,) the number of the connected component of each node; the pairs are the links."""
+    """The component number (size,) of each node of a graph whose links are the pairs of `first` and `second`."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -70,13 +70,13 @@ def labels(size: int, first: Faces, second: Faces) -> Faces:
 
 
 def components(edges: Edges, count: int) -> Faces:
-    """(F,) for each of `count` faces the component that it belongs to, over shared edges."""
+    """The number of the component, connected by shared edges, that each of `count` faces belongs to (F,)."""
     first, second = neighbours(edges, np.ones(len(edges.ends), dtype=bool))
     return labels(count, first // 3, second // 3)
 
 
 def fans(faces: Faces, edges: Edges, first: Faces, second: Faces) -> Faces:
-    """(3F,) the number of the fan that each corner belongs to: faces around a vertex, connected over pairs of sides."""
+    """The number of the fan of each corner (3F,); a fan is faces around a vertex, connected by the pairs of sides."""
     here = [_corners(first, edges, low) for low in (True, False)]
     there = [_corners(second, edges, low) for low in (True, False)]
     return labels(faces.size, np.concatenate(here), np.concatenate(there))
@@ -90,7 +90,7 @@ def _corners(sides: Faces, edges: Edges, low: bool) -> Faces:
 
 
 def fans_around(faces: Faces, fan: Faces) -> Faces:
-    """(V,) the number of fans around each vertex, given the fan (3F,) of each corner."""
+    """The number of fans (V,) around each vertex, given the fan (3F,) of each corner."""
     vertex = np.zeros(int(fan.max()) + 1 if len(fan) else 0, dtype=np.int64)
     vertex[fan] = faces.reshape(-1)
     return np.bincount(vertex)
@@ -103,7 +103,7 @@ def pinched(faces: Faces, edges: Edges) -> int:
 
 
 def repeating(faces: Faces) -> Mask:
-    """(F,) which faces have the same three vertices as an earlier one, in the same cyclic order."""
+    """A mask (F,) of the faces with the same three vertices as an earlier face, in the same cyclic order."""
     again = np.zeros(len(faces), dtype=bool)
     size = int(faces.max()) + 1 if len(faces) else 1
     if size < 1 << 21:  # then three indices fit into one number, which is sorted many times faster

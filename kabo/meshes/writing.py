@@ -22,7 +22,9 @@ def write_off(path: str | Path, vertices: Vertices, faces: Faces) -> None:
     """Writes one mesh as an OFF file of plain triangles with 17 digits, atomically.
 
     Args:
-        path: the file, whose ending is `.off`. vertices: (V, 3) [m]. faces: (F, 3).
+        path: the file, whose name ends in `.off`.
+        vertices: the vertices (V, 3) [m].
+        faces: the vertex indices (F, 3) of the triangles.
 
     Raises:
         InputError: another ending. OSError: the folder cannot be written. KaboError: what is read back differs.
@@ -38,10 +40,11 @@ def write_mesh(path: str | Path, vertices: Vertices, faces: Faces) -> None:
 
 
 def write_pieces(path: str | Path, named: Sequence[Piece]) -> None:
-    """Writes several meshes to one file: in OBJ an object each, in OFF and PLY one after the other.
+    """Writes several meshes to one file: in OBJ as separate objects, in OFF and PLY concatenated.
 
     Args:
-        path: the file, `.off`, `.ply` or `.obj`. named: name, vertices (V, 3) [m] and faces (F, 3) of each.
+        path: the file, whose name ends in `.off`, `.ply` or `.obj`.
+        named: the name, vertices (V, 3) [m] and faces (F, 3) of each mesh.
 
     Raises:
         InputError: another ending. OSError: the folder cannot be written. KaboError: what is read back differs.

@@ -1,7 +1,7 @@
 """Motion: joint paths from one configuration to another, shortened and timed.
 
-Callers pass a function that says what is free, and a key that all random numbers follow from: the room knows no
-robots, meshes or goals.
+Callers pass a function that tests whether segments are free, and a key that determines all random numbers; the
+package does not depend on robots, meshes or goals.
 """
 
 from kabo.lazy import lazy_names

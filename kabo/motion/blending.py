@@ -28,10 +28,10 @@ MIN_SHRINKING, MAX_SHRINKING = 0.5, 0.98
 
 @dataclass(frozen=True)
 class Blended:
-    """A path by length: `corners` (m, n), and how far before and after each corner its blend extends.
+    """A path with rounded `corners` (m, n); `trims` (m,) are the lengths of blends before and after a corner.
 
-    `trims` (m,) are 0 at both ends and where the path stops at the corner. They may extend over other corners, but
-    not over one where the path stops.
+    A trim is 0 at both ends of the path and at corners where the path stops. A blend may extend over other
+    corners, but not over a corner where the path stops.
     """
 
     corners: Array
@@ -85,7 +85,7 @@ class Blended:
         return q0, units[0] + slopes @ turns, np.where(inside, 0.5 / wide, 0.0) @ turns
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
-        """The path (…, n), or its first or second derivative, at parameters."""
+        """The points (…, n) of the path at the parameters `places`, or its derivatives of order 1 or 2."""
         q0, q1, q2 = self._pieces
         s = np.asarray(places, np.float64)
         k = np.clip(np.searchsorted(self.borders, s, side="right") - 1, 0, len(q0) - 1)
@@ -95,7 +95,7 @@ class Blended:
         return np.asarray(q1[k] + ds * q2[k] if order == 1 else q2[k])
 
     def straight(self, places: ArrayLike) -> Array:
-        """The points (…, n) of the straight pieces at parameters."""
+        """The points (…, n) of the path without rounding of corners, at the parameters `places`."""
         units, _ = self.directions
         s = np.asarray(places, np.float64)
         k = np.clip(np.searchsorted(self.places, s, side="right") - 1, 0, len(units) - 1)
@@ -103,7 +103,7 @@ class Blended:
 
     @cached_property
     def deviations(self) -> tuple[Array, Array]:
-        """Parameters (k + 1,), and for each of the k pieces between them a bound of its distance from the straight pieces.
+        """Parameters (k + 1,), and bounds (k,) of the distance from the straight pieces between adjacent parameters.
 
         The difference of both is quadratic on each piece, so within the hull of its three control points.
         """
@@ -123,10 +123,9 @@ def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None
     The bound holds for points at the same parameter.
 
     Args:
-        corners: at least two; neighbours differ.
+        corners: at least two corners (m, n), of which adjacent ones differ.
         deviation: the greatest permitted distance of the path from the straight pieces.
-        shares: (m,) of the trim that each corner would have alone; 0: the path goes through the corner, and stops
-        there.
+        shares: (m,) the fraction of its greatest trim that each corner gets; at 0 the path stops there.
     """
     points = np.array(corners, np.float64)
     if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= MIN_PIECE_LENGTH:
@@ -167,7 +166,7 @@ def _directions(points: Array) -> tuple[Array, Array]:
 
 
 def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:
-    """The indices of the way points (m, n) to keep; all others lie within `tolerance` [L2] of the path along these.
+    """The indices of the way points (m, n) to keep; the others lie within `tolerance` [L2] of the path along these.
 
     [Douglas, Peucker 1973]; the first and the last are kept.
     """

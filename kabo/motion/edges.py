@@ -23,7 +23,7 @@ STORED_DECIMALS = 9  # of joint values in plans: what is proven is what is store
 
 @dataclass(frozen=True)
 class FreeSpace:
-    """The free space of a path search, with the projection onto the path's constraint, if it has one.
+    """The free space of a path search, with a projection onto the constraint on the path, if there is one.
 
     `hits` counts the edges that were rejected, by the number of the collision pair that was hit.
     """
@@ -75,7 +75,7 @@ class FreeSpace:
         return way
 
     def projected_step(self, q: Array, here: Array, target: Array) -> Array | None:
-        """The projection of q onto the constraint; None if it fails, is too far away, or no nearer to `target`."""
+        """The projection of q onto the constraint; None if it fails, is too far away, or is no nearer to `target`."""
         if np.array_equal(q, target):
             return q
         found = self.projection(q) if self.projection else q
@@ -95,7 +95,7 @@ def stepped(start: Array, target: Array, reach: float) -> Array:
 
 
 def dyadic_levels(pieces: int) -> list[Array]:
-    """Fractions of a segment in the order in which to check them: end, middle, quarters … until there are `pieces`.
+    """Fractions of a segment in the order of checking: end, middle, quarters …, until they divide it into `pieces`.
 
     Each level is one array, for one call of the kernel.
     """

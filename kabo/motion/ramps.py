@@ -1,7 +1,7 @@
 """Trapezoidal velocity profiles from rest to rest along a straight segment of joint space.
 
-Plans keep times of way points only, and between them a robot moves at constant speed [docs/plans.md]; so both
-ramps consist of way points of their own, at equal times. The mean speed between two of them is never above the
+Plans keep times of way points only, and between them a robot moves at constant speed [docs/plans.md]; so each
+ramp has additional way points at equal time steps. The mean speed between two of them is never above the
 speed in the profile.
 """
 
@@ -18,12 +18,12 @@ MIN_CHANGE = 1e-10  # [rad or m]: plans keep nine decimals
 def trapezoid(
     start: ArrayLike, end: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, steps: int = RAMP_WAYPOINTS
 ) -> tuple[Array, Array]:
-    """Fractions of the segment (m,) from 0 to 1, and their times [s], as fast as the limits allow.
+    """Fractions (m,) of a segment from 0 to 1, and their times (m,) [s], for the fastest motion within the limits.
 
     Args:
-        start, end: (n,) [rad or m], different.
+        start, end: two different configurations (n,) [rad or m].
         velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
-        steps: way points of each ramp.
+        steps: the number of way points of each ramp.
 
     Raises:
         ValueError: nothing moves, or a joint that moves has no positive limit.
@@ -50,11 +50,11 @@ def from_rest_to_rest(waypoints: ArrayLike, velocity: ArrayLike, acceleration: A
     """Denser way points (k, n) of a path that rests at every corner, and their times (k,) [s] in whole microseconds.
 
     Args:
-        waypoints: (m, n), neighbours apart.
-        velocity, acceleration: as for `trapezoid`.
+        waypoints: the path (m, n), in which adjacent way points differ.
+        velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
 
     Raises:
-        ValueError: as `trapezoid`.
+        ValueError: nothing moves, or a joint that moves has no positive limit.
     """
     path = np.asarray(waypoints, float)
     rows, times = [path[:1]], [np.zeros(1)]

@@ -19,7 +19,7 @@ RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run
 
 @dataclass(frozen=True)
 class NoPath:
-    """The result if no path was found within the budget: the hits of each pair, and the samples spent."""
+    """The result if no path was found within the budget: the hits of each pair, and the number of samples drawn."""
 
     hits: Counter[int]
     samples: int
@@ -75,15 +75,16 @@ def connect(
     The straight segment is tried first. The answer depends on the arguments only.
 
     Args:
-        start, goal: (n,) within the limits; under a constraint they fulfil it.
-        free_segment: proves a straight segment free and within the constraint: -1, or the number of the pair that
-        is hit.
-        free_configurations: checks (N, n) configurations before the proof, which is cheaper; the same numbers.
+        start, goal: configurations (n,) within the limits, which fulfil the constraint if there is one.
+        free_segment: returns -1 if a straight segment is proven free and within the constraint, else the index of a
+            pair that is hit.
+        free_configurations: returns -1 or the index of a hit pair for each configuration (N, n); cheaper than a proof
+            and called first.
         lower, upper: (n,) finite bounds of the samples.
         key: the key of the random numbers.
-        samples: the number of samples that may be drawn in all.
+        samples: the greatest total number of samples.
         projection: moves a configuration onto the constraint that the path keeps; None if there is no constraint.
-        restart: samples after which new trees are started.
+        restart: the number of samples after which new trees are started.
 
     Raises:
         ValueError: shapes do not fit, or a bound is not finite.

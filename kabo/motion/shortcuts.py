@@ -27,10 +27,11 @@ def shortcut(
 
     Args:
         waypoints: (k, n), each segment proven free.
-        free_segment, projection: as for `connect`.
+        free_segment: the proof that a segment is free, as for `connect`.
+        projection: the projection onto the path's constraint, as for `connect`.
         key: the key of the random numbers; attempt i depends on (key, i) and the path before it only.
         attempts: the number of pairs of points to try.
-        free_configurations: as for `connect`; None: no check before the proof.
+        free_configurations: the cheaper check before the proof, as for `connect`; None: no such check.
         patience: the number of attempts in a row that may fail; None for no limit.
     """
     path = np.array(waypoints, np.float64)

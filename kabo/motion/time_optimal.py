@@ -14,7 +14,7 @@ LIMIT_SHARE = 0.985  # share of the limits, for points between grid points
 
 
 class Path(Protocol):
-    """A path by a parameter from 0 to `length`, once differentiable."""
+    """The interface of a once differentiable path whose parameter runs from 0 to `length`."""
 
     @property
     def length(self) -> float:
@@ -23,7 +23,7 @@ class Path(Protocol):
 
     @property
     def borders(self) -> Array:
-        """The parameters where the path's second derivative jumps, and those of both ends."""
+        """The parameters where the path's second derivative jumps, and the parameters of both ends."""
         ...
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
@@ -39,11 +39,11 @@ def fastest(
     Args:
         path: a path of n joints.
         velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
-        through: parameters that the result shall contain.
+        through: parameters that the result must contain.
 
     Raises:
         ImportError: toppra is not installed; the message says the remedy.
-        ValueError: no joint velocities within the limits follow the path.
+        ValueError: the path cannot be followed within the limits.
     """
     grid = _grid(path, through)
     moving = np.ptp(path.at(grid), axis=0) > 0.0

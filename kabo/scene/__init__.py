@@ -1,7 +1,7 @@
 """The scene room: robots, bodies, features, regions, and the immutable geometric state.
 
-It knows the language's scene description and how files become arrays; it knows nothing of how anything is checked
-for collision, sampled or moved.
+The package turns the language's scene description and its files into arrays; it does not depend on collision
+checks, sampling or motion.
 """
 
 from kabo.meshes import Mesh, load_mesh

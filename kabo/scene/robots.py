@@ -20,7 +20,7 @@ from kabo.scene.tree import KinematicTree
 
 @dataclass(frozen=True)
 class Link:
-    """A link: the joint of the robot's tree that carries it, its pose there, its mesh in the link's frame."""
+    """A link: the joint that carries it, its pose in the joint's frame, and its mesh in the link's frame."""
 
     name: str
     joint: int
@@ -31,7 +31,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Tool:
-    """The tool: the link whose frame is the tool frame, and the features in it."""
+    """The tool: the link whose frame is the tool frame, and the features given in this frame."""
 
     frame: str
     features: Mapping[str, Feature]
@@ -61,7 +61,7 @@ _NUMBERS = count()
 
 
 def shared(number: int) -> "Robot":
-    """The robot with an index, in the process that loaded it and in processes forked from that one later.
+    """The robot with index `number`, looked up in the process that loaded the robot or in a later fork of it.
 
     Raises:
         KeyError: the robot was loaded in another process.
@@ -121,7 +121,7 @@ class Robot:
         return structure_of(self.tree, self.planned)
 
     def expand(self, q: Sequence[float]) -> Array:
-        """A configuration as pinocchio takes it: with mimic and locked joints, continuous joints as cosine and sine."""
+        """A configuration in pinocchio's form: with mimic and locked joints, and continuous joints as cosine and sine."""
         full = np.zeros(self.model.nq)
         for j in range(1, self.model.njoints):
             joint, actuation = self.model.joints[j], self.actuation

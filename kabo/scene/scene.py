@@ -67,7 +67,7 @@ class Region:
 class Scene:
     """Robots, bodies and regions by name, in the order of the file; `files` maps every file read to its hash.
 
-    `memory` keeps what other rooms derive from the scene, under keys of theirs.
+    `memory` caches results that other packages derive from the scene, each under a key that the package chooses.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Scene:
         return tuple(name for name, body in self.bodies.items() if body.movable)
 
     def never_collide(self, first: str, second: str) -> bool:
-        """Whether a pair (`robot.link` or a body) is never checked: it may collide, is adjacent, or never moves."""
+        """Whether a pair of links or bodies is never checked: it may collide, is adjacent, or never moves."""
         if frozenset((first, second)) in self.allowed:
             return True
         robot, other = first.partition("."), second.partition(".")
@@ -193,7 +193,7 @@ def load_scene(description: SceneDescription, look: Callable[[], None] = never) 
     """The scene of a description, with every URDF and mesh loaded; `look` is called before each of them.
 
     Raises:
-        InputError: everything that does not load, at the places in the scene file that name it.
+        InputError: something does not load; the error lists every failure with its place in the scene file.
     """
     loader = _Loader(description, look)
     robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)

@@ -10,7 +10,10 @@ Configuration = tuple[
 
 @dataclass(frozen=True)
 class Attachment:
-    """An object's parent (`world`, `robot.link` or an object) and its pose there [m, (x, y, z, w)]."""
+    """An object's parent (`world`, `robot.link` or an object), and the object's pose in the parent's frame.
+
+    The pose is a position [m] and a quaternion (x, y, z, w).
+    """
 
     parent: str
     position: tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""The axis structure of an arm, which tells the closed form, if any, of its inverse kinematics [K A.3].
+"""The axis structure of an arm, which determines the closed form, if any, of the arm's inverse kinematics [K A.3].
 
 It follows from the joint axes with all joints at zero, not from names or frames: link lengths and offsets are free
 as long as axes are parallel, or meet, where the form needs it.
@@ -46,7 +46,7 @@ class Structure:
 
     @property
     def end(self) -> int:
-        """The last joint of the chain, whose pose is given."""
+        """The last joint of the chain, for whose poses inverse kinematics is solved."""
         return int(self.joints[-1])
 
 
@@ -58,7 +58,7 @@ class NoStructure:
 
 
 def structure_of(tree: KinematicTree, planned: int) -> Structure | NoStructure:
-    """The structure of the chain of the first `planned` values of a tree's configuration, or why there is none."""
+    """The structure of the chain of the first `planned` values of a tree's configuration, or why it has none."""
     chain = _chain(tree, planned)
     if isinstance(chain, str):
         return NoStructure(chain)

@@ -59,7 +59,7 @@ def quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
 
 
 def rounded(values: Sequence[float], decimals: int) -> tuple[float, ...]:
-    """The values rounded, without negative zeros."""
+    """The values rounded to `decimals` decimals, with 0.0 in place of -0.0."""
     return tuple(round(float(value), decimals) + 0.0 for value in values)
 
 

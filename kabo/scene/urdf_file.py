@@ -38,7 +38,7 @@ class UrdfFile:
 
 
 def pinocchio() -> Any:
-    """The pinocchio module; InputError with one line if it cannot be imported."""
+    """The imported pinocchio module; raises InputError with a one-line message if it cannot be imported."""
     try:
         import pinocchio as module
     except ImportError as error:
@@ -54,7 +54,7 @@ def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> 
     """The links' geometry (collision, else visual), the mimic rules and the kinematics of a URDF file.
 
     Raises:
-        InputError: the file is not XML, says something impossible, or names a mesh that does not load.
+        InputError: the file is not XML, has impossible values, or names a mesh that does not load.
     """
     urdf = read_text(path, place)
     meshes, files = {}, [path]

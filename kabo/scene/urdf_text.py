@@ -1,8 +1,8 @@
 """Parses and checks URDF files: elements with their lines, valid numbers, links that form a tree.
 
-Errors are found here, with their places, before pinocchio's parser sees the file: that one reports on standard
-error only and does not check numbers. It gets a new text of the checked links, joints, origins, axes and limits,
-no more [`kinematics`].
+Errors are found here, with their places, before pinocchio's parser sees the file: pinocchio reports on
+standard error only and does not check numbers. It is given a new text with nothing but the checked links, joints,
+origins, axes and limits [`kinematics`].
 """
 
 import difflib
@@ -137,10 +137,11 @@ def read_text(path: Path, place: Place | None) -> Urdf:
     """The checked tree of a URDF file.
 
     Args:
-        path: the file. place: where a scene names it, for the error if it cannot be read.
+        path: the URDF file.
+        place: the place where a scene names the file, for error messages.
 
     Raises:
-        InputError: it cannot be read, is no XML, or its links, joints and numbers are not what they must be.
+        InputError: the file cannot be read, is not XML, or has invalid links, joints or numbers.
     """
     at = place or Place(str(path), 1, 1)
 

@@ -1,7 +1,8 @@
-"""Bounding convex decompositions [K Def. 3]: parts that cover a solid, their union within epsilon of it, both proven.
+"""Bounding convex decompositions [K Def. 3]: convex parts proven to cover a solid and to stay within epsilon of it.
 
 Covering holds by construction and is proven cell by cell (`enclosing_union`); the distance of every point of every
-part to the solid is proven by tetrahedra (`nearness`). Made once, then kept in the cache.
+part to the solid is proven by tetrahedra (`nearness`). A decomposition is computed once and then read from the
+cache.
 """
 
 from contextlib import suppress
@@ -36,7 +37,7 @@ TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried in turn to reach a 
 
 
 class Triangles(Protocol):
-    """Anything with vertices (V, 3) [m] and faces (F, 3)."""
+    """The interface of a triangle mesh: vertices (V, 3) [m] and faces (F, 3)."""
 
     @property
     def vertices(self) -> Array:
@@ -44,12 +45,12 @@ class Triangles(Protocol):
 
     @property
     def faces(self) -> Integers:
-        """The faces (F, 3) as indices of vertices."""
+        """The vertex indices (F, 3) of all faces."""
 
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """Convex parts whose union contains the solid, and whose points are all near it."""
+    """Convex parts whose union contains a solid, and whose points all lie near this solid."""
 
     parts: tuple[Array, ...]  # the corners of each, (V, 3) [m]
     deviations: tuple[float, ...]  # of each part: a proven bound of its greatest distance from the solid [m]
@@ -58,7 +59,7 @@ class Decomposition:
 
     @property
     def hausdorff_upper_bound(self) -> float:
-        """A proven bound of the Hausdorff distance of the union and the solid [m], at most `epsilon`."""
+        """A proven upper bound, at most `epsilon`, of the Hausdorff distance between union and solid [m]."""
         return max(self.deviations)
 
     @property
@@ -76,21 +77,21 @@ def bounding_decomposition(
     seed: int = 0,
     cache: Path | None = None,
 ) -> Decomposition:
-    """Few convex parts of few vertices that cover a closed mesh, none farther than `epsilon` from its solid [K 4.4].
+    """Few convex parts with few vertices that cover the solid inside a closed mesh, within `epsilon` of it [K 4.4].
 
     The same triangles, parameters and seed give the same parts, whatever the order of vertices and faces.
 
     Args:
-        mesh: closed; vertices (V, 3) [m]. Components may overlap.
+        mesh: a closed mesh with vertices (V, 3) [m], whose components may overlap.
         epsilon: the greatest permitted distance of any point of the parts from the solid [m].
-        parts: a target: the parts are as tight as so many can be; more if epsilon needs them.
-        vertices_per_part: a target: where it can be kept, no part has more.
-        seed: part of the cache's key; nothing is random yet, so that every seed gives the same parts.
-        cache: a folder; by default the decompositions' folder in kabo's cache.
+        parts: the desired number of parts; more are made if epsilon requires it.
+        vertices_per_part: the desired greatest number of vertices of a part; exceeded where it cannot be kept.
+        seed: a part of the cache's key; the parts do not depend on it, since the method uses no random numbers.
+        cache: the folder of stored decompositions; None is the folder in kabo's cache.
 
     Raises:
-        ValueError: epsilon is not a positive length, a target is not positive.
-        MeshError: empty, not finite, indices out of range, open, or too fine for epsilon: with the figures.
+        ValueError: epsilon is not a positive length, or a desired number is not positive.
+        MeshError: the mesh is empty, not finite, open or too fine for epsilon, or has indices out of range.
     """
     began = perf_counter()
     if not (np.isfinite(epsilon) and epsilon > 0.0):

@@ -1,4 +1,4 @@
-"""Bounding meshes: few vertices, on one side of the original, within a proven distance of it [K 4.3].
+"""Bounding meshes: meshes of few vertices on one side of an original mesh, proven close to it [K 4.3].
 
 Edges are contracted, cheapest first, to points that lie behind no face of the edge's star: then the solid only
 grows, by tetrahedra of non-negative volume, and no enclosed point is lost. The signs are exact. The cost only
@@ -68,7 +68,7 @@ class TriangleMesh(Protocol):
 class BoundingMesh:
     """A mesh that encloses another (outer) or lies inside it (inner), with proven bounds.
 
-    One-sided: wherever the enclosed mesh winds around a point, the enclosing one does so at least as often.
+    The winding number of the enclosing mesh around any point is at least that of the enclosed mesh.
     """
 
     vertices: Array  # (V, 3) [m]

@@ -1,4 +1,4 @@
-"""A solid cut into convex cells; for each cell, segments whose hull contains the solid inside the cell.
+"""Convex cells of a solid, each with segments whose convex hull contains the solid inside the cell.
 
 A cell is represented by the boundary faces of its part of the solid, each face by its border segments. Cutting by
 a plane clips every segment, closes every face that crosses the plane with new segments on the plane, and adds
@@ -18,7 +18,7 @@ from kabo.arrays import Array, Integers
 
 @dataclass(frozen=True)
 class Cell:
-    """The part of a solid inside a convex cell: border segments (S, 2, 3) [m] and the face (S,) that each belongs to."""
+    """The part of a solid inside a convex cell: border segments (S, 2, 3) [m], and the face index (S,) of each."""
 
     segments: Array
     faces: Integers

@@ -1,4 +1,4 @@
-"""The named arrays on which the kernels of edge contraction work, and the functions that allocate them."""
+"""Named tuples of the arrays for the kernels of edge contraction, and functions that allocate them."""
 
 from typing import NamedTuple
 
@@ -35,7 +35,7 @@ class ContractionSettings(NamedTuple):
 
 
 class Net(NamedTuple):
-    """The mesh of V vertices and F faces; `kernels.star` explains the arrays."""
+    """The arrays of a mesh under contraction, of V vertices and F faces (layout: `kernels.star`)."""
 
     vertices: Array  # (V + 1, 3): the last row is for a point on trial
     faces: Integers  # (F, 3)
@@ -77,7 +77,7 @@ class Star(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """The original triangles that each face carries; `kernels.carried_triangles` explains the arrays."""
+    """The lists of original triangles assigned to each face (layout: `kernels.carried_triangles`)."""
 
     heads: Integers  # (F,)
     items: Integers  # (N,)
@@ -91,7 +91,7 @@ class Carried(NamedTuple):
 
 
 class CarriedDraft(NamedTuple):
-    """The changes that a contraction would make to the carried triangles."""
+    """The assignments of original triangles to faces that a contraction would change."""
 
     nodes: Integers  # (M,)
     faces: Integers  # (M,)
@@ -101,7 +101,7 @@ class CarriedDraft(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """The heap of edges."""
+    """A heap of edges by cost: costs (H,) and rows (H, 3) of two end vertices and a stamp."""
 
     costs: Array  # (H,)
     edges: Integers  # (H, 3)
@@ -123,7 +123,7 @@ def _zeros(*shape: int) -> Integers:
 
 
 def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: Integers, quadrics: int) -> Net:
-    """The net of a mesh, with room for `quadrics` quadrics."""
+    """The `Net` arrays of a mesh, with space for `quadrics` quadrics."""
     v, f = len(vertices), len(faces)
     edges = coo_array((np.ones(2 * f), (faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())), shape=(v, v))
     many, components = connected_components(edges, directed=False)
@@ -171,7 +171,7 @@ def star_of(faces: int) -> Star:
 
 
 def carried_of(faces: int, nodes: int) -> Carried:
-    """Allocates the lists of carried triangles, for the given numbers of nodes and faces."""
+    """Allocates the lists of original triangles for the given numbers of faces and list nodes."""
     return Carried(
         heads=_zeros(faces),
         items=_zeros(nodes),
@@ -186,7 +186,7 @@ def carried_of(faces: int, nodes: int) -> Carried:
 
 
 def draft_of(faces: int, moves: int) -> CarriedDraft:
-    """Allocates a draft for the given numbers of moves and faces."""
+    """Allocates a `CarriedDraft` for the given numbers of moves and original triangles."""
     return CarriedDraft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
 
 
@@ -208,5 +208,5 @@ def queue_of(edges: int) -> Queue:
 
 
 def refused_of(edges: int) -> Integers:
-    """Allocates the list of refused edges, a row each: both ends, the time of refusal, the stamp."""
+    """Allocates the table of refused edges; a row holds both end vertices, the time of the refusal and the stamp."""
     return np.zeros((edges, 4), np.int64)

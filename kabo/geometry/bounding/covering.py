@@ -1,4 +1,4 @@
-"""Groups cells into few convex sets: sets grow from cells while their hulls stay near the solid, then a cover is chosen.
+"""Groups cells into few convex sets: grows sets while their hulls stay near the solid, then chooses a cover.
 
 Sets may overlap. The choice is a set cover problem, solved to optimality by branch and bound (scipy's HiGHS), so
 that the same cells give the same sets.
@@ -32,7 +32,7 @@ HULL_PROOF_TETRAHEDRA = 4_000  # of a proof, after which a hull counts as not re
 
 
 class Growth:
-    """Grows sets of cells whose common hull appears to be near a solid."""
+    """Grows sets of cells whose common convex hull stays near a solid, as far as samples show."""
 
     def __init__(self, solid: Solid, limit: float, points: Sequence[Array], voids: Voids) -> None:
         self.solid, self.limit, self._voids = solid, limit, voids
@@ -49,10 +49,10 @@ class Growth:
         self._joints: dict[Members, bool] = {}
 
     def from_seed(self, seed: int, nearest: bool, prices: Array | None = None) -> Members:
-        """The set grown from one cell, by its nearest neighbour, or by the neighbour that adds the least empty volume.
+        """The set grown from cell `seed`, adding its nearest neighbour, or the one that adds the least empty volume.
 
-        With prices (C,), cells with a positive price are added first, then others. If the final hull is refuted,
-        the set is grown again without the point that was found outside the solid.
+        If prices (C,) are given, cells with a positive price are added before others. If a point of the final hull
+        is proven to lie far from the solid, the set is grown again so that its hull excludes this point.
         """
         for _ in range(MAX_REGROWTHS):
             members = self._grown(seed, nearest, prices)
@@ -108,7 +108,7 @@ class Growth:
         return sorted(candidates, key=lambda j: (known[j], candidates.index(j)))
 
     def with_one_less(self, sets: Sequence[Members]) -> list[Members]:
-        """The sets, made disjoint, after as many as possible were dissolved into their neighbours."""
+        """Disjoint sets of the same cells, as few as are found by distributing the cells of a set to its neighbours."""
         owned: set[int] = set()
         groups: list[list[int]] = []
         for members in sorted(sets, key=lambda members: (-len(members), members)):
@@ -175,7 +175,7 @@ class Growth:
 
 
 def thinned(points: Array, tolerance: float) -> Array:
-    """Corners of a hull, chosen so that no other corner is farther than `tolerance` [m] from the hull of these."""
+    """Some corners of the points' convex hull, such that every point lies within `tolerance` [m] of their hull."""
     points = points[np.sort(ConvexHull(points).vertices)]
     axes = np.array(
         [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
@@ -197,7 +197,7 @@ def thinned(points: Array, tolerance: float) -> Array:
 
 
 def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Array:
-    """The price of covering each cell (C,): the dual solution of the linear relaxation of the cheapest cover.
+    """The prices (C,) of covering each cell: the dual solution of the linear relaxation of the cheapest cover.
 
     Only a set whose cells have a total price above its cost can make the cover cheaper [Dantzig and Wolfe 1960].
     """

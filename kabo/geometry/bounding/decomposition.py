@@ -36,12 +36,12 @@ Cut = tuple[Array, float]  # a plane: normal·x = offset
 
 
 class ToleranceTooFine(Exception):
-    """More cells than allowed would be needed for the tolerance; carries the number of cells."""
+    """Raised if the tolerance needs more cells than allowed; its argument is the permitted number of cells."""
 
 
 @dataclass(frozen=True)
 class EnclosedCell:
-    """The solid inside a cell, and the part that encloses it; `part` is None while none is close enough."""
+    """The solid inside a cell, and its enclosing part; `part` is None while no enclosing part is close enough."""
 
     points: Array  # (P, 3) hull vertices of the solid inside the cell
     cell: Cell | None  # None if cells were joined
@@ -49,10 +49,10 @@ class EnclosedCell:
 
 
 def decompose(solid: Solid, tolerance: float, seed: int, look: Callable[[], None] = never) -> list[Array]:
-    """The parts (V <= 24, 3) [m]; one if the solid is nearly convex.
+    """The convex parts (V <= 24, 3) [m] that enclose a solid within `tolerance` [m]; one part if it is nearly convex.
 
     CoACD runs in a child process, since it cannot be interrupted and its threads do not survive a fork. `look` is
-    called meanwhile; if it raises, the child is killed.
+    called repeatedly meanwhile; if it raises an exception, the child process is killed.
 
     Raises:
         ToleranceTooFine: more than 200 cells would be needed.
@@ -74,8 +74,8 @@ def _in_cells(solid: Solid, tolerance: float, seed: int, cell: Cell) -> list[Arr
 def proposed_cuts(vertices: Array, faces: Integers, seed: int) -> list[Cut]:
     """Planes between neighbouring hulls of a coarse CoACD decomposition of the mesh.
 
-    CoACD's search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. A
-    mesh that is no manifold gets none, since CoACD may crash on it.
+    CoACD's search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. For
+    a mesh that is not a manifold there are no planes, since CoACD may crash on it.
     """
     edges = edges_of(faces)
     if edges.crowded.any() or repeating(np.sort(faces, axis=1)).any():

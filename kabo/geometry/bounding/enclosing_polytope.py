@@ -16,7 +16,7 @@ TURN_ANGLES = (0.2, 0.1, 0.1, 0.05, 0.02)  # [rad] tried in turn
 
 
 def hull_planes(points: Array) -> Array:
-    """The distinct half-spaces (H, 4), n·x <= d with |n| = 1, of the hull of points (P, 3)."""
+    """The distinct half-spaces (H, 4) of the convex hull of points (P, 3): n·x <= d with |n| = 1."""
     equations = ConvexHull(points).equations
     return np.unique(np.round(np.column_stack([equations[:, :3], -equations[:, 3]]), 12), axis=0)
 
@@ -49,11 +49,11 @@ def solid_points(points: Array, thickness: float) -> Array:
 
 
 def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Array:
-    """The vertices (V <= most, 3) of a convex polytope that contains all points (P, 3), proven with room to spare.
+    """The vertices (V <= most, 3) of a convex polytope that contains all points (P, 3), proven with a margin.
 
     Half-spaces of the points' hull are added where the polytope sticks out most, until the gain is small; then
-    those are dropped, one by one, whose removal changes the polytope least; the rest are rotated slightly while
-    that makes it tighter, unless it is within `enough` [m] of the hull already.
+    half-spaces whose removal changes the polytope least are dropped one by one. The remaining ones are rotated
+    slightly while the polytope becomes tighter, unless it is within `enough` [m] of the hull already.
 
     Raises:
         ValueError: no polytope could be proven to contain the points (they are not finite, or span no volume).
@@ -77,7 +77,7 @@ def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Arr
 
 
 def widened(vertices: Array) -> Array:
-    """The vertices moved away from their middle until every face has moved outwards by `FACE_WIDENING`."""
+    """The vertices, moved away from their mean until every face has moved outwards by `FACE_WIDENING`."""
     middle = vertices.mean(axis=0)
     equations = ConvexHull(vertices).equations
     inner = float(-(equations[:, :3] @ middle + equations[:, 3]).max())

@@ -1,4 +1,4 @@
-"""Few convex parts of few corners whose union encloses a solid and stays near it: cells, sets of cells, parts.
+"""Encloses a solid by few convex parts with few corners: cuts it into cells, groups the cells, encloses each group.
 
 Covering needs no sampling: the cells contain the solid by construction, and every cell is proven to lie inside one
 part. A part may extend into other cells, since its distance to the whole solid is what is proven.
@@ -43,18 +43,18 @@ CORNERS_PER_PART = 2.0  # worth of one part, in corners
 
 @dataclass(frozen=True)
 class Union:
-    """Convex parts (V, 3) [m], and for each a proven bound of its greatest distance from the solid [m]."""
+    """Convex parts (V, 3) [m], and for each part a proven upper bound of its points' distance from the solid [m]."""
 
     parts: tuple[Array, ...]
     deviations: tuple[float, ...]
 
 
 class Undecided(Exception):
-    """A cell cannot be enclosed within epsilon, however small it is cut."""
+    """Raised if a cell cannot be enclosed within epsilon, however small it is cut."""
 
 
 def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
-    """Cells that together contain the solid, with hulls that appear to be near it.
+    """Cells that together contain the solid, with convex hulls that stay near it as far as samples show.
 
     Raises:
         TooManyCells: a thousand cells are not enough.
@@ -81,10 +81,10 @@ def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[Hull
 
 
 def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, corners: int | None) -> Union:
-    """The union of parts around all cells, each proven within `epsilon` [m] of the solid.
+    """Parts that enclose all cells of a solid, each part proven within `epsilon` [m] of the solid.
 
     Args:
-        corners: a target for each part; cells are cut further to reach it.
+        corners: the desired greatest number of corners of a part, reached by cutting cells; None: no limit.
 
     Raises:
         Undecided: a cell cannot be enclosed.
@@ -158,7 +158,10 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
 
 
 def deviation(solid: Solid, part: Array, epsilon: float) -> float:
-    """A proven bound, at most `epsilon`, of the greatest distance of a part, proven within epsilon, from the solid."""
+    """A proven upper bound, at most `epsilon`, of the distance of a part's points from the solid [m].
+
+    The part must already be proven to lie within `epsilon` of the solid.
+    """
     reached = float(solid.outside_distances(part).max())
     for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
@@ -168,7 +171,7 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
 
 
 def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Union:
-    """A union that was made for another solid, at most `away` [m] from this one, with deviations proven for this one.
+    """The parts of `around`, made for another solid at most `away` [m] from `solid`, with deviations proven for `solid`.
 
     Raises:
         Undecided: a part cannot be proven to be within `epsilon` [m].

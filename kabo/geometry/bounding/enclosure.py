@@ -1,6 +1,6 @@
 """The convex parts that enclose a closed mesh, proven within a tolerance of it: read from a file, or computed once.
 
-Parts are looked up beside the mesh file, then in the cache, else computed by
+Parts are looked up beside the mesh file, then in the cache; otherwise they are computed by
 `kabo.geometry.bounding.decomposition` and stored. Parts from a file are used once their claims are proven
 [kabo.geometry.bounding.verified_parts]. If a scene scales a mesh, parts beside its file are scaled too: those with
 deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
@@ -43,14 +43,16 @@ def enclosing_parts(
     same mesh, tolerance and seed give the same parts, whatever the order of vertices and faces.
 
     Args:
-        vertices: (V, 3) [m]. faces: (F, 3) indices. tolerance: [m].
+        vertices: the vertices (V, 3) of the mesh [m].
+        faces: the vertex indices (F, 3) of its triangles.
+        tolerance: the greatest permitted deviation of the parts from the solid [m].
         source: the mesh file; parts stored beside it are used if they were made for this mesh.
-        cache: a folder; by default the parts' folder in kabo's cache.
+        cache: the folder of stored parts; None is the folder in kabo's cache.
         seed: the seed of CoACD.
         look: called repeatedly while parts are computed; an exception ends the computation.
 
     Raises:
-        MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
+        MeshError: the mesh is empty, not finite, open or too fine for the tolerance, or has indices out of range.
     """
     name = "mesh" if source is None else str(source)
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
@@ -106,14 +108,16 @@ def _scaled(solid: Solid, source: Path) -> dict[float, Enclosure]:
 def write_parts(
     mesh: Path, vertices: Array, faces: Integers, *tolerances: float, pieces: Sequence[Array] = ()
 ) -> None:
-    """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those already in it.
+    """Writes the file `<mesh>.parts` with an enclosure of the mesh for each tolerance [m]; keeps stored enclosures.
 
     Args:
-        mesh: the mesh file. vertices, faces: its content, as loaded.
-        pieces: convex sets (P, 3) [m] that contain the mesh, as its designer knows; used if this can be proven.
+        mesh: the path of the mesh file.
+        vertices, faces: the mesh as loaded from this file.
+        pieces: convex sets (P, 3) [m] that together contain the mesh; used only if this can be proven.
 
     Raises:
-        MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
+        MeshError: the mesh cannot be enclosed, as in `enclosing_parts`.
+        OSError: the folder cannot be written.
     """
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
     solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)

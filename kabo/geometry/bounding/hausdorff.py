@@ -16,12 +16,12 @@ def hausdorff_bound(
     *,
     ceiling: float = np.inf,
 ) -> tuple[float, float]:
-    """Bounds of the Hausdorff distance of two surfaces: a distance that is reached, and a proven upper bound [m].
+    """Lower and upper bound of the Hausdorff distance of two surfaces [m]; the lower one is attained at a point.
 
     Args:
         first_vertices, second_vertices: (V, 3) [m]. first_faces, second_faces: (F, 3), at least one each.
-        rel: relative gap between the two numbers; an upper bound below 1e-4 of the diagonal is not improved.
-        ceiling: a value that the upper bound does not exceed, if that can be proven [m].
+        rel: the desired relative gap of the bounds; an upper bound below 1e-4 of the diagonal is not improved.
+        ceiling: the greatest value of the upper bound [m], if the distance can be proven not to exceed it.
     """
     first, second = tree_of(first_vertices, first_faces), tree_of(second_vertices, second_faces)
     floor = 1e-4 * float(np.linalg.norm(np.ptp(first_vertices, axis=0)))

@@ -1,4 +1,4 @@
-"""Whether a convex part stays near a solid: a quick test of samples, and a proof."""
+"""Tests and proofs that a convex part stays near a solid: quick samples, then tetrahedra."""
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -49,7 +49,7 @@ EVEN_DIRECTIONS = _directions(32)
 
 
 def looks_near(solid: Solid, hull: ConvexHull, limit: float) -> bool:
-    """Whether all samples of a hull are within `limit` [m] of the solid, which is no proof."""
+    """Whether all sampled points of a hull are within `limit` [m] of the solid; True is no proof."""
     return _far_sample(solid, hull, limit) is None
 
 
@@ -71,7 +71,7 @@ def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 
 def climbed(solid: Solid, hull: ConvexHull, point: Array) -> tuple[Array, float]:
-    """A point (3,) of a hull, moved uphill in distance from the solid but inside the hull; and its distance [m]."""
+    """A point (3,) of the hull farther from the solid, found by moving `point` inside the hull; and its distance [m]."""
     depth = float(solid.outside_distances(point[None])[0])
     step = depth
     for _ in range(CLIMB_STEPS):
@@ -99,7 +99,7 @@ def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 
 def proven_near(solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA) -> bool | None:
-    """Whether a convex part (V, 3) is within `limit` [m] of the solid: True proven, False refuted, None given up."""
+    """True if a convex part (V, 3) is proven within `limit` [m] of the solid, False if refuted, None if undecided."""
     return near_or_witness(solid, part, limit, most)[0]
 
 
@@ -140,23 +140,26 @@ def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
 
 
 class Voids:
-    """Points known to be far outside a solid: no hull near it may contain one. Surface samples miss closed hollows."""
+    """Points known to be far outside a solid, which no hull near the solid may contain.
+
+    They reveal closed hollows, which samples on the hull's surface miss.
+    """
 
     def __init__(self, solid: Solid) -> None:
         self.solid = solid
         self._points, self._depths = np.empty((0, 3)), np.empty(0)
 
     def meet(self, hull: ConvexHull, limit: float) -> bool:
-        """Whether a hull contains a known point farther than `limit` [m] from the solid."""
+        """Whether a hull contains a stored point that is farther than `limit` [m] from the solid."""
         points = self.between(hull.min_bound, hull.max_bound, limit)
         return bool((points @ hull.equations[:, :3].T + hull.equations[:, 3] <= 0.0).all(axis=1).any())
 
     def between(self, low: Array, high: Array, limit: float) -> Array:
-        """The known points (N, 3) in a box that are farther than `limit` [m] from the solid."""
+        """The stored points (N, 3) in the box from `low` to `high` that are farther than `limit` [m] from the solid."""
         chosen = (self._depths > limit) & ((self._points >= low) & (self._points <= high)).all(axis=1)
         return np.asarray(self._points[chosen])
 
     def add(self, point: Array, hull: ConvexHull) -> None:
-        """Adds a point (3,) of a hull outside the solid, after climbing inside the hull."""
+        """Stores a point (3,) of a hull outside the solid, after moving it inside the hull away from the solid."""
         point, depth = climbed(self.solid, hull, point)
         self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]

@@ -20,11 +20,11 @@ TIGHT_ENOUGH_SHARE = 0.25  # of the tolerance, below which parts are not improve
 
 
 def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> list[Array] | None:
-    """Parts (V <= 24, 3) [m] that cover the solid, each within the tolerance of it, proven; None if pieces do not suffice.
+    """Parts (V <= 24, 3) [m] that cover the solid, each proven within the tolerance; None if this fails.
 
     Args:
         solid: the mesh.
-        pieces: convex sets (P, 3) [m] that are meant to contain it together.
+        pieces: convex sets (P, 3) [m] whose union is meant to contain the solid.
         tolerance: the greatest permitted distance of a part's points from the solid [m].
     """
     parts: list[Array] = []

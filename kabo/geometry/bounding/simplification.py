@@ -1,7 +1,7 @@
-"""A convex point set enclosed by a polytope of few corners that stays within a limit of a whole solid.
+"""Encloses a convex point set by a polytope with few corners that stays within a limit of a solid.
 
-Edges are contracted to points beyond all planes of the faces around them, so every step encloses the one before [K
-4.3]; a corner may lie anywhere near the solid, also where other parts cover it.
+An edge is contracted to a point beyond the planes of all faces around it, so each polytope encloses the previous
+one [K 4.3]. A corner may lie anywhere near the solid, also where other parts cover the solid.
 """
 
 import numpy as np
@@ -26,14 +26,14 @@ Scratch = tuple[Array, Array, Array, Array]
 def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | None = None) -> Array | None:
     """The corners (V, 3) [m] of a polytope with few corners, proven to contain points (P, 3) and to stay near the solid.
 
-    If the last polytope is refuted by a point, contraction resumes at the last polytope without this point.
+    If a point refutes the final polytope, contraction resumes from the last polytope that excludes this point.
 
     Args:
         limit: the greatest permitted distance of any point of the polytope from the solid [m].
-        voids: points that no part may contain; new ones are added.
+        voids: points that no part may contain; refuting points that are found are added.
 
     Returns:
-        None if not even the hull of the points can be proven.
+        The corners; None if not even the convex hull of the points can be proven to stay near the solid.
     """
     voids = Voids(solid) if voids is None else voids
     hull = ConvexHull(points)

@@ -1,4 +1,4 @@
-"""A solid cut into cells whose hulls stay near it, by lines of sight.
+"""Cuts a solid into cells whose hulls stay near it, by lines of sight.
 
 Two points of the solid block each other if the line between them leaves it by more than a limit; a convex part
 near the solid holds no such pair. The plane chosen separates many blocked pairs and few others; unlike the volume
@@ -35,7 +35,7 @@ FLAT_THICKNESS_SHARE = 5e-3  # of the limit, given to flat cells
 
 @dataclass(frozen=True)
 class Creases:
-    """Concave edges: their middles (E, 3), the normals of both faces (E, 3), angle times length (E,)."""
+    """Concave edges of a mesh: their middles (E, 3), the normals of both faces (E, 3), and angle times length (E,)."""
 
     middles: Array
     left: Array
@@ -43,11 +43,11 @@ class Creases:
     weights: Array
 
     def within(self, chosen: NDArray[np.bool_] | Integers) -> "Creases":
-        """The creases that a mask or an array of indices selects."""
+        """The concave edges selected by a mask or an array of indices."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
 
     def nearest(self, point: Array) -> "Creases":
-        """The creases nearest to a point."""
+        """The concave edges whose middles are nearest to a point."""
         away = ((self.middles - point) ** 2).sum(axis=1)
         return self.within(np.argsort(np.round(away, 12), kind="stable")[:MAX_CONCAVE_EDGES])
 
@@ -62,13 +62,13 @@ class HulledCell:
 
 
 class TooManyCells(Exception):
-    """More cells would be needed than were allowed; carries their number."""
+    """Raised if more cells are needed than allowed; its argument is the permitted number of cells."""
 
 
 def split_solid(
     solid: Solid, limit: float, most: int, sight: float, begun: Sequence[HulledCell] | None = None
 ) -> list[HulledCell]:
-    """Cells that together contain the solid, with hulls that appear to be within `limit` [m] of it.
+    """Cells that together contain the solid, with hulls within `limit` [m] of it as far as samples show.
 
     Args:
         most: the greatest number of cells.
@@ -104,7 +104,7 @@ def cut_in_two(solid: Solid, hulled: HulledCell, limit: float, far: Array | None
 
     Args:
         limit: the greatest permitted distance of a line of sight from the solid [m].
-        far: a point (3,) of the cell's hull that is farther from the solid; None: the cell is halved.
+        far: a point (3,) of the cell's hull that is too far from the solid; None: the cell is halved.
     """
     plane = _middle(hulled.points) if far is None else _best_plane(solid, hulled, limit, far)
     normal, offset = plane[:3], float(plane[3])

@@ -16,7 +16,7 @@ METHOD_VERSION = 4  # to be incremented when the same mesh and parameters give o
 
 
 def name_of(vertices: Array, faces: Integers, parameters: tuple[float | int | None, ...]) -> str:
-    """The SHA-256 of a mesh's arrays, the parameters and the method."""
+    """The file name of a decomposition: the SHA-256 of the mesh's arrays, the parameters and the method."""
     digest = hashlib.sha256(repr((FORMAT, METHOD_VERSION, vertices.shape, faces.shape, parameters)).encode())
     digest.update(np.ascontiguousarray(vertices, "<f8").tobytes())
     digest.update(np.ascontiguousarray(faces, "<i8").tobytes())

@@ -1,7 +1,8 @@
-"""Convex parts on disk: beside a mesh, to be shipped with it, and in the cache of what may be computed again.
+"""Convex parts in files: beside a mesh file, to be distributed with it, and in kabo's cache.
 
-One format: a line of JSON, then the vertices of all parts as little-endian float64. The mesh is named by the digest
-of its triangles, whatever their order, so that parts are used for exactly the surface that they enclose.
+Both kinds of files hold a line of JSON, then the vertices of all parts as little-endian float64. A file contains
+the digest of the mesh's triangles in canonical order, so that parts are used only for the surface that they
+enclose.
 """
 
 import hashlib
@@ -23,7 +24,7 @@ MAX_HEADER_BYTES = 1024**2  # of the line of JSON
 
 
 def canonical(vertices: Array, faces: Integers) -> tuple[Array, Integers]:
-    """The same triangles with vertices and faces in a canonical order, equal vertices merged."""
+    """The vertices and faces of a mesh in canonical order, with equal vertices merged."""
     merged, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)
     turned = index.reshape(-1)[faces]
     turned = np.take_along_axis(turned, (np.argmin(turned, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
@@ -81,7 +82,7 @@ def read(path: Path, digest: str) -> dict[float, Enclosure]:
 
 
 def read_whole(path: Path) -> tuple[Any, Array] | None:
-    """The line of JSON and the numbers of a file that `write_whole` wrote; None if it is missing, huge or damaged."""
+    """The JSON header and the numbers of a file written by `write_whole`; None if it is missing, huge or damaged."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             return None
@@ -113,7 +114,7 @@ def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
 
 
 def write_whole(path: Path, header: dict[str, Any], body: bytes) -> None:
-    """Writes a line of JSON, with the digest of the body, and the body, atomically.
+    """Writes a file atomically: the header and the body's digest as a line of JSON, then the body.
 
     Raises:
         OSError: the folder cannot be written.

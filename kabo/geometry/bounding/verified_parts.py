@@ -3,8 +3,8 @@
 A digest in a file shows that the file is complete, not that it is correct: a small box somewhere else would hide
 every collision of a body. So two claims are proven: the union of the parts covers the solid, and no point of a
 part is farther from the solid than its deviation. A proof is remembered by the content of mesh and parts: within
-the process, and by a file name in the cache, whose owner and mode are checked [kabo.compilation]; whoever could
-write that name there could write compiled code there as well.
+the process, and by a file name in the cache, whose owner and mode are checked [kabo.compilation]: anyone
+who could forge such a file could replace the compiled code in the cache as well.
 """
 
 import hashlib

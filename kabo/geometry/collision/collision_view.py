@@ -1,6 +1,6 @@
 """Bounded collision predicates over one kinematic tree: a view validates its inputs once, then works on arrays.
 
-"Free" is a proof, everything else counts as a hit: a collision is never overlooked, a passage thinner than the
+"Free" is reported only if proven, otherwise a hit: a collision is never overlooked, but a gap narrower than the
 budget's epsilon may be. A view keeps scratch space, so it belongs to one thread; its answers depend on its
 arguments only.
 """
@@ -25,7 +25,7 @@ UNUSABLE = -2  # the answer of kernels for an invalid configuration
 
 @dataclass
 class Counters:
-    """The numbers of checks that a view made."""
+    """Counts of the checks that a view has made."""
 
     configuration_checks: int = 0
     sweep_checks: int = 0
@@ -37,13 +37,13 @@ class CollisionChecker(Protocol):
     """The interface of collision checks: a `CollisionView` on convex parts, or an `ExactView` on the original meshes."""
 
     def configuration_hit(self, q: Array) -> int:
-        """-1 if all pairs are free at q (n,), else the number of the first pair that is not."""
+        """-1 if all pairs are free at configuration q (n,), else the index of the first pair that is not."""
 
     def configurations_hit(self, configurations: Array) -> Integers:
         """The result of `configuration_hit` for every row (N, n)."""
 
     def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if all pairs are proven free on the whole straight segment, else the number of a pair that is not."""
+        """-1 if all pairs are proven free on the whole straight segment, else the index of a pair that is not."""
 
     @property
     def counters(self) -> Counters:
@@ -92,10 +92,10 @@ class CollisionView:
         )
 
     def configuration_hit(self, q: Array) -> int:
-        """-1 if all pairs are proven free at q (n,) with the budget's clearance, else the first pair that is not.
+        """-1 if all pairs are proven free at q (n,) with the budget's clearance, else the index of the first that is not.
 
         Raises:
-            ValueError: q has another size, is not finite, or far out of a sliding joint's limits.
+            ValueError: q has the wrong size, is not finite, or lies far outside a prismatic joint's limits.
         """
         row = np.ascontiguousarray(q, np.float64)
         found = first_hit(row, self._memory) if row.ndim == 1 else UNUSABLE
@@ -119,7 +119,7 @@ class CollisionView:
         return answers
 
     def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if all pairs are proven free on the whole straight segment, else the first pair that is not.
+        """-1 if all pairs are proven free on the whole straight segment, else the index of the first that is not.
 
         Bodies that come no closer than the budget's epsilon are free; pairs that do not move relative to each other
         are checked as well.

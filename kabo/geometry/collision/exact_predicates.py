@@ -1,7 +1,7 @@
 """The predicates of [K Def. 1] on the original meshes, through python-fcl; bounded predicates are compared with these.
 
-They are exact for standing bodies. Motions are sampled, so densely that no point moves farther than a step between
-samples; between samples nothing is proven.
+They are exact for bodies that do not move. Motions are sampled so densely that no point moves farther than a given
+step between samples; nothing is proven between samples.
 """
 
 import fcl
@@ -61,8 +61,9 @@ def exact_sweep_collides(motion: Motion, other: Motion | FixedGroup, step: float
     """Whether any sample of a motion collides with a body, or with any sample of another motion [K Def. 1.2, 1.3].
 
     Args:
-        motion: a motion of bodies that all have a mesh. other: another such motion, or a standing body.
-        step: the greatest motion of a point from one sample to the next [m].
+        motion: a motion of bodies that all have a mesh.
+        other: another motion of bodies with meshes, or a fixed body.
+        step: the greatest distance that any point moves from one sample to the next [m].
 
     Raises:
         ValueError: a body without a mesh.

@@ -32,7 +32,7 @@ TRIANGLE_BYTES = 1000  # of memory for a triangle: two nodes of fcl's tree, the 
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh as an fcl model, its box, a vertex of each component, and the solid inside."""
+    """A mesh as an fcl model, with its bounding box, a vertex of each component, and its solid."""
 
     model: fcl.BVHModel
     low: Array  # (3,)
@@ -142,7 +142,7 @@ class ExactView:
         """-1 if no pair collides at q (n,), else the index of the first pair that does.
 
         Raises:
-            ValueError: q has another size, or is not finite.
+            ValueError: q has the wrong size, or is not finite.
         """
         self.counters.configuration_checks += 1
         return self._counted(self._hit(self._configuration(q)))
@@ -152,10 +152,10 @@ class ExactView:
         return np.array([self.configuration_hit(q) for q in configurations], np.int64)
 
     def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if all pairs are proven apart on the whole straight segment, else the index of a pair nearer than `_least`.
+        """-1 if all pairs are proven apart on the whole straight segment, else the index of a pair that is not.
 
-        A pair is apart on a stretch if its distance at the middle exceeds the relative travel of both bodies to
-        either end [K 4.5]; otherwise the stretch is halved.
+        A pair is apart on an interval if its distance at the middle exceeds the relative travel of both bodies to
+        either end [K 4.5]; otherwise the interval is halved, until a pair is nearer than `_least`.
 
         Raises:
             ValueError: as `configuration_hit`.

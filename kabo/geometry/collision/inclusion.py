@@ -6,11 +6,13 @@ from kabo.arrays import Array
 def contains(halfspaces: tuple[Array, Array], points: Array, margin: float) -> bool:
     """Whether all points lie in all half-spaces, at least `margin` deep.
 
-    True is a proof if `margin` exceeds rounding (1e-9 m does, up to a kilometre); at a depth of twice the margin
-    or more the answer is True. The hull of points inside is inside too, so for a convex part its vertices do.
+    True is a proof if `margin` exceeds rounding errors (1e-9 m suffices up to a kilometre). If all points are at
+    least twice the margin deep, the answer is True. For a convex part it suffices to test its vertices.
 
     Args:
-        halfspaces: normals (H, 3) of length 1 and offsets (H,): n·x <= d. points: (P, 3), same frame. margin: [m].
+        halfspaces: normals n (H, 3) of length 1 and offsets d (H,) of the half-spaces n·x <= d.
+        points: points (P, 3) in the same frame [m].
+        margin: the required depth [m].
     """
     normals, offsets = halfspaces
     depth = offsets - points @ normals.T

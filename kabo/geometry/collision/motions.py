@@ -1,6 +1,6 @@
 """Motions of bodies on a chain along straight joint-space segments, and their arrays for the kernels.
 
-Links, tools and held objects are all bodies on a joint; a standing body is a motion without joints.
+Links, tools and held objects are all bodies on a joint; a fixed body is a motion without joints.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class PlacedParts(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A body on a segment, as arrays for `kernels.volumes`."""
+    """A body that moves along a segment, as arrays for `kernels.volumes`."""
 
     poses: Array  # (N + 1, 12) of its joint, at the nodes
     blocks: Array
@@ -43,7 +43,7 @@ class Swept(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Bodies on a chain that moves from waypoint to waypoint, straight in joint space."""
+    """Bodies on a kinematic chain that moves from waypoint to waypoint, straight in joint space."""
 
     tree: KinematicTree
     bodies: tuple[MovingGroup, ...]
@@ -96,7 +96,7 @@ class Motion:
         return list(zip(self.waypoints, self.waypoints[1:], strict=False))
 
     def swept(self, start: Array, end: Array, intervals: int) -> list[Swept]:
-        """Every body on a straight segment, at the nodes of 2^k intervals; of one interval if it does not move."""
+        """Every body on a straight segment, with poses at the nodes of 2^k intervals (one interval if it stands still)."""
         chain = chain_of(self.tree)
         lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
         segment, turned = np.array([start, end, start]), np.zeros(len(lengths))
@@ -138,7 +138,7 @@ _STANDING: "WeakKeyDictionary[FixedGroup, PlacedParts]" = WeakKeyDictionary()
 
 
 def standing_parts(body: FixedGroup) -> PlacedParts:
-    """The parts of a standing body in the world, computed once in the lifetime of the body object.
+    """The parts of a fixed body in the world, computed once for each body object.
 
     Raises:
         ValueError: as `placed`.
@@ -159,6 +159,6 @@ WORLD_TREE = _nothing()  # the world alone, for standing bodies
 
 
 def standing(*bodies: FixedGroup) -> Motion:
-    """Bodies that stand still, as a motion."""
+    """A motion in which the given fixed bodies stand still."""
     groups = tuple(MovingGroup(0, body.world_T_group, body.enclosure, body.mesh) for body in bodies)
     return Motion(WORLD_TREE, groups, np.zeros((1, 0)))

@@ -20,13 +20,13 @@ COORDINATE_DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def penetration(first: Array, second: Array) -> Bounds:
-    """Proven bounds of the penetration depth of two convex sets [m]; 0 below where no overlap is proven.
+    """Proven bounds of the penetration depth of two convex sets [m]; the lower one is 0 if no overlap is proven.
 
     Args:
-        first, second: (V, 3) and (W, 3) points that span them, in the same frame.
+        first, second: points (V, 3) and (W, 3) whose convex hulls are the sets, in the same frame.
 
     Raises:
-        ValueError: no points, or values that are not finite.
+        ValueError: there are no points, or values are not finite.
     """
     for points in (first, second):
         if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0 or not np.isfinite(points).all():
@@ -67,10 +67,10 @@ def _way_out(first: Array, second: Array, directions: Array) -> float:
 
 
 def signed_distance(first: FixedGroup, second: FixedGroup) -> Bounds:
-    """Proven bounds of the signed distance of two bodies [m]: positive apart, minus the penetration depth if not.
+    """Proven bounds of the signed distance of two bodies [m]: negative where they overlap, by the penetration depth.
 
-    Where parts overlap, the lower bound is minus the penetration depth of the bodies' hulls. The upper one follows
-    from the parts' deviations; if both bodies have meshes, it is minus the depth of their deepest vertex.
+    Where parts overlap, the lower bound is minus the penetration depth of the bodies' hulls. The upper bound
+    follows from the parts' deviations; if both bodies have meshes, it is minus the depth of their deepest vertex.
 
     Raises:
         ValueError: parts or poses are not usable.

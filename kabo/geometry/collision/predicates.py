@@ -37,7 +37,7 @@ MAX_SEGMENT_HALVINGS = 14  # down to 2^20 intervals in all
 class InnerSolid:
     """A solid inside a container: an inner bounding mesh, or the container's own mesh (deviation 0).
 
-    It contains every point deeper in the container than `deviation`. Neither needs to be convex.
+    It contains every point of the container deeper than `deviation`. Neither solid needs to be convex.
     """
 
     world_T_container: Array  # (12,)
@@ -62,10 +62,10 @@ class InnerSolid:
 
     @classmethod
     def within(cls, world_T_container: Array, vertices: Array, faces: Integers, tolerance: float) -> "InnerSolid":
-        """An inner bounding mesh of a closed mesh, at most `tolerance` [m] inside it.
+        """The solid of an inner bounding mesh that lies inside a closed mesh, at most `tolerance` [m] from it.
 
         Raises:
-            MeshError: the mesh is not closed, or cannot be used: with counts and the remedy.
+            MeshError: the mesh is not closed, or cannot be used for another reason.
         """
         # Loaded here since only containers of many triangles need its kernels (0.1 s).
         from kabo.geometry.bounding.bounding_mesh import bounding_mesh
@@ -76,17 +76,17 @@ class InnerSolid:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Proven lower and upper bounds of a number."""
+    """A proven lower and a proven upper bound of a number."""
 
     lower: float  # [m]
     upper: float  # [m]
 
 
 def collides(first: FixedGroup, second: FixedGroup, budget: Budget) -> bool:
-    """Whether two bodies may collide: True at a distance of 0 or less, False from epsilon on [K Def. 1.1].
+    """Whether two bodies may collide: True if they share a point, False if they are epsilon or more apart [K Def. 1.1].
 
     Raises:
-        ValueError: parts, poses or deviations that are not usable, or break the budget.
+        ValueError: parts, poses or deviations are not usable, or exceed the budget.
     """
     _require(budget, first.enclosure.deviation, second.enclosure.deviation)
     pair = _paired(first, second)
@@ -96,7 +96,7 @@ def collides(first: FixedGroup, second: FixedGroup, budget: Budget) -> bool:
 
 
 def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -> bool:
-    """Whether a motion's swept volume may meet a body, or that of another motion [K Def. 1.2, 1.3].
+    """Whether a motion's swept volume may meet a body, or another motion's swept volume [K Def. 1.2, 1.3].
 
     True where the swept volumes share a point, whatever the times; False where they are epsilon apart.
 
@@ -175,11 +175,11 @@ def includes(container: InnerSolid, body: FixedGroup, budget: Budget) -> bool:
 def distance(first: FixedGroup, second: FixedGroup) -> Bounds:
     """Proven bounds of the distance of two bodies [m]; the lower one is 0 where the parts are not proven apart.
 
-    The lower bound is that of the enclosing parts. The upper one adds both deviations: each point of a part is as
-    near as its deviation to a point of its body.
+    The lower bound is the lower bound for the enclosing parts. The upper bound adds both deviations, since every
+    point of a part lies within the deviation of its body.
 
     Raises:
-        ValueError: parts or poses that are not usable.
+        ValueError: parts or poses are not usable.
     """
     pair = _paired(first, second)
     lower, upper = unions_distance(*pair, np.zeros(3), np.zeros((4, 3)))

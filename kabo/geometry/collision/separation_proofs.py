@@ -1,7 +1,7 @@
 """Proofs that pairs of bodies stay apart along a path, as data that a verifier can check without a search.
 
-Proofs are defined in [docs/certificates.md]; `kernels.witness` finds them. Parts are sorted so that neighbours are
-close in the order, and halves of a range have small boxes.
+Proofs are defined in [docs/certificates.md] and found by `kernels.witness`. The parts of a mesh are sorted so that
+adjacent parts in the order are close in space, and halves of a range have small boxes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ MIN_MARGIN = 1e-9  # [m] of every proof
 
 
 class Parts(NamedTuple):
-    """The parts of one mesh, sorted so that neighbours are close in the order."""
+    """The convex parts of one mesh, sorted so that adjacent parts in the order are close in space."""
 
     vertices: tuple[Array, ...]  # each (V, 3) [m], in the body's frame
     blocks: Array  # (B, 3, 24)
@@ -44,9 +44,10 @@ class PlacedBody(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Bodies on a chain that moves straight from way point to way point, and pairs (P, 3): first, second, frame.
+    """Bodies on a chain that moves straight from way point to way point, and the pairs (P, 3) whose separation is claimed.
 
-    With `at_any_times`, claims are about whole pieces, and hold for both bodies at any two times of the pieces.
+    A row of pairs is first body, second body and frame. With `at_any_times`, a pair is claimed to stay apart with
+    the two bodies at any two times of a straight piece, not only at equal times.
     """
 
     tree: KinematicTree
@@ -58,7 +59,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Witness:
-    """The proof of a pair: its nodes as letters in walk order, its axes, and the least margin of an axis [m].
+    """The proof that a pair stays apart: nodes as letters in walk order, axes, and the least margin of an axis [m].
 
     An axis `a` is three little-endian int16, an axis `e` three float64; `margin` is infinite if boxes suffice.
     """
@@ -70,7 +71,7 @@ class Witness:
 
 @dataclass(frozen=True)
 class Unproven:
-    """A pair without a proof: its index, where on the path it comes too near, and the gap there [m]."""
+    """A pair that could not be proven apart: its index, the place on the path, and the gap at this place [m]."""
 
     pair: int
     start: float  # in pieces of the path
@@ -124,9 +125,9 @@ class Prover:
         return self._radii[key]
 
     def prove(self, course: Course) -> list[Witness | None] | Unproven:
-        """The proof of every pair, None for pairs that need none; or the first pair that cannot be proven.
+        """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
 
-        A pair needs none if it does not move, or if the boxes around both swept volumes are apart.
+        A pair needs no proof if it does not move, or if the boxes around both swept volumes are apart.
         """
         chain = chain_of(course.tree)
         joints, rows, count = chain.joints.shape[1], len(course.waypoints), len(course.pairs)

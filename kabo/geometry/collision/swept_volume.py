@@ -34,7 +34,7 @@ MAX_HALVINGS = 16  # of a segment; the result states the excess that is left
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """One part of a body on one interval of its motion."""
+    """The hull of one part of a body over one interval of its motion."""
 
     points: Array  # (P, 3) the part's vertices at both poses, in the world
     growth: float  # D: the points' hull grown by so much contains what the part sweeps [m]
@@ -45,7 +45,7 @@ class Hull:
 class SweptVolume:
     """Convex polyhedra whose union contains the volume swept by bodies along a motion.
 
-    `hulls` are not grown yet, as [K 4.5] stores them; `parts` are.
+    `hulls` are stored before growing, as in [K 4.5]; `parts` are the grown polyhedra.
     """
 
     hulls: tuple[Hull, ...]
@@ -83,9 +83,8 @@ def swept_volume(motion: Motion, tolerance: float) -> SweptVolume:
 
     Args:
         motion: links, tools and attached objects on their joints, and the waypoints.
-        tolerance: how far the polyhedra may stick out of the volume swept by the bodies' parts [m]; the parts' own
-        deviation
-            is added to that.
+        tolerance: how far the polyhedra may stick out of the volume swept by the bodies' parts [m], not counting the
+            deviation of the parts from the bodies.
 
     Raises:
         ValueError: the tolerance is less than a micrometre, or arrays are not usable.

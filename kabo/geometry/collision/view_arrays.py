@@ -1,4 +1,4 @@
-"""The arrays of a view that kernels share, made once from groups, pairs and a kinematic tree."""
+"""The arrays of a collision view for kernels, made once from groups, pairs and a kinematic tree."""
 
 from collections.abc import Sequence
 from itertools import accumulate
@@ -32,7 +32,7 @@ PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie t
 
 
 class Chain(NamedTuple):
-    """The kinematic tree as kernels read it."""
+    """The kinematic tree as arrays for kernels."""
 
     joints: Integers  # (3, J) parent, kind, source
     factors: Array  # (2, J) ratio, shift
@@ -53,7 +53,7 @@ class Bodies(NamedTuple):
 
 
 class Tracks(NamedTuple):
-    """Every group in every frame in which a pair of it is swept (kabo.geometry.collision.kernels.tracks)."""
+    """Each group with each frame in which one of its pairs is swept (kabo.geometry.collision.kernels.tracks)."""
 
     lengths: Array  # (J,) of the placements' translations [m]
     radii: Array  # (G,) [m]
@@ -64,7 +64,7 @@ class Tracks(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """The arrays that a sweep writes."""
+    """The scratch arrays that a sweep writes."""
 
     segment: Array  # (3, n) start, end, the node in work
     turned: Array  # (J,)
@@ -88,7 +88,7 @@ class Sweep(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """The arrays that both checks write, because of which a view belongs to one thread."""
+    """The scratch arrays of configuration and segment checks, because of which a view belongs to one thread."""
 
     blocks: Array  # (B + SWEEP_POOL_BLOCKS, 3, 24): in the joint's frame; of sweeps
     axis: Array  # (3,)
@@ -131,7 +131,7 @@ def reach(chain: Chain) -> Array:
 
 
 def offset_for(greatest: float) -> float:
-    """The offset of `support` for vertices up to `greatest` [m] from the origin.
+    """The argument `offset` of `support` for vertices at most `greatest` [m] from the origin.
 
     Raises:
         ValueError: a vertex is so far that rounding would exceed the budget's numeric share.
@@ -145,10 +145,10 @@ def offset_for(greatest: float) -> float:
 def bodies_of(
     chain: Chain, moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup], pairs: Integers
 ) -> tuple[Bodies, Array, Array]:
-    """The bodies, their parts' blocks (B, 3, 24) in the joint's frame, and the groups' radii about it (G,) [m].
+    """The bodies, their parts' blocks (B, 3, 24) in the joint's frame, and the groups' radii (G,) about its origin [m].
 
     Raises:
-        ValueError: bad vertices, poses or pairs.
+        ValueError: vertices, poses or pairs are not usable.
     """
     groups_of: list[MovingGroup | FixedGroup] = [*moving, *fixed]
     packed = [group.enclosure.packed for group in groups_of]
@@ -193,11 +193,11 @@ def _in_python(kernel: Any) -> Any:
 
 
 def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tuple[Array, Scratch]:
-    """All arrays of a configuration check, in the order of `kernels.layout`, and those shared with sweeps.
+    """All arrays of a configuration check in one flat array (`kernels.layout`), and the scratch arrays shared with sweeps.
 
     Args:
         margin: the value that an evaluated gap must exceed [m].
-        blocks: (B, 3, 24) of the parts, in their joint's frame.
+        blocks: the vertex blocks (B, 3, 24) of the parts, in their joint's frame [m].
     """
     joints, groups = chain.joints.shape[1], len(bodies.group_extents)
     words = _in_python(words_for)(groups)
@@ -241,7 +241,7 @@ def tracks_of(chain: Chain, bodies: Bodies, radii: Array, diameters: Array, slac
     """The tracks of all pairs: each is swept in the frame of the last joint that carries both groups.
 
     Args:
-        slack: (G,) for each group, half of the budget's rest for spread, minus the group's own deviation.
+        slack: (G,) for each group, half of the part of epsilon left for spread, minus the group's deviation [m].
     """
     joint, first_pair = bodies.groups[0, :-1], bodies.groups[2]
     first = np.repeat(np.arange(len(joint)), np.diff(first_pair))
@@ -256,7 +256,7 @@ def tracks_of(chain: Chain, bodies: Bodies, radii: Array, diameters: Array, slac
 
 
 def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integers:
-    """The last joint that carries both of two joints (P,), 0 for the world."""
+    """The last common ancestor (P,) of each pair of joints in the tree; 0 is the world."""
     carries = np.eye(chain.joints.shape[1], dtype=bool)  # carries[j, i]: joint i is j or before it
     for j in range(1, len(carries)):
         carries[j] |= carries[chain.joints[0, j]]
@@ -266,7 +266,7 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
 
 
 def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
-    """Scratch space for sweeps; most of it is never written, and pages without data cost no memory."""
+    """Allocates the scratch arrays for sweeps; most pages are never written, and so use no memory."""
     count, parts, joints = tracks.tracks.shape[1], len(bodies.sizes), chain.joints.shape[1]
     frames = np.zeros((FRAME_SLOTS, joints, 12))
     frames[:, 0, [0, 4, 8]] = 1.0

@@ -1,7 +1,8 @@
 """Self-intersections: which faces of a triangle mesh cross another face of the same mesh.
 
-Vertices are shared by index; faces that share one or two may meet there and nowhere else. A face without area
-counts as crossing unless an axis proves it apart. The decision is exact, without a tolerance.
+Vertices are shared by index; faces that share one or two vertices may meet there and nowhere else. A face without
+area counts as crossing unless an axis separates it from the other face. The decision is exact, without a
+tolerance.
 """
 
 import numpy as np
@@ -16,10 +17,10 @@ MIN_COORDINATE = 1e-80  # [m]: exact arithmetic treats smaller coordinates as 0;
 
 
 def crossing_faces(vertices: Array, faces: Integers) -> NDArray[np.bool_]:
-    """Whether each face meets another one outside of the vertices, or the edge, that both share; (F,) bool.
+    """A mask (F,) of the faces that meet another face elsewhere than in the vertices or the edge that both share.
 
     Args:
-        vertices: (V, 3) [m], finite, less than 1e80.
+        vertices: (V, 3) [m], finite, with absolute values less than 1e80.
         faces: (F, 3), indices of vertices.
 
     Raises:

@@ -25,7 +25,7 @@ class Solid:
 
     @cached_property
     def tree(self) -> tuple[Array, Integers, Array]:
-        """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
+        """The box tree of the triangles: boxes (N, 6), children (N, 2), and triangles (F, 3, 3) in leaf order."""
         return tree_of(self.vertices, self.faces)[:3]
 
     @cached_property
@@ -45,7 +45,7 @@ class Solid:
         return np.where(within, 0.0, distances)
 
     def insides(self, points: Array) -> NDArray[np.bool_]:
-        """Whether the mesh winds around each point (N, 3) that does not lie on it (N,)."""
+        """A mask (N,) of the points (N, 3), none of them on the surface, around which the mesh winds."""
         points, within = np.ascontiguousarray(points, np.float64), np.empty(len(points), np.bool_)
         insides(points, *self.tree, np.zeros(64, np.int64), within)
         return within
@@ -62,7 +62,7 @@ class Solid:
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether no vertex lies in front of any face by more than `PLANE_TOLERANCE`: then the solid equals its hull."""
+        """Whether the solid is convex: no vertex lies in front of any face by more than `PLANE_TOLERANCE`."""
         corners = self.vertices[self.faces]
         if len(self.faces) * len(self.vertices) > MAX_CONVEXITY_WORK:
             return False
@@ -76,7 +76,10 @@ class Solid:
         return bool(np.nanmax(heights) <= PLANE_TOLERANCE)
 
     def proves_within(self, part: Array, planes: Array, limit: float) -> bool:
-        """Whether every point of a convex part (V, 3), also given by planes (H, 4), is proven within `limit` [m]."""
+        """Whether all points of a convex part are proven within `limit` [m] of the solid.
+
+        The part is given by both its vertices (V, 3) and its planes (H, 4).
+        """
         if self.is_convex:  # the distance to a convex set is greatest at a corner
             return bool((self.outside_distances(part) <= limit - 10 * PLANE_TOLERANCE).all())
         low, high = part.min(axis=0), part.max(axis=0)

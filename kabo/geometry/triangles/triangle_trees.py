@@ -9,7 +9,7 @@ from kabo.geometry.triangles.kernels.triangle_tree import build_tree
 
 
 class TriangleTree(NamedTuple):
-    """Boxes (N, 6) [m], children (N, 2), triangles (T, 3, 3) [m] in the order of the leaves, and that order (T,)."""
+    """A box tree: boxes (N, 6) [m], children (N, 2), triangles (T, 3, 3) [m] in leaf order, and their indices (T,)."""
 
     boxes: Array
     children: Integers
@@ -18,7 +18,7 @@ class TriangleTree(NamedTuple):
 
 
 def tree_of(vertices: Array, faces: Integers) -> TriangleTree:
-    """The tree over the faces (F, 3) of a mesh; F is at least 1."""
+    """The box tree over the faces (F, 3) of a mesh; F is at least 1."""
     triangles = np.ascontiguousarray(vertices[faces], np.float64)
     count = len(triangles)
     order, keys = np.arange(count), np.empty(count)

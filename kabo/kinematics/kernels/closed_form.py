@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics of many poses: bring a chain into the shape of its form, solve, confirm, refine.
+"""Closed-form inverse kinematics of many poses: solves a chain's form, confirms and refines the solutions.
 
 Every solution is confirmed by forward kinematics of the tree; errors from rounding, or from a robot file with few
 decimals, are removed by a Gauss-Newton step.
@@ -40,7 +40,10 @@ def motion_between(start, end, motion):
 
 @lean_kernel  # (m, 6) f8, i8, f8, i8, bool -> writes (k, 6) f8
 def chain_with_lock(axes, lock, value, backwards, chain):
-    """Writes all axes but the locked one, which moves those behind it; if `backwards`, from the end to the base."""
+    """Writes all axes of a chain but the locked axis, whose rotation by `value` moves the axes behind it.
+
+    The order is from the base to the end; if `backwards`, from the end to the base.
+    """
     last, number = chain.shape[0] - 1, 0
     for j in range(axes.shape[0]):
         if j == lock:
@@ -74,7 +77,7 @@ def motion_of_chain(goal, zero, axes, lock, value, backwards, moved, motion):
 
 @lean_kernel  # (n,) f8, (m,) i8, (J,) i8, (n,) f8 x 2 -> f8, i8; writes q
 def outside(q, joints, source, lower, upper):
-    """Moves each angle by whole turns towards the middle of its limits; returns the largest excess [rad] and its index."""
+    """Moves each angle by whole turns towards the middle of its limits; returns the largest excess [rad] and its axis."""
     worst, fault = 0.0, -1
     for a in range(joints.shape[0]):
         k = source[joints[a]]
@@ -126,7 +129,7 @@ def solved_step(system, step):
 
 @lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, (m,) i8, (m, 7) f8 x 2, i8, i8, ratio -> writes q
 def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio):
-    """One Gauss-Newton step from the poses in world_T, which removes rounding errors."""
+    """Applies one Gauss-Newton step to q, from the poses in world_T, which removes rounding errors."""
     m = joints.shape[0]
     turn = (
         0.5 * antisymmetric(goal, world_T[joint], 2, 1),
@@ -157,7 +160,7 @@ def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio
 
 @lean_kernel  # (12,) f8 x 2, i8, i8 -> f8
 def antisymmetric(goal, at, r, c):
-    """Entry (r, c) minus entry (c, r) of goal · at^T."""
+    """Entry (r, c) minus entry (c, r) of the matrix product goal · at^T of two rotations."""
     a = goal[3 * r] * at[3 * c] + goal[3 * r + 1] * at[3 * c + 1] + goal[3 * r + 2] * at[3 * c + 2]
     b = goal[3 * c] * at[3 * r] + goal[3 * c + 1] * at[3 * r + 1] + goal[3 * c + 2] * at[3 * r + 2]
     return a - b
@@ -171,7 +174,7 @@ def between(world_T, a, b):
 
 @lean_kernel  # (n,) f8, (M, n) f8, i8 -> bool
 def is_known(q, found, count):
-    """Whether a configuration was found before, as where two branches meet."""
+    """Whether a configuration is among the first `count` rows of `found`, which occurs where two branches meet."""
     for i in range(count):
         worst = 0.0
         for k in range(q.shape[0]):
@@ -239,11 +242,11 @@ def solve_poses(
     goals, locked, base, form, placing, mirrored, backwards, lock, axes, zero, joints, lower, upper,
     parent, kind, source, ratio, shift, placement, found, counts, free, short,
 ):  # fmt: skip
-    """Writes all configurations (N, MAX_SOLUTIONS, n) that bring the last joint to each pose, `counts` (N,) of them.
+    """Writes the configurations (N, MAX_SOLUTIONS, n) that bring the last joint to each pose; pose i has `counts[i]`.
 
-    `base` has the values of joints outside the chain; `locked` the value of the locked joint for each pose. `free`
-    gets the singularities of each solution as bits, `short` (N, 4) why a pose has none: metres, tilt [rad], the
-    least excess of limits [rad], and the axis at fault.
+    `base` has the values of joints outside the chain, `locked` the value of the locked joint for each pose. `free`
+    receives the singularities of each solution as bits. `short` (N, 4) receives why a pose has no solution:
+    missing length [m], tilt [rad], the least excess of limits [rad], and the index of the axis with this excess.
     """
     m, hold = axes.shape[0], joints[max(lock, 0)]
     chain = np.empty((m - 1 if lock >= 0 else m, 6))

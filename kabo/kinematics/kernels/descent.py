@@ -1,8 +1,8 @@
 """One descent onto constraint rows: damped Gauss-Newton with a capped step [K Algorithm 3].
 
-What differs from the thesis, and why [docs/decisions/001-kernels.md]: Jacobians are analytic; the damping vanishes
-with the error instead of a pseudo-inverse that jumps; the step is capped, since full steps end outside the limits;
-a joint that ends outside all the same returns to its seed, and the other joints compensate.
+Differences from the thesis, with reasons [docs/decisions/001-kernels.md]: Jacobians are analytic; the damping
+vanishes with the error instead of a pseudo-inverse that jumps; the step is capped, since full steps end outside
+the limits; a joint that nevertheless ends outside its limits returns to its seed, and the other joints compensate.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ def scratch(rows, joints, size):
 
 @lean_kernel  # (R, W) f8, (R,) f8 x 3, (R,) i8, (R,) f8 -> bool, f8, i8; writes held and residuals
 def find_residuals(rows, values, inner_lower, inner_upper, held, residuals):
-    """Writes which rows are active, and how far each of those is from its inner bounds [m].
+    """Writes which rows are active, and the distance of each active row from its inner bounds [m].
 
     A row is inactive inside its interval; outside it aims at the inner bounds. Returns whether all rows are
     fulfilled, the sum of squares, and the number of active rows.
@@ -97,7 +97,8 @@ def move(q, jacobian, rows, weights, steps, cap):
 def bring_within_limits(q, seed, lower, upper, free, turning, policy):
     """Adds whole turns to q; returns whether it is within its limits, and how many values are still free.
 
-    A value outside stops at its limit or returns to that of the seed, as `policy` says, and is free no more.
+    A value outside its limits is set to the limit or to the seed's value, depending on `policy`, and is no longer
+    free.
     """
     inside, count = True, 0
     for j in range(q.shape[0]):
@@ -130,7 +131,7 @@ def descend(
 ):
     """Moves q until every row holds within its own tolerance and q is within its limits; returns the outcome.
 
-    ARRIVED, OUTSIDE (the rows held, but not within the limits) or LOST (they never did).
+    The outcome is ARRIVED, OUTSIDE (all rows hold, but not within the limits) or LOST (the rows never held).
 
     Only values that are `free` move. Unless `policy` allows whole turns only, `free` is written: a value outside
     its limits stays at the limit (FREEZES) or returns to that of `seed` (RETURNS), and the others compensate.

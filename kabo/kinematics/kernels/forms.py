@@ -1,7 +1,7 @@
-"""The forms of closed-form inverse kinematics: rotations about an arm's axes with a given product [K A.3].
+"""Solvers for the forms of closed-form inverse kinematics: rotations about an arm's axes with a given product [K A.3].
 
-The axes (m, 6) are those of the arm at zero; the motion (12,) is the product of all rotations: turn_1 … turn_m. So
-frames, offsets and link lengths are arbitrary as long as the axes lie as the form demands.
+The axes (m, 6) are given with all joints at zero; the motion (12,) is the product turn_1 … turn_m of all
+rotations. Frames, offsets and link lengths are arbitrary as long as the axes lie as the form demands.
 """
 
 import numpy as np
@@ -115,7 +115,7 @@ def turns_of_crossing(a, b, c, start, goal, found, spare):
 
 @lean_kernel  # i8, bool, (m, 6) f8, (3, 6) f8, vector, vector, (4, 3) f8 -> i8, i8, f8
 def turns_to_point(placing, mirrored, axes, swapped, start, goal, found, spare):
-    """Angles about the first three axes that move a point to a goal; if mirrored, solved from the goal backwards."""
+    """The angles about the first three axes that move a point to a goal; if `mirrored`, of the inverse problem."""
     if not mirrored:
         if placing == PARALLEL:
             return turns_of_parallel(axes[0], axes[1], axes[2], start, goal, found, spare)
@@ -134,7 +134,7 @@ def turns_to_point(placing, mirrored, axes, swapped, start, goal, found, spare):
 
 @lean_kernel  # (6, 6) f8, (12,) f8, i8, bool, (4, 3) f8, (3, 6) f8 -> i8, f8; writes (MOST, 6) f8, (MOST,) i8
 def solve_spherical(axes, motion, placing, mirrored, found, swapped, turns, free, spare):
-    """Solves arms whose axes 4, 5 and 6 meet: the first three move that point [K A.3, six axes]."""
+    """Solves arms whose axes 4, 5 and 6 meet in a point, which only the first three axes move [K A.3, six axes]."""
     centre = meeting_point(axes[4], axes[3])
     count, unbound, missing = turns_to_point(
         placing, mirrored, axes, swapped, centre, moved_point(motion, centre), found, spare
@@ -163,7 +163,7 @@ def solve_spherical(axes, motion, placing, mirrored, found, swapped, turns, free
 
 @lean_kernel  # (m, 6) f8, (12,) f8, f8 x 4, i8, i8 -> i8, f8; writes turns, free
 def bend(axes, motion, first, whole, fifth, sixth, unbound, total, turns, free, spare):
-    """Writes the angles of the three parallel axes, once the other angles and the sum of these three are known."""
+    """Writes the angles of the three parallel axes, given the other angles and the sum of these three angles."""
     n, m = direction(axes[1]), axes.shape[0]
     p = carried(axes[4], -fifth, origin(axes[3]))
     if m == 6:

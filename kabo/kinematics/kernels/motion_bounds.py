@@ -1,4 +1,4 @@
-"""Proof that rows hold all along a joint-linear segment, by bisection with a second-order bound.
+"""Proofs that rows hold throughout a joint-linear segment, by bisection with a second-order bound.
 
 The value of a row is a function of one vector y (`relative`): the first's point, or direction, seen from the second's
 frame. On a piece of length w of the segment, y stays within c w^2 / 8 of its chord, c >= max |y''|. As for
@@ -29,7 +29,7 @@ def common_ancestor(parent, a, b):
 
 @kernel  # i8, tree parts, (n,) f8 x 2 -> f8, f8
 def change_and_reach(j, source, ratio, shift, kind, placement, q0, q1):
-    """The total motion of joint j on the segment, and the greatest distance of its origin from its parent's [m]."""
+    """The total motion of joint j on the segment, and the greatest distance of its origin from its parent's origin [m]."""
     start, end = ratio[j] * q0[source[j]], ratio[j] * q1[source[j]]
     x, y, z = placement[j, 9], placement[j, 10], placement[j, 11]
     reach = np.sqrt(x * x + y * y + z * z)
@@ -40,7 +40,7 @@ def change_and_reach(j, source, ratio, shift, kind, placement, q0, q1):
 
 @kernel  # (W,) f8, tree x 6, (n,) f8 x 2 -> f8
 def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
-    """The bound c of |y''| over the whole segment: of a point [m], or of a direction (kinds from DIRECTION on)."""
+    """The bound c of |y''| over the whole segment, where y is a point [m], or a direction for kinds from DIRECTION on."""
     a, b = int(row[FIRST]), int(row[SECOND])
     if row[KIND] == ALIGNED:  # the direction of the second, seen from the first
         a, b = b, a
@@ -84,7 +84,7 @@ def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
 
 @kernel  # (n,) f8 x 2, f8, (R, W) f8, tree x 6, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
 def look(q0, q1, share, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors):
-    """Writes the vector `relative` of every row at a fraction of the segment."""
+    """Writes the vector that `relative` computes for every row, at the fraction `share` of the segment."""
     for j in range(q.shape[0]):
         q[j] = q0[j] if share == 0.0 else q1[j] if share == 1.0 else q0[j] + share * (q1[j] - q0[j])
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
@@ -94,7 +94,7 @@ def look(q0, q1, share, rows, parent, kind, source, ratio, shift, placement, q, 
 
 @kernel  # (R, W) f8, (R,) f8, (n,) f8 x 2, tree x 6 -> i8
 def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, shift, placement):
-    """-1 if every row is proven to hold within its tolerance all along the segment; else the index of a row that is not."""
+    """-1 if all rows are proven to hold within tolerance along the segment, else the index of an unproven row."""
     count = rows.shape[0]
     world_T, q, bound = np.zeros((parent.shape[0], 12)), q0.copy(), np.empty(count)
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0

@@ -1,4 +1,4 @@
-"""Projection onto constraint rows, many seeds in one call: the aims of each sample, and its further seeds."""
+"""Projection of many seeds onto constraint rows in one call, with random aims inside intervals and repeated seeds."""
 
 import numpy as np
 
@@ -70,7 +70,7 @@ def is_interval(row):
 
 @lean_kernel  # u8, i8, (R, W) f8, (N, R) f8 -> writes aims
 def draw_aims(key, first, rows, aims):
-    """Writes a value inside each interval, evenly spread over samples from `first` on; NaN for no interval."""
+    """Writes an aim inside each interval, evenly spread over samples from `first` on; NaN for rows without one."""
     intervals = 0
     for i in range(rows.shape[0]):
         intervals += 1 if is_interval(rows[i]) else 0
@@ -108,7 +108,7 @@ def set_bounds(rows, required, aims, inset, aimed, low, high):
 
 @kernel  # u8, i8, i8, (n,) f8 x 2, (n,) bool, (n,) f8 -> writes q
 def draw_again(key, index, attempt, lower, upper, active, q):
-    """Writes a further seed of a sample; `streams.draw` gives attempt 0. Unbounded joints take values of one turn."""
+    """Writes the seed of attempt 1, 2 … for a sample (`streams.draw` gives attempt 0); unbounded joints span one turn."""
     for j in range(q.shape[0]):
         if active[j]:
             low = lower[j] if lower[j] > -np.inf else -np.pi
@@ -130,9 +130,9 @@ def project_seeds(
 ):  # fmt: skip
     """Projects each row of Q in place; writes whether it succeeded: `rows[:required]` hold and q is within limits.
 
-    Aims are tried from `tries` seeds: Q's, then others of samples `first` … of the stream `key`. If all tries
-    miss, the result is the projection of Q's seed onto the bounds alone; if that fails even outside the limits,
-    there is one try only.
+    Row i is sample `first` + i of the stream `key`. Its aims are tried from up to `tries` seeds: first Q[i], then
+    seeds from the stream. If all tries fail, the result is the projection of Q[i] onto the bounds without aims; if
+    this projection does not fulfil the rows even outside the limits, only the first try is made.
     """
     turning = find_turning(Q.shape[1], kind, source, ratio)
     rows, tree = restricted(rows, parent, kind, source, ratio, shift, placement)
@@ -171,7 +171,7 @@ def project_seeds(
 
 @kernel  # (n,) f8, (R, W) f8, tree x 6 -> (R,) f8
 def row_values(q, rows, parent, kind, source, ratio, shift, placement):
-    """The value of every row at q, in its own unit."""
+    """The value of every row at q, in the unit of the row."""
     work = scratch(rows.shape[0], parent.shape[0], q.shape[0])
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, work[0])
     evaluate(rows, work[0], work[1], work[2])
@@ -180,7 +180,7 @@ def row_values(q, rows, parent, kind, source, ratio, shift, placement):
 
 @kernel  # (n,) f8, (R, W) f8, tree x 6 -> (R, n) f8
 def row_jacobian(q, rows, parent, kind, source, ratio, shift, placement):
-    """The derivative of every row by every value of q, in the row's own unit."""
+    """The derivative of every row by every value of q, in the unit of the row."""
     work = scratch(rows.shape[0], parent.shape[0], q.shape[0])
     signs = np.zeros((rows.shape[0], parent.shape[0]))
     find_signs(rows, parent, ratio, signs)

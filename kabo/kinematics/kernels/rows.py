@@ -3,7 +3,7 @@
 A row is an array of numbers (columns below). Its value depends only on the pose of its first frame relative to its
 second one, so one wrench (g, m) is its whole gradient: a relative motion with angular velocity w and velocity v
 (of the point at the world's origin) changes it by m.w + g.v. A joint on the first frame's branch contributes its
-screw with a plus, one on the second's with a minus, and common ancestors nothing.
+screw with a plus, a joint on the second frame's branch with a minus, and common ancestors contribute nothing.
 
 Seen from one of the frames a row is a function of one vector y; `holds_between` bounds it wherever y is near a chord.
 """
@@ -29,7 +29,7 @@ AZIMUTH = 7  # of d1 about the second line         [rad], -pi to pi
 
 @lean_kernel  # (J, 12) f8, i8, f8 x 3 -> f8 x 3
 def turned(world_T, j, x, y, z):
-    """The direction (x, y, z), from the frame of joint j to the world."""
+    """The world direction of a direction (x, y, z) given in the frame of joint j."""
     return (
         world_T[j, 0] * x + world_T[j, 1] * y + world_T[j, 2] * z,
         world_T[j, 3] * x + world_T[j, 4] * y + world_T[j, 5] * z,
@@ -58,7 +58,7 @@ def any_normal(x, y, z):
 
 @lean_kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
 def position_value(row, world_T, wrench):
-    """The value of a row about a point; its wrench is the force g, then m = p1 x g about the world's origin."""
+    """The value of a row that concerns a point; writes its wrench: force g, then m = p1 x g about the origin."""
     kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
     px, py, pz = turned(world_T, a, row[2], row[3], row[4])
     px, py, pz = px + world_T[a, 9], py + world_T[a, 10], pz + world_T[a, 11]
@@ -87,7 +87,7 @@ def position_value(row, world_T, wrench):
 
 @lean_kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
 def direction_value(row, world_T, wrench):
-    """The value of a row about directions, and its wrench (force zero, moment m)."""
+    """The value of a row that concerns directions; writes its wrench, with zero force and moment m."""
     kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
     dx, dy, dz = turned(world_T, a, row[5], row[6], row[7])
     ux, uy, uz = turned(world_T, b, row[12], row[13], row[14])
@@ -175,7 +175,7 @@ def find_signs(rows, parent, ratio, signs):
 
 @kernel  # (W,) f8, (J, 12) f8, (3,) f8 -> writes y
 def relative(row, world_T, y):
-    """Writes the vector that the row's value depends on, from the second's frame (ALIGNED: from the first's)."""
+    """Writes the vector that the row's value depends on, in the second frame (for ALIGNED, in the first frame)."""
     a, b = int(row[FIRST]), int(row[SECOND])
     if row[KIND] < DIRECTION:
         x0, x1, x2 = turned(world_T, a, row[2], row[3], row[4])
@@ -195,13 +195,13 @@ def relative(row, world_T, y):
 
 @kernel  # (3,) f8 x 2, f8 x 3 -> f8, f8
 def along(y0, y1, u0, u1, u2):
-    """The components of both vectors along the direction (u0, u1, u2)."""
+    """The components of the vectors y0 and y1 along the direction (u0, u1, u2)."""
     return y0[0] * u0 + y0[1] * u1 + y0[2] * u2, y1[0] * u0 + y1[1] * u1 + y1[2] * u2
 
 
 @kernel  # (3,) f8 x 2, f8, f8, (W,) f8 -> f8, f8
 def norm_range(y0, y1, s0, s1, row):
-    """The least and the largest norm on a chord, less its components s0, s1 along the second's direction."""
+    """The least and the greatest norm on the chord y0 y1, without the components s0, s1 along the second direction."""
     square0, square1, mixed = 0.0, 0.0, 0.0
     for k in range(3):
         u = row[12 + k]
@@ -218,7 +218,7 @@ def norm_range(y0, y1, s0, s1, row):
 
 @kernel  # (W,) f8, (3,) f8 x 2, f8, f8 -> bool
 def holds_between(row, y0, y1, deviation, tolerance):
-    """Whether the row surely holds, within `tolerance`, wherever y is within `deviation` of the chord y0 y1."""
+    """Whether the row is proven to hold, within `tolerance`, for every y within `deviation` of the chord y0 y1."""
     kind, low, high = int(row[KIND]), row[LOWER] - tolerance, row[UPPER] + tolerance
     if kind == ALIGNED:
         a0, a1 = along(y0, y1, row[2], row[3], row[4])

@@ -24,7 +24,7 @@ def uniform(key, index, dimension):
 
 @kernel  # u8, i8, i8, i8 -> f8 in [0, 1)
 def stratified(key, index, dimension, dimensions):
-    """A number as of `uniform`, but such that any run of consecutive indices fills [0, 1)^dimensions evenly.
+    """A number in [0, 1) as from `uniform`, except that consecutive indices fill [0, 1)^dimensions evenly.
 
     An additive recurrence with the powers of the generalised golden ratio (the root of x^(d+1) = x + 1), which
     starts at a point that the key draws.

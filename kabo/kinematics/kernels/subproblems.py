@@ -1,7 +1,7 @@
 """Paden-Kahan subproblems, the building blocks of closed forms: rotations that move points to points [Paden 1986].
 
-A vector is a tuple of three numbers. An axis is (6,): its unit direction, then a point on it. Each function
-returns how far it is from having a solution, so that no result is NaN.
+A vector is a tuple of three numbers. An axis is (6,): its unit direction, then a point on it. A function
+whose problem may have no solution also returns how far it is from having one, so that no result is NaN.
 """
 
 import numpy as np
@@ -14,13 +14,13 @@ ON_AXIS_DISTANCE = 3e-10  # [m, or relative] within which a point is on an axis,
 
 @lean_kernel  # vector, vector -> f8
 def dot(a, b):
-    """The inner product."""
+    """The inner product of the vectors a and b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @lean_kernel  # vector, vector -> vector
 def cross(a, b):
-    """The vector product."""
+    """The vector product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -32,7 +32,7 @@ def plus(a, t, b):
 
 @lean_kernel  # vector -> f8
 def norm(a):
-    """The length."""
+    """The length of the vector a."""
     return np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
@@ -93,9 +93,9 @@ def meeting_point(first, second):
 
 @lean_kernel  # f8, f8, f8 -> i8, f8, f8, f8
 def cosine_angles(a, b, value):
-    """The angles x with a cos x + b sin x = value: their count, both angles, and the distance from solvability (or 0).
+    """The angles x with a cos x + b sin x = value: their count, two angles, and the distance from solvability (or 0).
 
-    Count -1: a and b vanish, and every angle is a solution.
+    A count of -1 means that a and b vanish, so that every angle is a solution.
     """
     length = np.hypot(a, b)
     excess = abs(value) - length
@@ -124,8 +124,8 @@ def angles_to_plane(axis, point, normal, value):
 def two_turns(h1, h2, start, end, spare):
     """The angles about h1 and h2 with turned(h1, t1, turned(h2, t2, start)) = end, for vectors of equal length.
 
-    Returns their count, t1 and t2 of each, and what is missing; count -1: one solution, with t1 free, set to
-    `spare`.
+    Returns the number of solutions, t1 and t2 of each, and the distance from solvability; a count of -1 means one
+    solution in which t1 is free and set to `spare`.
     """
     c, size = dot(h1, h2), norm(start)
     s2 = 1.0 - c * c
@@ -156,7 +156,8 @@ def two_turns(h1, h2, start, end, spare):
 def two_links(n, upper, lower, reach, spare):
     """The angles about one direction n with turned(n, a, upper + turned(n, b, lower)) = reach, components along n aside.
 
-    Returns their count, a and b of each, and what is missing [m]; count -1: one angle is free and set to `spare`.
+    Returns the number of solutions, a and b of each, and the distance from solvability [m]. A count of -1 means that
+    one angle is free and set to `spare`.
     """
     u, v, w = plus(lower, -dot(n, lower), n), plus(upper, -dot(n, upper), n), plus(reach, -dot(n, reach), n)
     lu, lv, lw = norm(u), norm(v), norm(w)

@@ -1,4 +1,4 @@
-"""The original triangles, each assigned to nearby faces of the mesh during contraction.
+"""Lists that assign every original triangle to nearby faces of the mesh during contraction.
 
 A `carried` structure holds nodes in a linked list for each face (`heads[f]`, `following[n]`): node n states that a
 part of original triangle `items[n]` lies within `bounds[n]` of the face. The parts of a triangle in all its nodes
@@ -27,7 +27,7 @@ MAX_CUT_DEPTH = 50  # cuts of a piece after which a proof is given up
 
 @lean_kernel
 def start(carried, triangles):
-    """Writes one node for each original triangle, on its own face (`triangles` (F,)); all other nodes are free."""
+    """Initialises the lists: face f gets one node, for original triangle `triangles[f]`; all other nodes are free."""
     heads, items, following, free = carried.heads, carried.items, carried.following, carried.free
     faces, nodes = heads.shape[0], items.shape[0]
     for f in range(faces):
@@ -40,7 +40,7 @@ def start(carried, triangles):
 
 @lean_kernel
 def set_candidates(net, star, count, x, y, z, pieces):
-    """Writes the new faces of the star to star.triangles, and the index of each in the star; returns their number."""
+    """Writes the new faces of the star to `star.triangles`, their face indices to `star.slots`; returns their number."""
     vertices, faces, listed, corners = net.vertices, net.faces, star.faces, star.corners
     triangles, slots, places = star.triangles, star.slots, star.places
     many = 0
@@ -75,9 +75,10 @@ def _nearest_new(net, star, i, many):
 
 @lean_kernel
 def draft_moves(net, carried, star, count, many, limit, draft):
-    """Drafts moving every node of the star to a new face where bounds allow it; returns the number of moves.
+    """Drafts a move of every node of the star to a new face where bounds keep the limit.
 
-    Other triangles are listed in draft.again; their number is returned, too. -1 moves: there is no room.
+    Triangles that need a new proof are listed in `draft.again`. Returns the numbers of moves and of these
+    triangles; (-1, 0) if the draft has no space for all moves.
     """
     heads, items, bounds, following = carried.heads, carried.items, carried.bounds, carried.following
     stamps, valid, marks = carried.stamps, carried.valid, carried.marks
@@ -157,10 +158,10 @@ def _add(draft, begun, moves, t, f, bound):
 
 @lean_kernel
 def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree, pieces, found, stack, budget):
-    """Drafts parts of original triangle t on new faces, or on others near them, all proven within the limit.
+    """Drafts nodes for all parts of original triangle t, each on a face proven within the limit of the part.
 
-    `near_to`: the new face that is tried first. budget (1,) i8: about how many distances may be computed. Returns
-    the number of moves drafted so far; -1 if the proof fails.
+    `near_to`: the new face that is tried first. budget (1,) i8: about how many distances may be computed.
+    Returns the total number of drafted moves; -1 if the proof fails.
     """
     triangles, slots, source, squared, begun = star.triangles, star.slots, original.triangles, limit * limit, moves
     for k in range(3):
@@ -215,7 +216,7 @@ def _release(carried, n):
 def apply_draft(carried, star, count, draft):
     """Replaces the nodes of the star by the drafted ones, after the contraction.
 
-    draft.proven holds the number of moves by bounds, of all moves, and of triangles with a new proof.
+    `draft.proven` holds three numbers: moves by bounds, all moves, and triangles with a new proof.
     """
     heads, items, bounds, following = carried.heads, carried.items, carried.bounds, carried.following
     stamps, valid, marks, free, stamp = (
@@ -249,7 +250,7 @@ def apply_draft(carried, star, count, draft):
 
 @lean_kernel
 def drop_stale(carried):
-    """Frees all stale nodes if few nodes are free, and sets the number of free nodes at which this happens next."""
+    """Frees all stale nodes if few nodes are free, and updates the threshold of free nodes for the next call."""
     if carried.free[1] >= carried.free[2]:
         return
     heads, items, following, stamps, valid = (

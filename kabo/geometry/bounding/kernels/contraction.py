@@ -53,7 +53,7 @@ DONE, SOLVED, TOPOLOGY, FACING, SIDES, TOO_FAR, UNCOVERED, CROSSING, POPPED, PAS
 
 @lean_kernel
 def enter_face(net, tree, f):
-    """Puts face f with its box into the octree."""
+    """Inserts face f with its bounding box into the octree."""
     v, a, b, c = net.vertices, net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
     low_x, high_x = min(v[a, 0], v[b, 0], v[c, 0]), max(v[a, 0], v[b, 0], v[c, 0])
     low_y, high_y = min(v[a, 1], v[b, 1], v[c, 1]), max(v[a, 1], v[b, 1], v[c, 1])
@@ -93,7 +93,7 @@ def faces_near_original(net, original, star, count, x, y, z, limit, work):
 
 @lean_kernel
 def original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
-    """Whether every original triangle of the star is proven within the limit of the new faces; drafts the moves."""
+    """Whether every original triangle of the star is proven within the limit of the new faces; fills `draft`."""
     pieces, found, stack, budget, proven = work.pieces, work.found, work.stack, work.budget, draft.proven
     many = set_candidates(net, star, count, x, y, z, pieces)
     moves, again = draft_moves(net, carried, star, count, many, limit, draft)
@@ -213,7 +213,7 @@ def _offer_around(net, a, star, queue, size, settings, counters):
 
 @lean_kernel
 def drop_outdated(net, queue, size):
-    """Rebuilds the queue from the entries that are still valid; returns its size."""
+    """Rebuilds the queue from its entries that are still valid; returns the new size."""
     kept = 0
     for i in range(size):
         cost, a, b, stamp = queue.costs[i], queue.edges[i, 0], queue.edges[i, 1], queue.edges[i, 2]
@@ -299,6 +299,6 @@ def contract_all(net, original, carried, star, queue, refused, draft, tree, sett
 
 @lean_kernel
 def enter_all(net, tree):
-    """Puts all faces into the octree."""
+    """Inserts all faces with their bounding boxes into the octree."""
     for f in range(net.faces.shape[0]):
         enter_face(net, tree, f)

@@ -16,7 +16,7 @@ FEASIBILITY_SHARE = 0.1  # of the planes' slack, by which a point may miss it
 
 @lean_kernel  # (10,) f8, f8, (6,) f8 -> bool
 def factor(q, regular, lower):
-    """Writes the Cholesky factor l00, l10, l20, l11, l21, l22 of the quadric's matrix plus a share of its trace."""
+    """Writes the Cholesky factor l00, l10, l20, l11, l21, l22 of the quadric's matrix, regularised by its trace."""
     r = regular * (q[0] + q[3] + q[5]) + 1e-300
     lower[0] = np.sqrt(q[0] + r)
     lower[1], lower[2] = q[1] / lower[0], q[2] / lower[0]
@@ -83,7 +83,7 @@ def _best_subset(g, entering, holding, held, tolerance, x0, y0, z0):
 
 @lean_kernel  # (N, 5) f8, i8, f8, f8 x 3, (4,) i8 -> bool, f8 x 3
 def project(g, count, tolerance, x0, y0, z0, holding):
-    """The point nearest to x0, y0, z0 with n·x >= d for all planes; and whether one was found.
+    """The point nearest to x0, y0, z0 with n·x >= d for all planes, with a flag whether such a point was found.
 
     Planes are unit normals, d, and metres per unit of height; the point may miss a plane by `tolerance` [m].
     """
@@ -109,7 +109,7 @@ def project(g, count, tolerance, x0, y0, z0, holding):
 
 @lean_kernel
 def cheapest_outside(q, planes, count, regular, slack, lower, turned, holding):
-    """The cheapest point at least `slack` outside all planes (count, 4): n·x >= d; and whether there is one.
+    """The cheapest point at least `slack` outside all planes (count, 4), n·x >= d, with a flag whether it exists.
 
     The quadric and the planes are relative to a point near the answer, towards which the cost is regularised.
     Scratch: lower (6,), turned (N, 5) f8, holding (4,) i8.

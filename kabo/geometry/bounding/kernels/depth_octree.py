@@ -1,4 +1,4 @@
-"""An octree of signed distances from a solid, refined on demand: decides near and far without a search.
+"""An octree of signed distances from a solid, refined on demand: classifies balls and points as near or far.
 
 A node holds the distance of its centre from the surface, negative inside. The distance changes by no more than the
 distance to another point, so the bounds for points around the centre are as certain as the distance itself.
@@ -28,10 +28,10 @@ def _depth(x, y, z, known, away, boxes, children, triangles, stack):
 
 @lean_kernel  # f8 x 5 [m], (5,) f8, (M,) f8, (M,) i8, tree, (64,) i8 -> i8
 def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """The octree's answer for a ball: all of it is near (ALL_NEAR), its centre is far (MIDDLE_FAR), or UNDECIDED.
+    """ALL_NEAR if all of a ball is near the solid, MIDDLE_FAR if the ball's centre is far, else UNDECIDED.
 
-    The frame is the root's centre, half its side, and the number of nodes; a depth of NaN is not computed yet; the
-    eight children of a node are consecutive from `firsts` on, 0 if it has none.
+    `frame` holds the root's centre, half its side, and the number of nodes. A depth of NaN is not computed yet.
+    The eight children of node i are consecutive from `firsts[i]` on; `firsts[i]` is 0 if it has no children.
     """
     cx, cy, cz, half = frame[0], frame[1], frame[2], frame[3]
     if max(abs(x - cx), max(abs(y - cy), abs(z - cz))) > half:
@@ -93,10 +93,11 @@ def first_far(points, limit, frame, depths, firsts, boxes, children, triangles, 
 def hull_is_far(
     points, faces, even, looks, sums, at, limit, frame, depths, firsts, boxes, children, triangles, stack
 ):
-    """Whether a sample of a hull is farther than `limit`; it is written to `at`, which first holds an interior point.
+    """Whether a sampled point of a hull is farther than `limit` from the solid; writes this point to `at`.
 
-    even (S, 4): numbers from 0 to 1, which choose a face by its area, a point in it, and for all but the first
-    `looks` samples how far it is moved towards the interior point. sums is scratch.
+    Before the call `at` holds an interior point. even (S, 4): numbers from 0 to 1, which choose a face by its
+    area, a point in it, and, for all but the first `looks` samples, how far the point is moved towards the
+    interior one.
     """
     total, mx, my, mz = 0.0, at[0], at[1], at[2]
     for f in range(faces.shape[0]):
@@ -129,7 +130,7 @@ def hull_is_far(
 
 @lean_kernel  # (P, 3) f8, (Q, 3) f8, (S, 4) f8, f8 [m], octree, tree, (64,) i8 -> bool
 def between_is_far(one, other, even, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """Whether a sample of the segments from some points to others is farther than `limit`."""
+    """Whether a sampled point of the segments between two sets of points is farther than `limit` from the solid."""
     for s in range(even.shape[0]):
         i, j, t = int(even[s, 0] * one.shape[0]), int(even[s, 1] * other.shape[0]), even[s, 2]
         x = one[i, 0] + t * (other[j, 0] - one[i, 0])
@@ -142,7 +143,7 @@ def between_is_far(one, other, even, limit, frame, depths, firsts, boxes, childr
 
 @lean_kernel  # (P, 3) f8, (F, 3) i4, i8, i8, (3,) f8, f8 [m], octree, tree, (64,) i8 -> bool
 def star_is_far(points, faces, a, b, place, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """Whether the faces around an edge a-b of a hull would be farther than `limit` if it were contracted to `place`.
+    """Whether contracting edge a-b of a hull to `place` would create faces farther than `limit` from the solid.
 
     Two points of each new edge are tested, and the centre of each new face.
     """

@@ -14,7 +14,7 @@ def _before(cost, first, second, costs, edges, i):
 
 @lean_kernel  # (H,) f8, (H, 3) i8, i8, f8, i8 x 3 -> i8
 def push(costs, edges, size, cost, first, second, stamp):
-    """Adds an edge with its stamp; returns the new size. There must be room."""
+    """Adds an edge with its stamp; returns the new size. The arrays must have a free slot."""
     i = size
     while i > 0:
         parent = (i - 1) // 2
@@ -33,7 +33,7 @@ def push(costs, edges, size, cost, first, second, stamp):
 
 @lean_kernel  # (H,) f8, (H, 3) i8, i8 -> i8
 def pop(costs, edges, size):
-    """Removes the first entry, which the caller has read; returns the new size."""
+    """Removes the cheapest entry, which the caller reads before; returns the new size."""
     size -= 1
     cost, first, second, stamp = costs[size], edges[size, 0], edges[size, 1], edges[size, 2]
     i = 0

@@ -39,7 +39,7 @@ def _meets(rows, i, j, k, y):
 def least_beyond(rows, count, y, trial, held):
     """Writes the point of least norm with g.y >= h for all rows (g, h); False if there is none.
 
-    In each round the most violated row joins the at most three active ones, and the best subset of them stays
+    In each round the most violated row is added to the at most three active rows, and the best subset stays
     active.
     """
     y[0], y[1], y[2] = 0.0, 0.0, 0.0
@@ -135,7 +135,7 @@ def outside_distance(boxes, children, triangles, x, y, z, stack):
 
 @lean_kernel
 def planes_at(a, b, simplices, equations, areas, starts, around, planes, weights):
-    """Writes the planes of the faces at an edge's corners a and b, each once, and their areas; returns their number."""
+    """Writes the planes and areas of all faces at an edge's corners a and b, each once; returns their number."""
     count = 0
     for side in range(2):
         v = b if side else a
@@ -174,8 +174,8 @@ def contractions(
 ):
     """Writes the contraction point (E, 3) of each edge (E, 2) of a hull, and its distance from the solid.
 
-    The distance is inf where there is no such point within `limit`.
-    around[starts[v]:starts[v + 1]] are the faces at vertex v; the other arguments before `costs` are scratch.
+    The distance is inf if no contraction point lies within `limit` of the solid. around[starts[v]:starts[v + 1]]
+    are the faces at vertex v; the other arguments before `costs` are scratch.
     """
     found, trial = vectors[0], vectors[1]
     for e in range(edges.shape[0]):

@@ -1,7 +1,7 @@
 """Proofs of how far a convex part sticks out of a solid, by tetrahedra that are each within a limit of one triangle.
 
-The distance to one triangle is convex, so over a tetrahedron it is greatest at a corner: parts at the very limit
-can be proven, and large tetrahedra over large triangles are decided at once.
+The distance to one triangle is convex, so over a tetrahedron it is greatest at a corner. So a part can be proven
+even if it reaches the limit exactly, and a large tetrahedron over a large triangle needs one test only.
 """
 
 import numpy as np
@@ -76,7 +76,7 @@ def _halve(cells, top, i, j):
 
 @lean_kernel  # (C, 14) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
 def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
-    """Whether the tetrahedra cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+    """0 if the tetrahedra cells[:top] are proven within `limit` of the solid, 1 if they are not, 2 if undecided.
 
     A row is four corners, 1 if the tetrahedron is known to be outside, and a triangle that may be near. A
     tetrahedron is proven if the octree shows that the ball around it is near, if its corners are within the limit
@@ -145,7 +145,7 @@ def _circle(cells, top):
 
 @lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
 def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
-    """Whether triangles cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+    """0 if the triangles cells[:top] are proven within `limit` of the solid, 1 if they are not, 2 if undecided.
 
     A row is three corners, then the two numbers that follow the corners in `reaches_beyond`; as there, a point
     that is farther than the limit is written to the first three columns of row 0.

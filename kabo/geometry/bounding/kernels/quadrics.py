@@ -14,7 +14,7 @@ PLANES, ADAPTED, TRIANGLES, DIAGONAL, MEMORYLESS = 0, 1, 2, 3, 4
 
 @lean_kernel  # (10,) f8, f8 x 5 -> nothing
 def add_plane(quadric, x, y, z, offset, weight):
-    """Adds the squared distance to the plane n·p = offset, times a weight (A.5)."""
+    """Adds the weighted squared distance to the plane n·p = offset to a quadric [K Eq. A.5]."""
     quadric[0] += weight * x * x
     quadric[1] += weight * x * y
     quadric[2] += weight * x * z
@@ -29,7 +29,7 @@ def add_plane(quadric, x, y, z, offset, weight):
 
 @lean_kernel  # (10,) f8, f8 x 4 -> nothing
 def add_point(quadric, x, y, z, weight):
-    """Adds the squared distance to a point, times a weight (A.3)."""
+    """Adds the weighted squared distance to a point to a quadric [K Eq. A.3]."""
     quadric[0] += weight
     quadric[3] += weight
     quadric[5] += weight
@@ -41,7 +41,7 @@ def add_point(quadric, x, y, z, weight):
 
 @lean_kernel  # (10,) f8, f8 x 3 -> f8
 def cost_at(q, x, y, z):
-    """The value at a point."""
+    """The value of a quadric at a point."""
     square = x * (q[0] * x + 2.0 * (q[1] * y + q[2] * z)) + y * (q[3] * y + 2.0 * q[4] * z) + q[5] * z * z
     return square + 2.0 * (q[6] * x + q[7] * y + q[8] * z) + q[9]
 
@@ -104,9 +104,10 @@ def _principal_axes(q, matrix, frame):
 
 @lean_kernel  # (10,) f8 x 3, f8, (10, 4) f8 -> nothing
 def _diagonal(first, second, combined, exact_at, scratch):
-    """Writes an upper bound of min(first, second) that is diagonal in the axes of their sum [K Eq. 4.6, 4.7].
+    """Writes an upper bound of min(first, second), diagonal in the axes of their sum [K Eq. 4.6, 4.7].
 
-    `exact_at`: the free parameter l of Eq. 4.7 [m]. Origins lie at the minimiser of the sum.
+    Each coefficient is the greater of the bounds for `first` and `second`. `exact_at`: the free parameter l of
+    Eq. 4.7 [m]. All three quadrics have their origin at the minimiser of the sum.
     """
     frame, one, two = scratch[0:3, 0:3], scratch[3:6], scratch[6:9]
     _principal_axes(combined, one, frame)
@@ -129,9 +130,9 @@ def _diagonal(first, second, combined, exact_at, scratch):
 
 @lean_kernel
 def combine(kind, first, second, combined, exact_at, scratch):
-    """Writes the quadric of a contracted edge from those of its ends, by cost function [K Eq. 4.5 ff.].
+    """Writes the quadric of a contracted edge, computed from its ends' quadrics by the cost `kind` [K Eq. 4.5 ff.].
 
-    scratch (13, 10) f8; `exact_at` as in Eq. 4.7.
+    `exact_at`: the free parameter l of Eq. 4.7 [m]. `scratch` is (13, 10) f8.
     """
     for r in range(10):
         combined[r] = first[r] + second[r]

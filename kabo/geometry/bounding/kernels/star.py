@@ -39,7 +39,7 @@ def set_normal(vertices, faces, normals, f):
 
 @lean_kernel
 def gather_star(net, a, b, star):
-    """Lists the faces at a or b, those at a first; returns their number, 0 if there is no room for them."""
+    """Lists the faces at a, then the others at b; returns their number, 0 if `star` is too small for them."""
     faces, first, following = net.faces, net.first, net.following
     listed, corners = star.faces, star.corners
     count = 0
@@ -109,7 +109,7 @@ def contraction_point(net, a, b, star, count, settings):
 
 @lean_kernel
 def keeps_topology(net, a, b, count):
-    """Whether contracting a and b leaves a manifold: exactly two common neighbours, and more than two faces."""
+    """Whether contracting edge a-b keeps a manifold: a and b have two common neighbours, and more than two faces."""
     faces, first, following, marks, clock = net.faces, net.first, net.following, net.marks, net.clock
     if count < 5:
         return False
@@ -135,8 +135,7 @@ def keeps_topology(net, a, b, count):
 def keeps_sides(vertices, faces, listed, count, x, y, z, exact):
     """Whether x, y, z is proven not to lie behind any face of the star.
 
-    Then the solid only grows, by tetrahedra of non-negative volume: winding numbers do not decrease, no point is
-    lost.
+    If so, the solid only grows by tetrahedra of non-negative volume, so that winding numbers do not decrease.
     """
     for i in range(count):
         f = listed[i]
@@ -166,7 +165,7 @@ def volume_after(net, listed, count, x, y, z):
 
 @lean_kernel
 def keeps_orientation(net, listed, count, x, y, z):
-    """Whether the component keeps the sign of its volume: a thin one must not pass through itself and end up inside out."""
+    """Whether the star's component keeps the sign of its volume, so that a thin component is not turned inside out."""
     start = net.volumes[net.components[net.faces[listed[0], 0]], 1]
     after = volume_after(net, listed, count, x, y, z)
     return after >= MIN_VOLUME_SHARE * start if start > 0.0 else after <= MIN_VOLUME_SHARE * start
@@ -220,7 +219,7 @@ def _unlink(first, following, v, f):
 
 @lean_kernel
 def contract(net, a, b, star, count, x, y, z, settings):
-    """Contracts the edge: moves a to x, y, z; removes b and the faces with both ends."""
+    """Contracts edge a-b: moves vertex a to x, y, z; removes vertex b and the faces that contain both."""
     vertices, faces, normals, first, following = net.vertices, net.faces, net.normals, net.first, net.following
     listed, corners = star.faces, star.corners
     net.volumes[net.components[a], 0] = volume_after(net, listed, count, x, y, z)
@@ -265,7 +264,7 @@ def _add_face(net, f, settings):
 
 @lean_kernel
 def prepare(net, settings):
-    """Fills normals, corner lists, volumes and quadrics of a net whose vertices and faces are set."""
+    """Computes the normals, corner lists, volumes and quadrics of a net whose vertices and faces are filled in."""
     vertices, faces, normals, first, following = net.vertices, net.faces, net.normals, net.first, net.following
     for v in range(first.shape[0]):
         first[v] = -1

@@ -1,4 +1,4 @@
-"""Whether the new faces of a contraction would cross each other or the rest of the mesh.
+"""A test whether the new faces of a contraction would cross each other or the rest of the mesh.
 
 The decision uses exact signs, without a tolerance. Existing crossings may stay, and may move to other faces, but
 must not increase, neither in the number of crossing faces nor in the number of ends of their common segments. A
@@ -177,7 +177,7 @@ def _crossings_grow(net, star, count, tree, work):
 
 @lean_kernel
 def keeps_apart(net, star, count, x, y, z, tree, work):
-    """Whether the new faces cross nothing, or the contraction at least increases no crossings."""
+    """Whether the contraction creates no crossing faces, or at least does not increase existing crossings."""
     v, faces = net.vertices, net.faces
     spare, star_mark = v.shape[0] - 1, net.clock[1]
     v[spare, 0], v[spare, 1], v[spare, 2] = x, y, z

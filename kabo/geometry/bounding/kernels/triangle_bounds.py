@@ -30,7 +30,7 @@ def piece_to_triangle_squared(pieces, n, triangles, t):
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, f8 -> f8
 def piece_bound(pieces, n, triangles, enough):
-    """The least squared bound for piece n from the triangles nearest to its corners; stops at any up to `enough`."""
+    """The least squared bound for piece n from the triangles nearest to its corners; stops at a bound <= `enough`."""
     best = np.inf
     for c in range(3):
         t = int(pieces[n, NEAREST_COLUMNS + c])
@@ -44,13 +44,13 @@ def piece_bound(pieces, n, triangles, enough):
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8 -> i8, f8 x 3
 def cut(pieces, n, triangles, enough):
-    """Cuts piece n across its longest edge between corners with different nearest triangles, where both are near.
+    """Cuts piece n in two across its longest edge whose ends have different nearest triangles.
 
-    Both are near at a point with squared distances of at most `enough`; without one, the cut is where they are
-    equally near.
+    The cut is at a point whose squared distances to both triangles are at most `enough`, else where both distances
+    are about equal; at every fifth depth, at the middle of the longest edge.
 
-    The halves are written to rows n and n + 1. Returns the new corner of row n, which is corner (it + 2) % 3 of
-    row n + 1, and its position; the caller computes its distance and nearest triangle.
+    The halves are written to rows n and n + 1. Returns the index c of the new corner in row n, and its position;
+    in row n + 1 it is corner (c + 2) % 3. The caller computes its distance and nearest triangle.
     """
     level = int(pieces[n, DEPTH_COLUMN])
     middle = level % 5 == 4  # now and then in the middle, so that pieces shrink whatever happens
@@ -92,7 +92,7 @@ def cut(pieces, n, triangles, enough):
 
 @lean_kernel  # (S, 16) f8, i8, i8, f8, i8 -> nothing
 def set_new_corner(pieces, n, corner, squared, t):
-    """Writes the distance and nearest triangle of the corner that `cut` created."""
+    """Writes the squared distance and the nearest triangle t of the corner that `cut` created, in both halves."""
     pieces[n, DISTANCE_COLUMNS + corner], pieces[n, NEAREST_COLUMNS + corner] = squared, t
     other = (corner + 2) % 3
     pieces[n + 1, DISTANCE_COLUMNS + other], pieces[n + 1, NEAREST_COLUMNS + other] = squared, t
@@ -165,11 +165,11 @@ def farthest_sample(triangles, tree, reached, stack):
 
 @lean_kernel
 def directed_bounds(triangles, tree, reached, relative, floor, ceiling, pieces, stack):
-    """Bounds of the greatest distance of a point of the triangles (T, 3, 3) from the mesh [m]: one reached, one proven.
+    """A lower and a proven upper bound of the greatest distance of points of the triangles (T, 3, 3) from a mesh [m].
 
-    They differ by `relative` at most, or lie below `floor`; the proven one does not exceed `ceiling` if that can
-    be shown. Neither is less than `reached`: the greater it is, the fewer pieces the proof takes. pieces (256,
-    16), stack (64,) i8.
+    Both bounds differ by `relative` at most, or lie below `floor`; the upper one does not exceed `ceiling` if this
+    can be proven. `reached` is a known lower bound: the greater it is, the fewer pieces the proof needs. Scratch:
+    pieces (256, 16), stack (64,) i8.
     """
     others, reached, hint, ceiling = tree.triangles, reached * reached, 0, ceiling * ceiling
     proven = reached

@@ -1,4 +1,4 @@
-"""Lines of sight inside a solid: whether the segment between two of its points stays near it."""
+"""Lines of sight inside a solid: tests whether the segment between two points of a solid stays near the solid."""
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def _leaves(line, length, low, high, limit, boxes, children, triangles, stack):
 
 @lean_kernel  # (3,) f8, (N, 3) f8, tree, (64,) i8, (6,) f8, (M,) f8 -> (N,) f8
 def first_crossings(point, steps, boxes, children, triangles, stack, line, at, shares):
-    """Writes the share of each step from a point at which it first meets the surface; 1 if it does not."""
+    """Writes for each step from a point the fraction at which it first meets the surface; 1 if it never does."""
     for i in range(steps.shape[0]):
         for r in range(3):
             line[r], line[3 + r] = point[r], steps[i, r]
@@ -99,10 +99,10 @@ def first_crossings(point, steps, boxes, children, triangles, stack, line, at, s
 
 @lean_kernel  # (N, 3) f8, f8 [m], tree, (64,) i8, (6,) f8, (M,) f8 -> (N, N) i8
 def blocked_pairs(points, limit, boxes, children, triangles, stack, line, at, blocked):
-    """Writes which pairs of points are blocked: their segment leaves the solid by more than `limit` somewhere.
+    """Writes which pairs of points are blocked, that is, joined by a segment that leaves the solid by more than `limit`.
 
-    Only pieces between two crossings more than twice the limit apart can do so; those outside are sampled, in
-    steps that the distance to the surface allows, at least a quarter of the limit: a heuristic, no proof.
+    Only a piece between two crossings more than twice the limit apart can leave so far. Such pieces outside the
+    solid are sampled in steps adapted to the distance from the surface, so the result is a heuristic, not a proof.
     """
     for i in range(points.shape[0]):
         blocked[i, i] = 0

@@ -19,7 +19,7 @@ def place_block(poses, pose, blocks, source, placed, target, count):
 
 @lean_kernel  # (J, 12) f8, i8, (G, 6) f8 centre and half extents, i8, (S, 6) f8, i8
 def place_box(poses, pose, extents, source, boxes, target):
-    """Writes the box (lower, upper) around box `source` moved by a pose; it contains the body's own box."""
+    """Writes the axis-aligned box (lower, upper) around box `source` moved by a pose."""
     x, y, z = extents[source, 0], extents[source, 1], extents[source, 2]
     ex, ey, ez = extents[source, 3], extents[source, 4], extents[source, 5]
     for r in range(3):
@@ -65,7 +65,7 @@ def _centre(boxes, target):
 
 @lean_kernel  # (B, 3, 24) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, 24), (B, 6), (G, 6), (G,) f8
 def place_groups(packed, sizes, starts, poses, blocks, part_extents, group_extents, radii):
-    """Writes every part in the frame of its group's joint, the extents of parts and groups, the groups' radii."""
+    """Writes the vertices of all parts in their joint's frame, the boxes of parts and groups, and the groups' radii."""
     for g in range(poses.shape[0]):
         _reset(group_extents, g)
         square = 0.0

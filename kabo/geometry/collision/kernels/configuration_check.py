@@ -19,7 +19,7 @@ CHECKS, POSITIVE = 4, 6  # places of `counters`
 
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
 def usable(q, bound):
-    """Whether every value is finite and within its bound: a NaN must not reach a proof."""
+    """Whether every value of q is finite and its absolute value within its bound; a NaN would invalidate proofs."""
     good = q.shape[0] == bound.shape[0]
     for i in range(bound.shape[0]):
         good = good and abs(q[i]) <= bound[i]
@@ -131,9 +131,9 @@ def _first_hit(
 
 @lean_kernel  # (n,) f8, (M,) f8 -> i8
 def first_hit(q, memory):
-    """The first pair (in the order of groups) not proven farther apart than the margin minus rounding.
+    """The index of the first pair, by group, not proven farther apart at q than the margin minus rounding.
 
-    -1 if all are proven apart, -2 if q is invalid.
+    The result is -1 if all pairs are proven apart, and -2 if q is invalid.
     """
     factors, placement, bound, part_extents, group_extents, world_T, rows, pose, axis, simplex, blocks = (
         numbers_of(memory)
@@ -147,6 +147,6 @@ def first_hit(q, memory):
 
 @lean_kernel
 def first_hits(configurations, answers, memory):
-    """`first_hit` of many configurations (N, n), written to `answers` (N,)."""
+    """Writes the result of `first_hit` for each configuration (N, n) to `answers` (N,)."""
     for i in range(configurations.shape[0]):
         answers[i] = first_hit(configurations[i], memory)

@@ -1,4 +1,4 @@
-"""Whether convex parts lie inside a solid: apart from all of its surface, with one vertex inside.
+"""Proofs that convex parts lie inside a solid: apart from its whole surface, with one vertex inside.
 
 A part is connected, so if no triangle of the closed surface meets it, all of it is on one side. This is proven by
 an axis for each near triangle; the side follows from the winding number of one vertex, which is then farther from
@@ -52,7 +52,7 @@ def first_outside(
 ):
     """The index of the first part (B, 3, 24), with boxes (B, 6), that is not proven inside the solid, or -1 if all are.
 
-    The solid is given by its box tree (N, 6), (N, 2), triangles (T, 3, 3) in the order of its leaves.
+    The solid is given by its box tree: `boxes` (N, 6), `children` (N, 2), and `triangles` (T, 3, 3) in leaf order.
     """
     for part in range(sizes.shape[0]):
         if not _surface_apart(

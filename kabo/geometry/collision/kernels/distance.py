@@ -1,4 +1,4 @@
-"""Distances of convex parts, as a proven lower bound and an upper bound that is reached.
+"""Distances of convex parts, as a proven lower bound and an upper bound from two actual points.
 
 The lower bound is the gap along an axis, as in `separation`; the upper one the distance of two points of the
 parts. Both are wrong by at most `rounding(offset)`, which is subtracted and added.
@@ -15,9 +15,9 @@ RELATIVE_GAP = 1e-12
 
 @lean_kernel  # (B, 3, 24) f8, i8, i8, i8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
 def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
-    """Bounds of the distance of two parts [Gilbert 1988]; (0, upper) where they are not proven apart.
+    """The lower and upper bound of the distance of two parts [Gilbert 1988]; (0, upper) if not proven apart.
 
-    `axis` (3,): the start of the search, any value is sound; afterwards the axis of the lower bound.
+    `axis` (3,): initially any direction from which the search starts; afterwards the axis of the lower bound.
     """
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0
@@ -65,7 +65,7 @@ def _boxes_distance(boxes, a, b):
 
 @lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
 def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
-    """Bounds of the distance of two bodies: parts before index `first`, and the others."""
+    """The lower and upper bound of the distance of two bodies: the parts before index `first`, and all other parts."""
     lower, upper = np.inf, np.inf
     for a in range(first):
         for b in range(first, sizes.shape[0]):
@@ -80,7 +80,7 @@ def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
 
 @lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, f8, (3,) f8, (4, 3) f8, (3,) i8 -> bool
 def unions_apart(blocks, sizes, boxes, first, margin, offset, axis, simplex, counters):
-    """Whether all parts before index `first` are proven farther than `margin` - rounding(offset) from all others."""
+    """Whether each part before index `first` is proven farther than `margin` - rounding(offset) from all other parts."""
     for a in range(first):
         for b in range(first, sizes.shape[0]):
             if _boxes_distance(boxes, a, b) > margin + rounding(offset):

@@ -20,19 +20,19 @@ COUNTER_PLACES = 8  # pairs, iterations, undecided, poses inside sweeps, checks,
 
 @lean_kernel  # i8, i8 -> i8
 def after(start, count):
-    """The index where the next array begins."""
+    """The index where the next array begins: the end of `count` elements from `start`, rounded up to a cache line."""
     return (start + count + CACHE_LINE_PLACES - 1) // CACHE_LINE_PLACES * CACHE_LINE_PLACES
 
 
 @lean_kernel  # i8 -> i8
 def words_for(groups):
-    """The number of integers that hold a bit for each of the given number of groups."""
+    """The number of integers in a bit mask that has a bit for each of `groups` groups."""
     return (groups + GROUPS_PER_WORD - 1) // GROUPS_PER_WORD
 
 
 @leaf_kernel
 def numbers_of(memory):
-    """The floating-point arrays: those of `Chain` and `Bodies`, then those that a check writes.
+    """The floating-point arrays in a memory: those of `Chain` and `Bodies`, then those that a check writes.
 
     factors (2, J), placement (J, 12), bound (n,), part_extents (B, 6), group_extents (G, 6), world_T (J, 12), rows
     (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), blocks (B + room, 3, 24) of
@@ -57,7 +57,7 @@ def numbers_of(memory):
 
 @leaf_kernel
 def whole_numbers_of(memory):
-    """The integer arrays.
+    """The integer arrays in a memory.
 
     counters (8,), joints (3, J), groups (3, G+1), sizes (B,), pairs (2, P), allowed (moving, W) a bit for each
     group that forms a pair with a group, and listed (greatest number of parts,).

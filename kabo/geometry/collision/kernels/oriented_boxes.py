@@ -1,4 +1,4 @@
-"""Oriented boxes: boxes of parts and groups in their own joint's frame, compared along the axes of both frames.
+"""Comparison of oriented boxes: boxes of parts and groups in their joint's frame, along the axes of both frames.
 
 A pair of bodies is compared in the frame of the first: boxes that rotate with their bodies are tighter than boxes
 along the world's axes, and only pairs that need it are transformed. The edges' nine cross products [Gottschalk
@@ -10,7 +10,7 @@ from kabo.compilation import lean_kernel
 
 @lean_kernel  # (J, 12) f8, i8, i8 -> writes (12,) f8
 def relative(world_T, first, second, pose):
-    """Writes first_T_second, the pose of one joint's frame in another's."""
+    """Writes first_T_second, the pose of joint `second` in the frame of joint `first`."""
     for r in range(3):
         a, b, c = world_T[first, r], world_T[first, 3 + r], world_T[first, 6 + r]
         for k in range(3):
@@ -21,7 +21,7 @@ def relative(world_T, first, second, pose):
 
 @lean_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
 def faces_near(pose, first, a, second, b, margin):
-    """Whether two boxes are not proven farther apart than `margin` along an axis of either; NaN counts as near."""
+    """Whether no axis of either box proves two oriented boxes farther apart than `margin`; True if a number is NaN."""
     x, y, z = second[b, 0], second[b, 1], second[b, 2]
     ex, ey, ez = second[b, 3], second[b, 4], second[b, 5]
     dx = pose[0] * x + pose[1] * y + pose[2] * z + pose[9] - first[a, 0]

@@ -1,4 +1,4 @@
-"""Separation of convex vertex sets: whether two stay farther apart than a margin, proven by an axis.
+"""Separation of convex hulls of vertices: proofs by an axis that two are farther apart than a margin.
 
 "Apart" is returned only if an axis was found along which the gap exceeds the margin, however it was found. The gap
 of an axis of length 1 is wrong by at most `rounding(offset)`, which callers add to the margin: the index of the
@@ -19,7 +19,7 @@ MAX_ITERATIONS = 48  # real scenes need 13 at most; "not apart" if still undecid
 
 @leaf_kernel  # f8 -> f8
 def rounding(offset):
-    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` is that passed to `support`."""
+    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` as passed to `support`."""
     return offset * 2.0**-44
 
 
@@ -28,7 +28,8 @@ def support(blocks, block, count, x, y, z, offset):
     """The key of the vertex farthest along (x, y, z): its index in the low six bits; greater keys are farther.
 
     `offset` is a power of two of at least twice every |vertex|, so that products plus offset are positive and
-    their bits order as integers: one vectorised maximum. (x, y, z) has length 1; equals go to the higher index.
+    their bits order as integers: one vectorised maximum. (x, y, z) has length 1. Of equal vertices the one with
+    the higher index is taken.
     """
     best = np.int64(0)
     for i in range(count):
@@ -147,9 +148,9 @@ def nearest(simplex, size):
 def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simplex, counters):
     """Whether hull(a0, a1) and hull(b0, b1) are proven farther apart than `margin` - rounding(offset) [Gilbert 1988].
 
-    `axis` (3,): the start of the search, any value is sound; afterwards the separating axis, or the last one
-    tried. "Not apart" means a distance of at most margin * (1 + 1e-9) + 1e-10 + rounding, or undecided.
-    `counters`: pairs, iterations, undecided.
+    `axis` (3,): initially any direction from which the search starts; afterwards the separating axis, or the last
+    axis tried. False means a distance of at most margin * (1 + 1e-9) + 1e-10 + rounding, or undecided.
+    `counters` counts pairs, iterations and undecided pairs.
     """
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0
@@ -185,7 +186,7 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
 
 @lean_kernel
 def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simplex, counters):
-    """As `apart` for block `a` and block `b` moved by `pose` (12,), evaluated in the frame of `a`.
+    """The result of `apart` for block `a` and block `b` moved by `pose` (12,), computed in the frame of `a`.
 
     Blocks stay in their own frames and only farthest vertices are transformed, since few rounds decide most pairs.
     Of `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth.

@@ -1,4 +1,4 @@
-"""The bounded sweep: whether all pairs stay apart along a straight joint-space segment, both sides of the predicate.
+"""The bounded sweep: finds a pair of groups that does not stay apart along a straight joint-space segment.
 
 For a pair of parts over an interval, the hull of each part's poses at both ends, grown by its deviation D, encloses
 what the part sweeps. If the hulls are proven farther apart than clearance + D_a + D_b the interval is free. Every
@@ -265,9 +265,10 @@ def first_swept_hit(
     segment, turned, motions, frames, frame_tags, node_poses, node_boxes, node_marks, whole_boxes, whole_marks,
     interval_table, interval_boxes, block_boxes, pose, pool, state, stack, ends, united,
 ):  # fmt: skip
-    """The first pair (in the order of groups) not proven apart on the segment.
+    """The index of the first pair (in the order of groups) that is not proven apart on the segment.
 
-    -1 if all are proven apart, -2 if an end is invalid. `slacks` (P,): the rest of the budget for `spread`.
+    The result is -1 if all pairs are proven apart, and -2 if `start` or `end` is invalid. `slacks` (P,): the part
+    of epsilon that remains for `spread`, for each pair.
     """
     counters[SWEEPS] += 1
     if not (usable(start, bound) and usable(end, bound)):

@@ -19,7 +19,7 @@ FRAME_SLOTS = COARSE_NODES + MAX_HALVINGS - COARSE_LEVELS  # one of each coarse 
 
 @lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
 def turning(segment, joints, factors, turned):
-    """Writes for every joint the sum of |angle| over the revolute joints from the world to it."""
+    """Writes for every joint the sum of |angle| over the revolute joints from the world to this joint."""
     turned[0] = 0.0
     for j in range(1, turned.shape[0]):
         i = joints[2, j]
@@ -31,10 +31,10 @@ def turning(segment, joints, factors, turned):
 def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
     """Bounds over the whole segment for points within `radius` of the joint's origin, seen from `frame`.
 
-    Deviation from the chord, |x - c| <= max |x''| / 8; angle turned; length of the path. With d_j = |joint step|,
-    rho_j a bound of the distance to axis j and T_j the sum of d over revolute joints between the frame and j:
-    |x''| <= sum over revolute j of rho_j d_j (d_j + 2 T_j), plus sum over prismatic j of 2 d_j T_j. With one radius
-    for all joints this is [K Eq. 4.20].
+    The bounds are the deviation from the chord, |x - c| <= max |x''| / 8, the angle turned, and the length of the
+    path. With d_j = |joint step|, rho_j a bound of the distance to axis j and T_j the sum of d over revolute
+    joints between the frame and j: |x''| <= sum over revolute j of rho_j d_j (d_j + 2 T_j), plus sum over
+    prismatic j of 2 d_j T_j. With one radius for all joints this is [K Eq. 4.20].
     """
     bend, path, reach, j = 0.0, 0.0, radius, joint
     while j != frame:
@@ -67,7 +67,7 @@ def level_for(deviation, enough):
 
 @lean_kernel
 def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags):
-    """The slot of `frames` (FRAME_SLOTS, J, 12) with all joint frames at a node, computed on first use.
+    """The slot of `frames` (FRAME_SLOTS, J, 12) that holds all joint frames at a node, which are computed on first use.
 
     Finer nodes share a slot with all nodes of their level; the two ends of a dyadic interval and its middle never do.
     """
@@ -90,7 +90,7 @@ def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags
 
 @lean_kernel  # (J, 12) f8, i8, i8 -> writes row of (.., 12) f8
 def pose_in(world_T, joint, frame, poses, row):
-    """Writes the pose frame_T_joint of a joint in the frame of another."""
+    """Writes the pose frame_T_joint of joint `joint` in the frame of joint `frame`."""
     if frame == 0:
         for i in range(12):
             poses[row, i] = world_T[joint, i]
@@ -113,7 +113,7 @@ def pose_in(world_T, joint, frame, poses, row):
 
 @lean_kernel
 def whole_box(track, level, grow, moves, node_boxes, whole_boxes):
-    """Writes the box around everything a track's group sweeps, from its boxes at the coarse nodes of a level."""
+    """Writes the box around the volume that a track's group sweeps, from its boxes at the coarse nodes of a level."""
     first = track * COARSE_NODES
     unite_boxes(node_boxes, first, first, grow, whole_boxes, track)
     if moves:

@@ -1,4 +1,4 @@
-"""Whether two swept volumes meet, at any times [K Def. 1.3]; a standing body's swept volume is the body itself.
+"""Comparison of two swept volumes, whatever the times [K Def. 1.3]; a fixed body's swept volume is the body itself.
 
 Unlike in `sweep`, where two bodies move in step, every interval of one motion is compared with every interval of
 the other. Both answers are proven as in `sweep`; how far a hull of two poses sticks out of the volume swept
@@ -24,7 +24,7 @@ DEVIATION, TURN, QUARTER = 0, 1, 2  # columns of bounds
 
 @lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8, (J,) f8, (J,) f8, i8, (B,) f8, (B,) f8 -> writes (B, 3) f8
 def part_bounds(segment, joints, factors, lengths, turned, joint, radii, diameters, bounds):
-    """Writes the bounds of every part of a body over a whole segment."""
+    """Writes for every part of a body its three bounds over a whole segment: deviation and both shares of the spread."""
     for p in range(radii.shape[0]):
         deviation, angle, _ = motion(segment, joints, factors, lengths, turned, joint, 0, radii[p])
         bounds[p, DEVIATION] = deviation
@@ -33,7 +33,7 @@ def part_bounds(segment, joints, factors, lengths, turned, joint, radii, diamete
 
 @lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8, (J, 12) f8 -> writes (N + 1, J, 12) f8, whose rows [:, 0] are given
 def frames_on(segment, joints, factors, placement, frames):
-    """Writes all joints' frames at the nodes of a segment."""
+    """Writes the frames of all joints at the nodes of a segment."""
     intervals = frames.shape[0] - 1
     for node in range(intervals + 1):
         for i in range(segment.shape[1]):
@@ -130,9 +130,11 @@ def volumes_meet(
     poses_a, blocks_a, sizes_a, extents_a, bounds_a, poses_b, blocks_b, sizes_b, extents_b, bounds_b, slack,
     pose_margin, margin, offset, pool, boxes, stack, axis, simplex, counters,
 ):  # fmt: skip
-    """APART if two bodies' swept volumes are proven farther apart than `margin` minus rounding, MEET, or FINER.
+    """APART, MEET or FINER: the relation of two bodies' swept volumes, as far as the given intervals show.
 
-    `slack`: the rest of the budget for the spread of hulls; `pose_margin`: the distance of poses that means MEET.
+    APART: proven farther apart than `margin` minus rounding; FINER: more intervals are needed. `slack`: the part
+    of epsilon that remains for the spread of hulls. `pose_margin`: a distance of parts at a pose up to which they
+    MEET.
     """
     answer = APART
     for a in range(sizes_a.shape[0]):

@@ -1,19 +1,20 @@
 """Proofs that two bodies stay apart along a path: trees of boxes, axes and halvings, in walk order.
 
 A path is straight from way point to way point; position s = piece * POSITIONS_PER_PIECE + fraction. A proof of a
-pair is a tree, stored in walk order: each node is about a stretch [s0, s1] and a range of parts of each body, and
-is one of
+pair is a tree, stored in walk order: each node concerns an interval [s0, s1] and a range of parts of each body,
+and is one of
 
-    BOXES: the boxes of both ranges over the stretch are apart;   AXIS: this axis separates their swept hulls;
-    TIME: see both halves of the stretch;   FIRST, SECOND: see both halves of the range of parts of that body.
+    BOXES: the boxes of both ranges over the interval are apart;   AXIS: this axis separates their swept hulls;
+    TIME: the children prove both halves of the interval;
+    FIRST, SECOND: the children prove both halves of the first or second body's range of parts.
 
-Over a stretch a body sweeps no more than the hull of its poses at the ends and at all way points between, grown by
-the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). A verifier computes all of that
-again; a proof holds the axes and the choice of halves only.
+Over an interval a body sweeps no more than the hull of its poses at the ends and at all way points between, grown
+by the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). A verifier recomputes these
+hulls; a proof contains only the axes and the choice of halves.
 
-Arrays of a pair have a first index of 2: the body that is meant. `ends` (2, 4): first part, part after the last,
-first and last row of `poses` (2, W + 2, 12), which holds the poses at all way points and, behind them, at the ends of
-a part of a piece.
+The first index of a pair's arrays, 0 or 1, is the body. `ends` (2, 4): first part, part after the last, first and
+last row of `poses` (2, W + 2, 12), which holds the poses at all way points and, behind them, at the ends of a part
+of a piece.
 """
 
 import numpy as np
@@ -338,7 +339,7 @@ def prove_pairs(
     """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
 
     A pair that does not move, or whose boxes over the whole path are apart, has an empty proof, since verifiers
-    test that first. Returns how many pairs were proven; P if all.
+    test these two cases first. Returns the number of pairs proven before the first failure; P if there is none.
     """
     count, row = waypoints.shape[0], 0
     for k in range(count):

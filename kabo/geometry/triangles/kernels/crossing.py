@@ -1,4 +1,4 @@
-"""Whether two triangles of one mesh cross: whether they meet outside the vertices that they share.
+"""Test whether two triangles of one mesh cross, that is, meet outside the vertices that they share.
 
 "Apart" is proven: by an axis whose gap exceeds its own rounding bound, or, where no axis is clear, by exact signs
 (kabo.geometry.triangles.kernels.orientation). So is "cross", except that triangles without area cross unless an
@@ -196,7 +196,7 @@ def _edge_cross(pair, scratch):
 
 @lean_kernel  # (6, 3) f8 [m], i8, (SCRATCH,) f8 -> bool
 def triangles_cross(pair, shared, scratch):
-    """Whether two triangles meet outside of their `shared` (0 to 3) vertices and the edge between these."""
+    """Whether two triangles meet elsewhere than in their `shared` (0 to 3) common vertices and the edge between them."""
     if shared > 2:
         return True
     if shared > 0:

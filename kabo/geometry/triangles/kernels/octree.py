@@ -34,7 +34,7 @@ class Octree(NamedTuple):
 def octree_of(low: NDArray[np.float64], high: NDArray[np.float64], faces_capacity: int) -> Octree:
     """An empty tree for faces 0 to `faces_capacity` - 1 in the box from `low` to `high`, each (3,) [m].
 
-    It has room for as many nodes as faces, more than surfaces need (measured: 0.01 to 0.33 nodes for each face).
+    Its pool has as many nodes as faces, more than surfaces need (measured: 0.01 to 0.33 nodes for each face).
     """
     capacity = faces_capacity + 64
     nodes = np.full((capacity, 3 + 8), -1, dtype=np.int32)
@@ -106,7 +106,7 @@ def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
 
 @lean_kernel  # Octree, i8
 def remove(tree, face):
-    """Removes a face from the tree, if it is there."""
+    """Removes a face from the tree, if the tree contains this face."""
     nodes, links = tree.nodes, tree.links
     node, following, previous = links[face, _NODE], links[face, _NEXT], links[face, _PREVIOUS]
     if node < 0:
@@ -127,7 +127,8 @@ def remove(tree, face):
 def query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found):
     """Writes the faces whose boxes meet or touch a box; returns their number.
 
-    Their order depends on the order of changes. If `found` is too short, only so many are written.
+    The order of the faces depends on the order of insertions and removals. If `found` is too short, it is filled
+    only.
     """
     nodes, cells, links, boxes = tree.nodes, tree.cells, tree.links, tree.boxes
     count, top = 0, 1

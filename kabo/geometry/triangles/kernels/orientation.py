@@ -90,7 +90,7 @@ def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
 def orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz, scratch):
     """The exact sign, 1, 0 or -1, of the volume (b - a) x (c - a) . (d - a): 1 where d lies in front of a, b, c.
 
-    In front is where the normal of the counterclockwise triangle points.
+    The front is the side to which the normal of the counter-clockwise triangle a, b, c points.
     """
     sign = likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz)
     if sign != 0:

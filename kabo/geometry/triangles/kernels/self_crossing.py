@@ -7,7 +7,7 @@ from kabo.geometry.triangles.kernels.octree import insert, query
 
 @lean_kernel  # (V, 3) f8 [m], (F, 3) i8, Octree, (STACK,) i8, (F,) i8, (6, 3) f8, (SCRATCH,) f8 -> writes (F,) bool
 def mark_crossing(vertices, faces, tree, stack, found, pair, scratch, crossing):
-    """Marks the faces that meet another one outside of the vertices they share."""
+    """Marks the faces that meet another face elsewhere than in the vertices or the edge that both share."""
     for f in range(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         for c in range(3):

@@ -8,7 +8,7 @@ from kabo.geometry.triangles.kernels.triangle_tree import to_box_squared, to_tri
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
 def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
-    """The distance of a point to the mesh; or the first distance found that is at most `enough`.
+    """The distance of a point to the mesh; the search stops at the first distance of at most `enough`.
 
     A leaf n has children (-1 - first triangle, count).
     """
@@ -36,7 +36,7 @@ def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
 def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
-    """The squared distance to the mesh and the index of the nearest triangle; (`best`, -1) if none is nearer."""
+    """The squared distance to the mesh and the nearest triangle's index; (`best`, -1) if it is not below `best`."""
     found, top = -1, 1
     stack[0] = 0
     while top > 0:
@@ -120,7 +120,7 @@ def inside(boxes, children, triangles, px, py, pz, stack):
 
 @lean_kernel
 def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
-    """Whether some point of a polytope is farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+    """0 if all points of a polytope are proven within `limit` of the solid, 1 if some point is not, 2 if undecided.
 
     The polytope (planes (H, 4): n.x <= d) is covered by boxes, halved until the whole box is outside the polytope,
     inside the solid, or within `limit` of the surface. The search is given up after `most` boxes.

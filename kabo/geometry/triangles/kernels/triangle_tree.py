@@ -189,9 +189,9 @@ def to_box_squared(boxes, n, x, y, z):
 
 @lean_kernel
 def nearest_triangle(tree, x, y, z, hint, enough, stack):
-    """The squared distance to the nearest triangle, and its index; stops at any triangle within `enough` (squared).
+    """The squared distance to the nearest triangle, and its index; stops at any squared distance up to `enough`.
 
-    `hint`: the triangle tested first, any is valid. stack (64,) i8.
+    `hint`: the index of the triangle that is tested first; it affects the speed only. stack (64,) i8.
     """
     boxes, children, triangles = tree.boxes, tree.children, tree.triangles
     best, found = to_triangle_squared(x, y, z, triangles, hint), hint
