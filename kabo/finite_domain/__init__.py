@@ -1,7 +1,7 @@
 """Search in finite-domain tasks: operators on variables with finitely many values, packed into machine words.
 
-This room knows numbers only: no knowledge, no geometry, no files. Small tasks are solved in plain Python, so that they
-never wait for compiled code; the plans are the same.
+This package works on numbers only: no knowledge, no geometry, no files. Small tasks are solved in plain Python, so
+that they do not wait until compiled code is loaded.
 """
 
 from kabo.lazy import lazy_names

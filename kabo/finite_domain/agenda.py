@@ -1,7 +1,7 @@
-"""Reasonable orders of goals: A before B if whatever achieves A must undo B first [Koehler, Hoffmann 2000].
+"""Reasonable orders of goals: A before B if B is false just before A is achieved [Koehler, Hoffmann 2000].
 
-A goal that holds counts as reached only when all goals ordered before it hold, too. So a search does not hold on to
-goals that it has to give up again.
+A goal that holds counts as reached only when all goals ordered before it hold, too. So a search gains nothing by
+achieving early a goal that it has to give up again.
 """
 
 from collections.abc import Sequence
@@ -12,12 +12,12 @@ from kabo.finite_domain.mutexes import Condition, FactTask, Mutexes
 
 @dataclass(frozen=True)
 class Agenda:
-    """For each goal the goals ordered before it; two goals of which each would come before the other are not ordered."""
+    """The goals ordered before each goal; two goals that would each precede the other are left unordered."""
 
     before: tuple[tuple[int, ...], ...]
 
     def open_goals(self, reached: Sequence[bool]) -> int:
-        """The number of goals that do not count as reached; `reached` says which ones hold."""
+        """The number of goals that do not count as reached; `reached` says of each goal whether it holds."""
         return sum(
             not done or any(not reached[j] for j in before)
             for done, before in zip(reached, self.before, strict=True)
@@ -25,7 +25,7 @@ class Agenda:
 
 
 def agenda(task: FactTask, mutexes: Mutexes, goals: Sequence[tuple[int, ...]]) -> Agenda:
-    """The reasonable orders of `goals`; a goal is given as facts of which one must hold."""
+    """The reasonable orders of `goals`; each goal is given by the facts of which one must hold."""
     count = len(goals)
     ways = _achievers(task, {f for goal in goals for f in goal})
     undoes = [_undone(task, mutexes, [c for f in goal for c in ways[f]]) for goal in goals]

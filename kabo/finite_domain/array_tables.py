@@ -31,7 +31,11 @@ class _Numbers:
 
 
 def array_tables(tables: Tables, packing: Packing) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
-    """The numbers, which begin with the index of each table; and the bits, pairs of rows to clear and to set."""
+    """An array of numbers that begins with the index of each table, and an array of bits.
+
+    The array of bits has pairs of rows, the bits to clear and the bits to set, and then the words of the gates
+    [kabo.finite_domain.gates].
+    """
     numbers, rows = _Numbers(), [*tables.always, tables.goal]
     known = {row: i for i, row in reversed(list(enumerate(rows)))}
 

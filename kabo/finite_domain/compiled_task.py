@@ -36,9 +36,10 @@ class ChangingFacts:
 
 
 class CompiledTask:
-    """A task with the tables that searches need; none depends on a search's start or forbidden operators.
+    """A task with the tables that searches need; no table depends on a search's start or forbidden operators.
 
-    It also counts what searches have done in plain Python, since after a while the compiled searches are quicker.
+    It also counts the work that searches have done in plain Python, since from some amount on compiled searches
+    are quicker.
     """
 
     def __init__(self, task: FiniteTask) -> None:
@@ -46,11 +47,11 @@ class CompiledTask:
         self._plain_spent: dict[str, int] = {}
 
     def plain_left(self, search: str, most: int) -> int:
-        """The work left in plain Python to the search of this name: `most` less what its runs have done."""
+        """The work that this search may still do in plain Python: `most` less the work of its earlier runs."""
         return max(0, most - self._plain_spent.get(search, 0))
 
     def spend(self, search: str, work: int) -> None:
-        """Counts work that the search of this name did in plain Python."""
+        """Adds to the count of the work that the search of this name has done in plain Python."""
         self._plain_spent[search] = self._plain_spent.get(search, 0) + work
 
     @cached_property
@@ -75,7 +76,7 @@ class CompiledTask:
 
     @cached_property
     def arrays(self) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
-        """The same tables as arrays for kernels."""
+        """The tables of applicability and effects, as arrays for kernels."""
         return array_tables(self.tables, self.packing)
 
     @cached_property
@@ -85,7 +86,7 @@ class CompiledTask:
 
     @cached_property
     def relaxation(self) -> RelaxedTask:
-        """The delete relaxation, ready for relaxed plans."""
+        """The delete relaxation, prepared for computing relaxed plans."""
         return RelaxedTask(self.relaxed.all_facts, self.relaxed.operators, self.relaxed.goals)
 
     @cached_property
@@ -95,12 +96,12 @@ class CompiledTask:
 
     @cached_property
     def goal_facts(self) -> tuple[tuple[int, ...], ...]:
-        """For each condition of the goal the facts of which one must hold."""
+        """For each condition of the goal the facts that fulfil it."""
         return tuple(tuple(self.relaxed.offset[v] + x for x in values) for v, values in self.normal.goal.items())
 
     @cached_property
     def changing(self) -> ChangingFacts:
-        """The facts in which states can differ."""
+        """The facts of the variables that some operator may change."""
         made = {f for o in self.fact_task.operators for f in o.always}
         made.update(
             f for o in self.fact_task.operators for group in o.depends for _, facts in group for f in facts
@@ -123,7 +124,7 @@ class CompiledTask:
         return agenda(self.fact_task, self.mutexes, self.goal_facts)
 
     def start(self, values: Sequence[int] | None) -> int:
-        """The packed state with these values, or with the task's initial ones.
+        """The packed state in which the variables have these values; None stands for the task's initial values.
 
         Raises:
             ValueError: `values` does not give every variable one value of its range.
@@ -135,9 +136,9 @@ class CompiledTask:
         return self.packing.number(values)
 
     def never(self, forbidden: Sequence[int] | NDArray[Any] | None) -> Never:
-        """(words,) a bit for each operator that is never applicable or is forbidden.
+        """(words,) an array with a bit set for each operator that is never applicable or is forbidden.
 
-        `forbidden` (operators,) has 1 for each operator that must not be used; None: none.
+        `forbidden` (operators,) is not 0 for each operator that must not be used; None forbids no operator.
         """
         never = np.array(self.tables.gates.never, np.uint64)
         if forbidden is None:
@@ -150,13 +151,13 @@ class CompiledTask:
         return never | np.packbits(array, bitorder="little").view(np.uint64)
 
     def cost(self, plan: Sequence[int]) -> int:
-        """The sum of the costs of these operators."""
+        """The sum of the costs of the plan's operators."""
         return sum(self.task.operators[o].cost for o in plan)
 
 
 @dataclass
 class SearchBudget:
-    """The limits of a search: expansions, bytes, and a function that is called repeatedly and says whether to stop."""
+    """The limits of a search: expansions, bytes of memory, and a repeatedly called function that may stop it."""
 
     expansions: int | None = None  # None: without limit
     memory: int = 4 << 30  # bytes

@@ -1,9 +1,9 @@
-"""Gates: they decide which operators are applicable in a packed state, for 64 neighbouring operators at a time.
+"""Gates: tables that decide which operators are applicable in a packed state, for 64 operators at a time.
 
-A *gate* reads a few bits of the state that some of the 64 operators test. For every content of these bits it has a word
-with a bit for each operator that this content allows; the conjunction of all gates' words are the applicable operators.
-So a test for a set of values costs no more than one for a single value, small variables that lie side by side are
-tested together, and operators come in the order of the task.
+A *gate* reads a few bits of the state that some of the 64 operators test. For every content of these bits it has a
+word with one bit for each operator that this content allows; an operator is applicable if all gates allow it. So a
+test for a set of values costs no more than a test for a single value, small variables whose bits lie side by side
+are tested together, and applicable operators are found in the order of the task.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ SPAN = 6  # bits of the state that a gate of several small variables reads at mo
 
 @dataclass(frozen=True)
 class Gate:
-    """For each content of the bits `mask` from bit `place` on the word of operators that it allows."""
+    """The word of operators allowed for each content of the bits `mask`, from bit `place` of the state on."""
 
     place: int
     mask: int
@@ -28,7 +28,7 @@ class Gate:
 
 @dataclass(frozen=True)
 class Gates:
-    """For each group of 64 operators its gates, the most selective first, and the word of those never applicable.
+    """The gates of each group of 64 operators, the most selective first, and its never applicable operators.
 
     Bits beyond the last operator count as never applicable.
     """
@@ -38,7 +38,7 @@ class Gates:
 
 
 def build_gates(task: NormalTask, packing: Packing) -> Gates:
-    """The gates of a task whose states are packed in this way."""
+    """The gates of a task whose states are packed by `packing`."""
     groups, never = [], []
     for first in range(0, len(task.operators), GROUP):
         group = [None if o is None else o.tests for o in task.operators[first : first + GROUP]]

@@ -1,7 +1,8 @@
-"""Pairs of facts that are never true together: h², forward from a start, with conditional effects [Haslum, Geffner 2000].
+"""Pairs of facts that are never true together: h², forward, with conditional effects [Haslum, Geffner 2000].
 
-It may take impossible pairs for possible, never the reverse: what a conditional effect may change stays possible as it
-was. The pairs found impossible are an invariant: they are impossible from every start in which none of them is true.
+An impossible pair may be taken for possible, never the reverse, since a fact that a conditional effect may change
+is also kept as possible. The pairs found impossible are an invariant: they stay impossible from every start in
+which none of them is true.
 """
 
 from collections.abc import Hashable, Iterable, Sequence
@@ -23,7 +24,7 @@ Group = tuple[tuple[tuple[Condition, ...], tuple[int, ...]], ...]
 
 @dataclass(frozen=True)
 class FactOperator:
-    """An operator over facts; of the conditional effects in one group at most one happens."""
+    """An operator over facts; at most one conditional effect of each of its groups happens."""
 
     needs: tuple[Condition, ...]
     always: tuple[int, ...]
@@ -32,7 +33,7 @@ class FactOperator:
 
 @dataclass(frozen=True)
 class FactTask:
-    """A task over facts `offset[v] + x`."""
+    """A task over numbered facts: fact `offset[v] + x` says that variable v has value x."""
 
     facts: int
     offset: tuple[int, ...]
@@ -46,12 +47,12 @@ class FactTask:
 
     @cached_property
     def siblings(self) -> tuple[int, ...]:
-        """For each variable the bits of its facts."""
+        """For each variable the mask of its facts."""
         return tuple(((1 << n) - 1) << at for at, n in zip(self.offset, self.sizes, strict=True))
 
 
 def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
-    """The operators of a task over facts, without those that are never applicable."""
+    """The task over facts, without the operators that are never applicable."""
 
     def needs(tests: Tests) -> tuple[Condition, ...]:
         return tuple(tuple(offset[v] + x for x in values) for v, values in sorted(tests.items()))
@@ -75,7 +76,10 @@ def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
 
 @dataclass(frozen=True)
 class Mutexes:
-    """The facts that may be true together: `together[f]` has a bit for each that may be true with f, bit f if f may be."""
+    """The pairs of facts that may be true together: bit g of `together[f]` says that facts f and g may be.
+
+    Bit f of `together[f]` says that fact f may be true at all.
+    """
 
     together: tuple[int, ...]
 
@@ -84,7 +88,7 @@ class Mutexes:
         return not self.together[first] >> second & 1
 
     def allow(self, state: Sequence[int]) -> bool:
-        """Whether no two facts of the state are mutex; only then do the mutexes hold in all states after it."""
+        """Whether no two facts of the state are mutex; only then are the mutexes valid from this state on."""
         bits = sum(1 << f for f in state)
         return all(bits & ~self.together[f] == 0 for f in state)
 
@@ -100,7 +104,7 @@ class Mutexes:
 
 
 def variables_alone(task: FactTask) -> Mutexes:
-    """The mutexes that need no computation: a variable has only one value at a time."""
+    """The mutexes that need no computation: two values of one variable are never true together."""
     everything = (1 << task.facts) - 1
     return Mutexes(tuple(everything & ~task.siblings[v] | 1 << f for f, v in enumerate(task.variable)))
 
@@ -155,7 +159,7 @@ class _Pairs:
 
 
 def plain_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
-    """The mutexes of all states reachable from the facts of the start, computed in plain Python."""
+    """The mutexes of all states reachable from a start, which is given by its facts; computed in plain Python."""
     pairs, seen, before = _Pairs(task, start), [0] * len(task.operators), 0
     while before != pairs.time:
         before = pairs.time
@@ -192,9 +196,10 @@ def _made(pairs: _Pairs, o: FactOperator, known: int, but: Group | None) -> int:
 
 
 def mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
-    """The mutexes of all states reachable from the facts of the start: in plain Python if that is quick, else compiled.
+    """The mutexes of all states reachable from a start, which is given by its facts.
 
-    For tasks so large that all pairs would take long, only those of two values of one variable.
+    They are computed in plain Python if that is quick, else by compiled code. For tasks so large that checking all
+    pairs would take too long, only pairs of two values of one variable are returned.
     """
     groups = {id(group): len(group) for o in task.operators for group in o.depends}
     variants = len(task.operators) + sum(groups[id(group)] for o in task.operators for group in o.depends)
@@ -206,7 +211,7 @@ def mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
 
 
 def compiled_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
-    """The same mutexes as `plain_mutexes`, computed by the kernel."""
+    """The same mutexes as `plain_mutexes` finds, computed by the compiled kernel."""
     from kabo.finite_domain.kernels.pairs import grow  # numba: only for tasks that plain Python is too slow for
 
     words = (task.facts + 63) // 64

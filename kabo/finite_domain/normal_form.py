@@ -1,7 +1,7 @@
-"""Effects of operators sorted into unconditional ones, those that depend on one variable (switches), and others (guarded).
+"""Effects of operators, sorted: unconditional, dependent on one variable (switches), and others (guarded).
 
-A switch says for every value of its variable what is set, so that any number of effects takes one look-up; operators
-whose effects depend on a variable in the same way share the switch.
+A switch gives for every value of its variable the assignments to make, so that any number of effects takes one
+look-up. Operators whose effects depend on a variable in the same way share the switch.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ Tests = dict[int, tuple[int, ...]]  # variable: the values it may have
 
 @dataclass(frozen=True)
 class ValueSwitch:
-    """A switch: the effects to apply for each previous value of one variable; none for values not listed."""
+    """A switch: the assignments to make for each previous value of one variable; none for values not listed."""
 
     variable: int
     outcomes: dict[int, Assignments]
@@ -23,7 +23,7 @@ class ValueSwitch:
 
 @dataclass(frozen=True)
 class NormalOperator:
-    """An operator with its effects sorted by kind."""
+    """An operator with its effects sorted into unconditional ones, switches (by index) and guarded ones."""
 
     tests: Tests
     always: Assignments

@@ -1,4 +1,4 @@
-"""States in as few machine words as possible: which bits hold each variable."""
+"""States packed into few machine words: the bits that hold each variable."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,25 +21,25 @@ class Packing:
     place: tuple[int, ...]  # 64 word + shift
 
     def number(self, values: Sequence[int]) -> int:
-        """The state with these values of all variables, as one Python int."""
+        """The packed state in which the variables have these values, as one Python int."""
         return sum(x << p for x, p in zip(values, self.place, strict=True))
 
     def values(self, number: int) -> tuple[int, ...]:
-        """The values of all variables in a state that is one Python int."""
+        """The values of all variables in a packed state, which is given as one Python int."""
         return tuple((number >> p) & m for p, m in zip(self.place, self.mask, strict=True))
 
     def array(self, number: int) -> NDArray[np.uint64]:
-        """(words,) the state as an array for kernels."""
+        """(words,) a packed state, which is given as one Python int, as an array for kernels."""
         words: NDArray[np.uint64] = np.frombuffer(number.to_bytes(8 * self.words, "little"), np.uint64).copy()
         return words
 
     def number_of(self, words: NDArray[np.uint64]) -> int:
-        """The state of a kernel's array, as one Python int."""
+        """The packed state in a kernel's array, as one Python int."""
         return int.from_bytes(words.tobytes(), "little")
 
 
 def pack(sizes: Sequence[int]) -> Packing:
-    """The packing of variables with these numbers of values: large ones first, each into the first word with room."""
+    """The packing of variables of these sizes: large ones first, each into the first word with enough space."""
     bits = [max(1, (n - 1).bit_length()) for n in sizes]
     used: list[int] = [0]
     word, shift = [0] * len(bits), [0] * len(bits)

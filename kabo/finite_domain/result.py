@@ -8,9 +8,10 @@ Status = Literal["solved", "unsolvable", "exhausted", "stopped"]
 
 @dataclass(frozen=True)
 class SearchResult:
-    """A plan, or why there is none.
+    """The result of a search: a plan, or the reason why there is none.
 
-    "unsolvable" is a proof. "exhausted": the budget of expansions or memory is spent; "stopped": the caller asked for it.
+    The status "unsolvable" is a proof that there is no plan. "exhausted" says that the budget of expansions or
+    memory is spent, "stopped" that the caller asked the search to stop.
     """
 
     status: Status

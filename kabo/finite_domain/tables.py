@@ -1,4 +1,4 @@
-"""The effects of operators on packed states, as lists for plain Python, from which those for kernels are made."""
+"""The effects of operators on packed states: lists for plain Python, from which the kernels' arrays are made."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Tables:
 
 
 def build_tables(task: NormalTask, packing: Packing) -> Tables:
-    """The tables of a task whose states are packed in this way."""
+    """The tables of a task whose states are packed by `packing`."""
     single = {v: values for v, values in task.goal.items() if len(values) == 1}
     rest = {v: values for v, values in task.goal.items() if v not in single}
     switches = []

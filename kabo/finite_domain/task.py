@@ -1,8 +1,8 @@
 """Finite-domain tasks: variables with finitely many values, and operators that test and set them.
 
-All conditions are evaluated in the state before. Effects may be conditional: any number of effects that each depend on
-another value of the same variable costs no more than one [kabo.finite_domain.tables], so nobody needs to expand them
-into operators.
+All conditions of an operator are evaluated in the state before it. Effects may be conditional. Any number of
+effects that depend on different values of the same variable costs no more than one effect
+[kabo.finite_domain.tables], so there is no need to expand conditional effects into operators.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ class StateVariable:
 
 @dataclass(frozen=True)
 class Effect:
-    """Sets a variable to a value if all conditions held before."""
+    """An effect that sets a variable to a value if all its conditions hold in the state before the operator."""
 
     conditions: Conditions
     variable: int
@@ -45,7 +45,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class FiniteTask:
-    """A planning task: from the initial values by operators to a state that fulfils all conditions of the goal."""
+    """A planning task: operators have to lead from the initial values to a state that fulfils the goal."""
 
     variables: tuple[StateVariable, ...]
     initial: tuple[int, ...]
@@ -54,12 +54,12 @@ class FiniteTask:
 
 
 def holds(conditions: Conditions, state: Sequence[int]) -> bool:
-    """Whether these values meet all conditions."""
+    """Whether the values in `state` meet all conditions."""
     return all(state[v] in values for v, values in conditions)
 
 
 def successor(operator: Operator, state: tuple[int, ...]) -> tuple[int, ...]:
-    """The values after an operator whose preconditions are met; this is the definition, searches use faster tables."""
+    """The values after an operator whose preconditions are met, by definition; searches use faster tables."""
     after = list(state)
     for effect in sorted(operator.effects, key=lambda e: len(e.conditions) > 0):
         if holds(effect.conditions, state):
@@ -113,7 +113,7 @@ def _condition_faults(where: str, conditions: Conditions, sizes: list[int]) -> I
 
 
 def compatible(conditions: Conditions) -> bool:
-    """Whether some values meet all of these conditions."""
+    """Whether there is a state that meets all of these conditions."""
     allowed: dict[int, set[int]] = {}
     for v, values in conditions:
         allowed[v] = allowed[v].intersection(values) if v in allowed else set(values)
@@ -123,7 +123,7 @@ def compatible(conditions: Conditions) -> bool:
 def merged(conditions: Conditions, sizes: Sequence[int]) -> dict[int, tuple[int, ...]]:
     """For each variable the sorted values that meet all its conditions, without variables that every value meets.
 
-    An empty tuple means that no value does.
+    An empty tuple means that no value of the variable meets them.
     """
     allowed: dict[int, set[int]] = {}
     for v, values in conditions:

@@ -15,7 +15,7 @@ from kabo.language.formulas import GroundCall
 
 @dataclass(frozen=True)
 class RunTimeArgument:
-    """An argument that is the value of a term, and known at run time only."""
+    """An argument that is the value of a term and becomes known only at run time."""
 
     term: str
 
@@ -25,7 +25,7 @@ class RunTimeArgument:
 
 @dataclass(frozen=True)
 class GroundAction:
-    """An action with its arguments; `sense` are the facts that executing it delivers, as text."""
+    """An action with its arguments; `sense` has the texts of the facts that executing the action senses."""
 
     name: str
     arguments: Mapping[str, "str | RunTimeArgument"] = field(hash=False)
@@ -50,14 +50,14 @@ class GroundAction:
         return self.precondition.holds(state, test)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
-        """The state after the action, before what it senses is known; None if its effects contradict each other."""
+        """The state after the action, before it has sensed; None if its effects contradict each other."""
         after = self.effects.after(state, test)
         if after is None or self.closure.is_empty:
             return after
         return self.closure.complete(after, state ^ after)
 
     def reasons(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The bits that are reasons of the inferences that the closure draws after the effects."""
+        """The reasons of all inferences that the closure draws after the action's effects, as a mask of bits."""
         updated = self.effects.after(state, test)
         return 0 if updated is None else _reasons(self.closure, state, updated)
 
@@ -109,7 +109,7 @@ class Branching:
         return made if self.closure.is_empty else self.closure.complete(made, state ^ made, trace)
 
     def reasons(self, state: int, outcome: str) -> int:
-        """The bits that are reasons of the inferences that the closure draws after the outcome."""
+        """The reasons of all inferences that the closure draws after the outcome, as a mask of bits."""
         choice = next(choice for choice in self.choices if choice.outcome == outcome)
         return _reasons(self.closure, state, state | choice.make)
 

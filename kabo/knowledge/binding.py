@@ -14,5 +14,5 @@ def object_of(term: Variable | Constant, binding: Binding) -> str:
 
 
 def plain(term: Term) -> Term:
-    """The term, without the mark that its value is taken at run time."""
+    """The term without the mark that its value is taken at run time."""
     return term.term if isinstance(term, RunTimeValue) else term

@@ -18,7 +18,7 @@ MAX_REMEMBERED = 20_000  # closures kept, since search, reordering and explanati
 
 
 class UnitPropagator(Protocol):
-    """One source of inferences: an entry of Kx or Kor, or the values of a term."""
+    """A source of inferences by unit propagation: an entry of Kx or Kor, or the values of a term."""
 
     @property
     def watches(self) -> int:
@@ -47,13 +47,13 @@ class Rule:
 
     @property
     def watches(self) -> int:
-        """The bits that it reads, and those that it writes, so that forgotten conclusions are drawn again."""
+        """The bits that the rule reads, and those that it writes: forgotten conclusions are drawn again."""
         return self.condition.reads | self.clear | self.make
 
 
 @dataclass(frozen=True)
 class AlwaysMonitor:
-    """`always(φ)`: the bit `held` is cleared as soon as φ does not hold in a state."""
+    """The monitor of a goal `always(φ)`: the bit `held` is cleared as soon as φ does not hold in a state."""
 
     condition: Query
     held: int
@@ -141,12 +141,12 @@ class Closure:
         return self._monitored(state, trace)
 
     def consistent_by(self, made: int, written: int, trace: Trace) -> int:
-        """The bits that decide that an action's effects and their inferences do not contradict each other.
+        """The bits that decide that an action's effects and the inferences from them do not contradict each other.
 
         Args:
             made: the bits that the action set.
             written: the bits that the action may write.
-            trace: the inferences that followed.
+            trace: the inferences that the closure drew from the effects.
         """
         entries = [entry for entry in self._revocable if entry.active & made] if made & self._entering else []
         needed = union(entry.holds | entry.fails for entry in entries)

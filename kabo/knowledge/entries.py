@@ -39,7 +39,7 @@ class Entry:
 
     @property
     def watches(self) -> int:
-        """The bits whose change may lead to an inference; for a permanent Kor these are failures of members only."""
+        """The bits whose change may lead to an inference; of a permanent Kor only those of false members."""
         return self.fails | self.active | (self.holds if self.exactly or self.active else 0)
 
     @property
@@ -53,7 +53,10 @@ class Entry:
         return {member.fails: member for member in self.members}
 
     def dropped_by(self, state: int, touched: int) -> bool:
-        """Whether a change of the groups with the bits `touched` removes the entry: one has a remaining member."""
+        """Whether a change of the groups with the bits `touched` removes the entry.
+
+        The change does so if one of these groups has a remaining member of the entry.
+        """
         return bool(state & self.active) and any(
             member.group.mask & touched and not state & out
             for member, out in zip(self.members, self.outs, strict=True)
@@ -155,7 +158,7 @@ class LastValue:
 
 
 def learn(state: int, claim: Claim, reason: int, trace: Trace | None) -> int | None:
-    """The state in which the claim is known, too; None if its complement is known."""
+    """The state in which the claim is known, too; None, for a contradiction, if its complement is known."""
     if state & claim.fails:
         return contradiction(reason | claim.fails, trace)
     note(trace, claim.makes & ~state, reason)
@@ -169,7 +172,7 @@ def note(trace: Trace | None, written: int, reason: int) -> None:
 
 
 def contradiction(reason: int, trace: Trace | None) -> int | None:
-    """None, for a contradiction; appends its reason to the trace as the last event, which writes no bit."""
+    """Returns None for a contradiction; appends its reason to the trace as the last event, which writes no bit."""
     if trace is not None:
         trace.append((0, reason))
     return None

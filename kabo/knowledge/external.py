@@ -1,7 +1,8 @@
-"""External procedures inside formulas and effects: tests, and values `K(f = g(x))` [K 3.3.1; PKS external procedures].
+"""External procedures in formulas and effects: tests, and values `K(f = g(x))` [K 3.3.1; PKS external procedures].
 
-Their answers depend on their arguments alone, so they take no bits of states. A procedure is called when a query comes to
-it, after the parts of the query before it, and once for equal arguments.
+The answer of a procedure depends on its arguments alone, so it takes no bits of states. A procedure is called only
+when the evaluation of a query reaches it, after the parts of the query before it, and only once for equal
+arguments.
 """
 
 from collections.abc import Callable, Iterator
@@ -45,7 +46,7 @@ class Called:
 
 @dataclass(frozen=True)
 class Answered(Signed):
-    """The query whether a call has a given answer; with `positive` False, whether it is not known to have it."""
+    """The query whether a call has the answer `value`; with `positive` False, whether that is not known."""
 
     called: Called
     value: Answer
@@ -59,7 +60,7 @@ class Answered(Signed):
         return self.called.reads
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the procedure gives this answer; calls it."""
+        """Whether the call has the answer `value`, or with `positive` False has not; calls the procedure."""
         return (self.called.answer(state) == self.value) == self.positive
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
@@ -92,13 +93,13 @@ class Externals:
             yield condition, Called(external.procedure, arguments, ask)
 
     def cases(self, external: External) -> Iterator[tuple[Query, str]]:
-        """The objects that the answer may be, and the condition for each."""
+        """Pairs of a condition and an object: where the condition holds, the procedure answers this object."""
         for condition, called in self._calls(external):
             for value in self.problem.answers_of(external.procedure):
                 yield conjunction([condition, Answered(called, value)]), value
 
     def test(self, external: External) -> Query:
-        """The query whether a test succeeds."""
+        """The query whether an external test succeeds."""
         return disjunction(
             conjunction([condition, Answered(called, True)]) for condition, called in self._calls(external)
         )

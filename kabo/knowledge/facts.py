@@ -4,8 +4,8 @@ States are Python integers, so a bit is the mask `1 << k`. A *group* is all bits
 are kept closed: a known atom has Kw, too, and a known value excludes all others. Hence equal knowledge is an equal
 integer, more knowledge is more bits, and every primitive query tests one bit.
 
-The bit two positions below `whether` (and, for atoms, the one below that) says that the group is known, so that all
-groups whose truth or value is still open are found by two shifts (`open_entries`).
+The bit two positions below `whether` (and, for atoms, also the bit one position below) says that the group is
+known, so that all groups whose truth or value is still open are found by two shifts (`open_entries`).
 """
 
 import math
@@ -44,7 +44,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class AtomBits:
-    """K(p), K(not p) and Kw(p) of one ground atom."""
+    """The bits of one ground atom: K(p), K(not p) and Kw(p)."""
 
     text: str
     true: int
@@ -70,7 +70,10 @@ class AtomBits:
 
 @dataclass(frozen=True)
 class TermBits:
-    """K(f = v) and K(f != v) for every value, Kv(f), and that f is known, of one ground term with a finite range."""
+    """The bits of one ground term f with a finite range.
+
+    They are K(f = v) and K(f != v) for every value v, a bit that says that f is known, and Kv(f).
+    """
 
     text: str
     equal: dict[str, int]
@@ -94,7 +97,7 @@ class TermBits:
         return self.equal[value] | others | self.settled | self.whether
 
     def claim(self, value: str, positive: bool) -> Claim:
-        """The claim `f = value` or `f != value`; `unequal` must not be empty."""
+        """The claim `f = value` or `f != value`; the term must have bits for `f != v`."""
         equal, unequal = self.equal[value], self.unequal[value]
         if positive:
             return Claim(equal, unequal, self.learned(value), self)
@@ -121,7 +124,7 @@ class NumberBits:
         return self.field | self.whether
 
     def encode(self, value: float) -> int:
-        """The bits of a known value (never NaN; -0.0 is 0.0, so that equal numbers are equal bits)."""
+        """The bits of a known value, which is not NaN; -0.0 becomes 0.0, so that equal numbers have equal bits."""
         pattern = struct.unpack("<Q", struct.pack("<d", value + 0.0))[0]
         return self.known | self.whether | int(pattern) << self.shift
 
@@ -135,7 +138,10 @@ class NumberBits:
 
 @dataclass(frozen=True)
 class ConjunctionBits:
-    """The Kw entry of a conjunction, whose truth will be known at run time; a known conjunction is known literals."""
+    """The Kw bit of a conjunction whose truth will be known at run time.
+
+    A conjunction that is known to be true has no bit of its own: its literals are known.
+    """
 
     text: str
     whether: int
@@ -150,7 +156,7 @@ class ConjunctionBits:
 
     @property
     def about(self) -> int:
-        """The bits of the groups of its literals."""
+        """The bits of all groups that occur in the conjunction's literals."""
         result = 0
         for part in self.parts:
             result |= part.group.mask
@@ -182,7 +188,7 @@ class BitTable:
         return group
 
     def term(self, name: str, arguments: tuple[str, ...], values: tuple[str, ...], exclusions: bool) -> TermBits:
-        """The bits of a ground term with a finite range; `exclusions`: whether `f != v` can be known."""
+        """The bits of a ground term with a finite range; `exclusions` says whether `f != v` can be known."""
         group = self._groups.get((name, arguments))
         if group is None:
             equal = {value: self.bit() for value in values}
@@ -206,7 +212,7 @@ class BitTable:
         return group
 
     def conjunction(self, text: str, parts: tuple[Claim, ...]) -> ConjunctionBits:
-        """The Kw entry of a conjunction."""
+        """The bit of the Kw entry of a conjunction."""
         group = self._groups.get((text, ()))
         if group is None:
             _gap, _gap = self.bit(), self.bit()
@@ -224,7 +230,7 @@ class BitTable:
         return iter(self._groups.values())
 
     def named(self, prefix: str) -> Iterator[tuple[str, tuple[str, ...], Group]]:
-        """Name, arguments and bits of the groups whose symbol begins with `prefix`."""
+        """The name, arguments and bits of each group whose symbol begins with `prefix`."""
         for (name, arguments), group in self._groups.items():
             if name.startswith(prefix):
                 yield name, arguments, group
@@ -252,7 +258,7 @@ class BitTable:
 
 
 def open_entries(state: int, whether: int) -> int:
-    """The Kw and Kv bits (among `whether`) of groups that are not known yet."""
+    """The Kw and Kv bits of the state (among `whether`) whose groups are not known yet."""
     return state & whether & ~(state << 1 | state << 2)
 
 
@@ -262,5 +268,5 @@ def fact_text(name: str, arguments: tuple[str, ...]) -> str:
 
 
 def finite(value: float) -> float | None:
-    """The value, or None if it is infinite or NaN; the number is then unknown."""
+    """The value; None if it is infinite or NaN, so that the number counts as unknown."""
     return value if math.isfinite(value) else None

@@ -1,9 +1,10 @@
 """A normal form of states: states with equivalent entries are one node of the search.
 
-Actions add and remove entries of Kx and Kor, which often imply each other: "at least one of p, q, r" follows from "at
-least one of p, q", and "exactly one of p and q" is "exactly one of not p and not q". The normal form leaves out only
-entries whose loss has no consequence: every action that removes the entry that remains would also have removed the one
-left out. So states with equal forms have equal futures. A form identifies a node; it is not a state.
+Actions add and remove entries of Kx and Kor, which often imply each other: "at least one of p, q, r" follows from
+"at least one of p, q", and "exactly one of p and q" is "exactly one of not p and not q". An entry that follows
+from another entry is left out of the normal form only if every action that removes the other entry would also
+remove it. So states with equal normal forms have equal futures. A normal form identifies a search node; it is not
+a state.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,7 +19,7 @@ MAX_REMEMBERED = 50_000  # sets of entries whose form is kept
 
 
 class NormalForm:
-    """The normal form of the entries in states of one task."""
+    """Computes the normal form of the entries in states of one task."""
 
     def __init__(self, entries: Iterable[Entry], width: int) -> None:
         self._entries = [entry for entry in entries if entry.active]

@@ -48,7 +48,7 @@ class Compare(Signed):
         return self.left.reads | self.right.reads
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether both numbers are known and the comparison holds; with `positive` False the negation of that."""
+        """Whether both numbers are known and the comparison holds; the opposite if `positive` is False."""
         left, right = self.left.value(state), self.right.value(state)
         known = left is not None and right is not None and COMPARISONS[self.operator](left, right)
         return known == self.positive
@@ -63,11 +63,12 @@ class Compare(Signed):
 
 
 def stored(choices: Sequence[tuple[Query, NumberBits]], static: int | None) -> NumberTerm:
-    """The number that a state holds.
+    """The number that a state, or static knowledge, records.
 
     Args:
-        choices: the bits of the term for each tuple of objects that its arguments may be known to be, and the condition.
-        static: the static knowledge, if the number is part of that and so takes no bits of states; else None.
+        choices: for each tuple of objects that the term's arguments may be known to be, the condition under which
+            they are, and the bits of the ground term.
+        static: the bits of static knowledge if the number is part of it and takes no bits of states; else None.
     """
 
     def value(state: int) -> float | None:
@@ -81,7 +82,7 @@ def stored(choices: Sequence[tuple[Query, NumberBits]], static: int | None) -> N
 
 
 def computed(operator: str, left: NumberTerm, right: NumberTerm) -> NumberTerm:
-    """A sum, difference, product or quotient; unknown if a side is unknown or the result is not finite."""
+    """The sum, difference, product or quotient; unknown if either number is or the result is not finite."""
 
     def value(state: int) -> float | None:
         first, second = left.value(state), right.value(state)

@@ -1,6 +1,7 @@
-"""The effects of an action on a knowledge state: all conditions are evaluated in the state before, then all updates happen.
+"""The effects of an action on a knowledge state: all conditions are evaluated first, then all updates happen.
 
-Add wins over delete. A change of the world removes the entries about what it changed. The closure follows.
+A bit that is both set and cleared is set (add wins over delete). A change of the world also removes the entries
+about the changed groups. Afterwards the closure draws its inferences [kabo.knowledge.closure].
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +25,11 @@ from kabo.knowledge.queries import (
 
 @dataclass(frozen=True)
 class Assignment:
-    """`f = expression`, evaluated in the state before; if it is unknown, f is unknown, or with `at_run_time` Kv."""
+    """The assignment `f = expression`, evaluated in the state before the action.
+
+    If the value of the expression is unknown, f becomes unknown; with `at_run_time`, Kv(f) then says that f will
+    be known at run time.
+    """
 
     bits: NumberBits
     value: NumberTerm
@@ -35,8 +40,8 @@ class Assignment:
 class Update:
     """One compiled update: under the condition the bits `clear` are cleared, then the bits `make` set.
 
-    `touch` are the bits of the group that it changes in the world, 0 if it only infers or senses; `entry` is the
-    group whose truth or value will be known at run time by it.
+    `touch` has the bits of the group that the update changes in the world; it is 0 if the update only infers or
+    senses. `entry` is the group whose truth or value will be known at run time by the update.
     """
 
     condition: Query
@@ -70,7 +75,7 @@ class Update:
 
 @dataclass(frozen=True)
 class Switch:
-    """Conditional updates, each under one of several bits of which at most one is set; it is looked up in a table."""
+    """Conditional updates in a table, indexed by the bit of `mask` that the state has; it has at most one."""
 
     mask: int
     table: Mapping[int, tuple[int, int, int]]  # the bit that is set -> bits to clear, to make, and touched
@@ -80,8 +85,8 @@ class Switch:
 class Effects:
     """The effects of one ground action.
 
-    `exclusive` are masks of bits of which one action must not set two: adding p and not p at once is a
-    contradiction, and an action that would do so is not applicable.
+    `exclusive` has masks of bits that contradict each other, such as those of p and not p. An action that would
+    set two bits of one mask is not applicable.
     """
 
     updates: tuple[Update, ...]
@@ -112,7 +117,7 @@ class Effects:
         return union(self.exclusive) | _assigned_twice(self.assigned)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
-        """The state after the updates, not closed yet; None if they contradict each other."""
+        """The state after all updates, before the closure; None if the updates contradict each other."""
         clear, make, touch = self.clear, self.make, self.touch
         for switch in self.switches:
             found = switch.table.get(state & switch.mask)
@@ -154,7 +159,7 @@ class Effects:
 
 @dataclass(frozen=True)
 class Lexicon:
-    """The facts about bits that effects need: which exclude each other, and which entries can be removed."""
+    """The facts about bits that effects need: the contradictory bits, and the entries that can be removed."""
 
     entries: tuple[Entry, ...] = ()
     conjunctions: tuple[ConjunctionBits, ...] = ()
@@ -172,7 +177,7 @@ class Lexicon:
     _at_odds: dict[int, tuple[int, ...]] = field(default_factory=dict)
 
     def at_odds(self, made: int) -> tuple[int, ...]:
-        """The masks of contradictory bits that contain some of the given bits, each once."""
+        """The masks of contradictory bits that contain some bit of `made`, each mask once."""
         found = self._at_odds.get(made)
         if found is None:
             masks = [mask for bit in bits_of(made) for mask in self.contradictions.get(bit, ())]
@@ -201,7 +206,7 @@ class Lexicon:
 
 
 def effects_of(updates: Sequence[Update], lexicon: Lexicon) -> Effects:
-    """The effects made of these updates: unconditional ones become one mask, contradictions are looked for once."""
+    """The effects with these updates; calls with the same update objects return the same result."""
     key = tuple(map(id, updates))
     if key not in lexicon.effects:
         lexicon.effects[key] = tuple(updates), _sorted(updates, lexicon)

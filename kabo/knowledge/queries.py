@@ -29,7 +29,7 @@ class Query(ABC):
     @property
     @abstractmethod
     def reads(self) -> int:
-        """All bits that its value may depend on."""
+        """All bits on which the query's value may depend."""
 
     @abstractmethod
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
@@ -41,7 +41,7 @@ class Query(ABC):
 
     @abstractmethod
     def possible(self, ones: int, zeros: int) -> bool:
-        """Whether it can hold if the bits `ones` can be 1 and the bits `zeros` can be 0; only False is certain."""
+        """Whether the query can hold if the bits `ones` can be 1 and `zeros` can be 0; only False is certain."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class AllOf(Query):
         return self.mask
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the bits have these values."""
+        """Whether the tested bits of the state have the required values."""
         return state & self.mask == self.value
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """All bits if the query holds, else the lowest one that differs."""
+        """All tested bits if the query holds, else the lowest one whose value differs."""
         wrong = (state & self.mask) ^ self.value
         return wrong & -wrong if wrong else self.mask
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Whether every bit can have its value."""
+        """Whether every tested bit can have its required value."""
         return not (self.value & ~ones or self.mask & ~self.value & ~zeros)
 
 
@@ -82,16 +82,16 @@ class AnyOf(Query):
         return self.mask
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the bits have these values."""
+        """Whether some tested bit is 1 in the state."""
         return state & self.mask != 0
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The lowest bit that is 1 if there is one, else all bits."""
+        """The lowest tested bit that is 1; all tested bits if none is 1."""
         held = state & self.mask
         return held & -held if held else self.mask
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Whether some bit can be 1."""
+        """Whether some tested bit can be 1."""
         return self.mask & ones != 0
 
 
@@ -120,7 +120,7 @@ class GeometricTest(Signed):
         return 0
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """The answer of the oracle."""
+        """Whether the oracle's answer equals `positive`."""
         return test(self.call) == self.positive
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
@@ -209,7 +209,7 @@ def truth(value: bool) -> Query:
 
 
 def conjunction(parts: Iterable[Query]) -> Query:
-    """The conjunction of the parts: masks become one test that comes first, geometric tests follow in their order."""
+    """The conjunction of the parts: comparisons of bits become one first test, geometric tests keep order."""
     mask = value = 0
     rest: list[Query] = []
     for part in _flat(parts, All):
@@ -245,7 +245,7 @@ def disjunction(parts: Iterable[Query]) -> Query:
 
 
 def known_one(mask: int) -> Query:
-    """The query whether some bit of the mask is 1, as a masked comparison if the mask is a single bit."""
+    """The query whether some bit of the mask is 1; if the mask is a single bit, an `AllOf`."""
     return AllOf(mask, mask) if mask and mask & (mask - 1) == 0 else AnyOf(mask)
 
 
@@ -305,7 +305,10 @@ def tested_for_zero(query: Query) -> int:
 
 
 def split(query: Query) -> tuple[int, int, Query | None]:
-    """A conjunction split into one masked comparison (mask, value) and the rest as a query, or None."""
+    """The mask and value of a conjunction's first test of bits, and the rest as a query or None.
+
+    The mask is 0 if the first part does not test bits.
+    """
     parts = query.parts if isinstance(query, All) else (query,)
     if not isinstance(parts[0], AllOf):
         return 0, 0, query

@@ -12,11 +12,11 @@ from kabo.knowledge.queries import GeometricOracle, optimistic, union
 
 
 def before_closure(closure: Closure, trace: Trace, after: int, needed: int) -> int:
-    """The bits before the closure that decide the needed bits after it.
+    """The bits of the state before the closure that decide the bits `needed` of the state after it.
 
     Args:
         closure: all inferences of the problem.
-        trace: the inferences that were drawn, in order.
+        trace: the inferences that the closure drew, in order.
         after: the closed state.
         needed: bits of the closed state.
     """
@@ -29,7 +29,7 @@ def before_closure(closure: Closure, trace: Trace, after: int, needed: int) -> i
 
 
 def why_contradiction(trace: Trace) -> int:
-    """The bits before the closure that cause the contradiction with which the trace ends."""
+    """The bits of the state before the closure that cause the contradiction with which the trace ends."""
     needed = trace[-1][1]
     for written, reason in reversed(trace[:-1]):
         if needed & written:
@@ -38,7 +38,10 @@ def why_contradiction(trace: Trace) -> int:
 
 
 def before_effects(effects: Effects, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
-    """The bits of the state before that decide the bits `needed` after the updates, and that the updates are consistent."""
+    """The bits of `state` that decide the bits `needed` after the updates.
+
+    They also decide that the updates do not contradict each other.
+    """
     relevant, before, kept = needed | effects.contested, 0, needed
     entries = [entry for entry in effects.entries if entry.mask & needed]
     if entries:

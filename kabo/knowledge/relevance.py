@@ -128,7 +128,7 @@ class Relevance:
         return decided
 
     def reduced(self, state: int) -> int:
-        """The state without the knowledge that no longer matters; nothing is removed while an outcome is still open."""
+        """The state without knowledge that only dead actions read; unchanged while a branching is still open."""
         if not self._droppable or open_entries(state, self._entries):
             return state
         deciding = state & self._deciding

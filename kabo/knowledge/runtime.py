@@ -1,7 +1,7 @@
-"""Run-time variables: a parameter `c: {value_of: f(s)}` stands for the value that f(s) will have [P, run-time variables].
+"""Run-time variables: a parameter `c: {value_of: f(s)}` stands for the value that f(s) will have [P].
 
-They are not enumerated: in the action's formulas c stands for the term, and a fluent that is assigned from it is known
-at run time only, unless the term's value is known before.
+They are not bound to each object in turn: in the action's formulas c stands for the term f(s). A fluent to which c
+is assigned is known at run time only, unless the value of the term is known before.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ Tree = TypeVar("Tree")
 
 @dataclass(frozen=True)
 class RunTimeValue:
-    """A term that stands for the value of another term at run time."""
+    """A mark around a term: its value is taken at run time."""
 
     term: Application
 
@@ -28,7 +28,7 @@ def _(tree: RunTimeValue, how: Manner) -> str:
 
 
 def without_runtime_variables(action: Action) -> Action:
-    """The action with its run-time variables replaced by their terms, whose Kv its preconditions then require."""
+    """The action with run-time variables replaced by their terms; new preconditions require Kv of the terms."""
     terms = {p.name: p.value_of for p in action.parameters if p.value_of is not None}
     if not terms:
         return action

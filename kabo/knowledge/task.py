@@ -25,8 +25,9 @@ class GoalPart:
 class GroundedTask:
     """A grounded problem.
 
-    `entries` maps every Kw and Kv bit to its fact, and `whether` are all these bits; `branchings` maps those that allow
-    branching to their branchings, and `pending` are all these.
+    `entries` maps every Kw and Kv bit to the text of its fact, and `whether` is the mask of all these bits.
+    `branchings` maps every Kw and Kv bit that allows branching to its branching, and `pending` is the mask of
+    these bits.
     """
 
     initial: int
@@ -51,7 +52,7 @@ class GroundedTask:
 
     @cached_property
     def less_is_less(self) -> bool:
-        """Whether a state that knows less than another one never has a plan that the other one lacks.
+        """Whether a state never has a plan that a state with more knowledge lacks.
 
         This is so where nothing requires that something is unknown, and no effect depends on what is known.
         """

@@ -1,8 +1,8 @@
 """LM-cut for any delete relaxation: a lower bound of the cost of a goal from given facts.
 
-Operators with the same owner share its cost: an additional operator with their common preconditions pays it, and they
-follow from that as axioms. Otherwise an owner with two conditional effects could be counted twice, and the bound could
-be too high.
+Operators with the same owner share its cost: one additional operator, which has their common preconditions, pays
+it, and the original operators follow from it at no cost. Otherwise an owner with two conditional effects could be
+counted twice, and the bound could be too high.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,7 +19,7 @@ INFINITE_COST = 1 << 60  # the kernel's bound for a goal that is out of reach
 
 
 class LandmarkBound:
-    """Lower bounds for one goal; two threads must not share one object."""
+    """Lower bounds of the cost of one goal; two threads must not share one object."""
 
     def __init__(
         self, facts: int, operators: Iterable[RelaxedOperator], goal: Iterable[int], costs: Mapping[int, int]
@@ -49,7 +49,7 @@ class LandmarkBound:
         )
 
     def below(self, true: NDArray[Any]) -> int | None:
-        """A lower bound of the goal's cost when these facts are true; None if the goal is unreachable."""
+        """A lower bound of the goal's cost when the facts `true` hold; None if the goal is unreachable."""
         self._holding[:] = 0
         self._holding[true] = 1
         bound = int(_kernel()(self._table, self._prices, self._holding, *self._scratch, False))

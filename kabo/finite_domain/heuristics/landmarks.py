@@ -1,10 +1,10 @@
 """The tables of LM-cut: the delete relaxation, and a fact "holds at the end" for each goal.
 
-Deletes enter by one observation. Let a goal hold now. If every plan must still achieve some fact, and the goal is
-false whenever that fact is achieved, then the goal has to be achieved again. Pairs of facts that are never true
-together show this [kabo.finite_domain.mutexes], so the bound stays a lower bound. And a goal that is false whenever
-another goal is achieved, is achieved after that one. So the bound also counts goals that hold at the start and have
-to be given up on the way.
+The bound takes some deletes into account. Suppose that a goal holds now and that every plan must still achieve
+some fact. If the goal is false whenever that fact is achieved, then the goal has to be achieved again. Pairs of
+facts that are never true together prove this [kabo.finite_domain.mutexes], so the bound stays a lower bound.
+Likewise, a goal that is false whenever another goal is achieved must be achieved after that other goal. So the
+bound also counts goals that hold at the start and have to be given up on the way.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -31,14 +31,14 @@ def landmark_tables(
     goals: Sequence[Condition],
     mutexes: Mutexes,
 ) -> tuple[NDArray[np.int32], tuple[RelaxedOperator, ...]]:
-    """The tables as one array for the kernel, and the operators in its order.
+    """The tables of LM-cut as one array for the kernel, and the relaxed operators in the kernel's order.
 
     Args:
-        task: the task with its effects sorted.
-        packing: the packing of its states.
-        relaxed: its delete relaxation.
-        facts_of_task: its operators over facts.
-        goals: for each condition of the goal the facts of which one must hold.
+        task: the task with its effects sorted by kind.
+        packing: the packing of the task's states.
+        relaxed: the delete relaxation of the task.
+        facts_of_task: the task's operators as conditions and effects over facts.
+        goals: for each condition of the goal the facts that fulfil it.
         mutexes: the pairs of facts that are never true together from the search's start on.
     """
     ends = relaxed.all_facts
@@ -66,7 +66,7 @@ def landmark_tables(
 
 
 def relaxation_tables(operators: Sequence[RelaxedOperator], facts: int) -> NDArray[np.int32]:
-    """The tables of a relaxation without a task behind it: the caller lists the true facts for each question.
+    """The tables of a delete relaxation that comes from no task; the caller gives the true facts each time.
 
     The last fact is the goal; the last operator achieves it.
     """

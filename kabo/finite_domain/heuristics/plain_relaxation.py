@@ -1,7 +1,7 @@
 """Relaxed plans in plain Python, for tasks too small to wait for compiled code.
 
-It settles facts from the same buckets in the same order as the kernel, so both give the same plans, preferred owners
-and facts [kabo.finite_domain.kernels.relaxed_plan].
+Facts are settled from the same buckets in the same order as in the kernel, so both find the same relaxed plans,
+preferred owners and achieved facts [kabo.finite_domain.kernels.relaxed_plan].
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,7 +12,7 @@ UNREACHED = 1 << 30  # the cost of a fact that is not reached, above all others
 
 @dataclass(frozen=True)
 class PlainTables:
-    """The operators of a relaxation, a list for each property; Python reads lists faster than arrays."""
+    """The operators of a relaxation, a list for each property, since Python reads lists faster than arrays."""
 
     preconditions: list[list[int]]
     adds: list[list[int]]
@@ -30,7 +30,10 @@ class PlainTables:
 def relaxed_plan(
     tables: PlainTables, true: Iterable[int], goal: Sequence[int]
 ) -> tuple[int | None, list[int], list[int]]:
-    """The cost of a relaxed plan (None: there is none), its owners that are applicable now, and the facts it achieves."""
+    """The cost of a relaxed plan, the owners of its operators that are applicable now, and the facts it achieves.
+
+    The cost is None if there is no relaxed plan.
+    """
     cost, supporter = _reach(tables, true, goal)
     if any(cost[f] == UNREACHED for f in goal):
         return None, [], []

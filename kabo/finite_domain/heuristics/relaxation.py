@@ -1,7 +1,7 @@
-"""The delete relaxation over abstract facts: an estimate of a goal's cost, and which operators seem to help [FF, HSP].
+"""The delete relaxation over abstract facts: a goal's estimated cost, and operators that seem to help [FF, HSP].
 
-Facts are numbers; only the caller knows what they mean. Answers come from plain Python at first, and from a compiled
-kernel once so much has been asked in this process that loading it pays; both give the same answers.
+Facts are numbers whose meaning only the caller knows. Estimates are computed in plain Python at first, and by a
+compiled kernel once this process has computed so many that loading the kernel pays; both give the same estimates.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,7 +25,7 @@ UNREACHED_BELOW = 1 << 28  # h_add is cut off here: it only serves to compare su
 
 
 class RelaxedOperator(NamedTuple):
-    """An operator without deletes. Several may have one owner, whose cost a plan then pays once."""
+    """An operator without deletes. Operators may share an owner; a plan pays only the dearest of each owner."""
 
     preconditions: tuple[int, ...]
     adds: tuple[int, ...]
@@ -42,7 +42,7 @@ class Estimate(NamedTuple):
 
 
 class KernelView(NamedTuple):
-    """The arguments of the kernel but for the true facts [kabo.finite_domain.kernels.relaxed_plan]."""
+    """The kernel's arguments except the true facts [kabo.finite_domain.kernels.relaxed_plan]."""
 
     table: NDArray[np.int32]
     scratch: NDArray[np.int32]
@@ -54,11 +54,11 @@ NOTHING = Estimate(None, (), ())
 
 
 class RelaxedTask:
-    """Operators over facts 0 … facts − 1 and a goal, prepared for many questions.
+    """Operators over the facts 0 … facts − 1 and a goal, prepared for many estimates.
 
-    The supporter of a fact is its cheapest achiever by h_add, of equally cheap ones the first found. For this comparison
-    an operator of cost 0 that has an owner counts as cheaper than any other, but not as free. Two threads must not
-    share one object.
+    The supporter of a fact is its cheapest achiever by h_add; among equally cheap achievers, the one found first.
+    In this comparison an operator of cost 0 that has an owner counts as dearer than an axiom, but cheaper than an
+    operator with a positive cost. Two threads must not share one object.
     """
 
     def __init__(
@@ -82,14 +82,15 @@ class RelaxedTask:
         return other
 
     def evaluate(self, true: Facts, goal: tuple[int, ...] | None = None) -> Estimate:
-        """The estimate by a relaxed plan from the true facts, given as a sequence or as an int of bits, to the goal.
+        """The estimate by a relaxed plan from the true facts to the goal.
 
-        Another `goal` may be given.
+        `true` lists the true facts, or is an int whose bit i says that fact i is true. `goal` replaces the goal of
+        this object in this call.
         """
         return self._core.evaluate(true, self.goal if goal is None else goal)
 
     def for_kernels(self) -> "KernelView":
-        """The arrays with which another kernel can call `relaxed_plan`; they are this object's own scratch memory."""
+        """The arrays with which a kernel can call `relaxed_plan`; they are this object's own scratch memory."""
         return self._core.view(self.goal)
 
     def reachable(self, true: Facts) -> NDArray[np.bool_]:
@@ -97,9 +98,9 @@ class RelaxedTask:
         return self.layers(true) >= 0
 
     def layers(self, true: Facts) -> Integers:
-        """(facts,) the layer in which each fact is first reached when all applicable operators are applied at once.
+        """(facts,) the layer in which each fact is first reached if all applicable operators are applied at once.
 
-        Axioms add facts to the same layer; -1: the fact is never reached.
+        A layer includes what axioms derive from its facts; −1 says that the fact is never reached.
         """
         return self._core.layers(list(_numbers(true)))
 

@@ -17,7 +17,7 @@ from kabo.finite_domain.normal_form import Assignments, NormalTask, Tests
 
 @dataclass(frozen=True)
 class RelaxedFacts:
-    """The relaxation: operators owned by the task's operators (by index), and axioms."""
+    """The delete relaxation: operators whose owners are the task's operators (by index), and axioms."""
 
     offset: tuple[int, ...]
     facts: int  # the number of facts of variables; auxiliary facts follow
@@ -31,7 +31,7 @@ class RelaxedFacts:
 
     @cached_property
     def prices(self) -> tuple[int, ...]:
-        """The cost of each operator."""
+        """The cost of each operator of the relaxation."""
         return tuple(o.cost for o in self.operators)
 
 

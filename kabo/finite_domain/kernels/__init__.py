@@ -1,1 +1,1 @@
-"""Array kernels of the finite-domain room: numbers in, numbers out; no objects, no files, no errors."""
+"""Compiled kernels of finite-domain search: functions on numbers and arrays, without objects or exceptions."""

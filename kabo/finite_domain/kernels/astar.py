@@ -1,4 +1,4 @@
-"""A* over packed states with LM-cut, evaluated lazily: until its turn comes a state has the bound of its parent.
+"""A* over packed states with LM-cut: a state has its parent's bound until it is first taken from the queue.
 
 A state that is reached again at less cost is reopened, since LM-cut is not consistent.
 """
@@ -98,7 +98,7 @@ def expand(
     numbers, bits, never, costs, states, rows, known, queue, progress, able, after,
     lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, limit,
 ):  # fmt: skip
-    """Takes up to `limit` states from the queue; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow."""
+    """Processes up to `limit` queue entries; returns RUNNING, SOLVED, UNSOLVABLE, or FULL (arrays must grow)."""
     if progress[COUNT] == 0:
         _start(states, rows, known, queue, progress)
     for _ in range(limit):

@@ -1,6 +1,7 @@
-"""Breadth-first search over packed states, in batches: all successors, then their places in the table, then look-ups.
+"""Breadth-first search over packed states, in batches: successors, then table places, then look-ups.
 
-A look-up waits for memory; a pass that only reads the places lets the processor wait for many of them at once.
+Each look-up waits for main memory; reading all places in a separate pass lets the processor wait for many of them
+at once.
 """
 
 import numpy as np

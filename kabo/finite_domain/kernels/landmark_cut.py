@@ -1,10 +1,11 @@
 """LM-cut: a lower bound of the goal's cost, from landmarks with shared costs [Helmert, Domshlak 2009].
 
-A landmark is a set of operators of which every plan has at least one. An operator may count in several landmarks until
-its cost is used up, so the sum is never too high. The relaxation has one operator with a cost for each operator of the
-task, and axioms for its conditional effects, so that these share the cost [kabo.finite_domain.heuristics.relaxed_facts].
+A landmark is a set of operators of which every plan has at least one. An operator may count in several landmarks
+until its cost is used up, so the sum is never too high. The relaxation has one operator with a cost for each
+operator of the task, and axioms for that operator's conditional effects, so that these effects share the cost
+[kabo.finite_domain.heuristics.relaxed_facts].
 
-`lm` holds all tables; it begins with the index of each [kabo.finite_domain.heuristics.landmarks].
+The array `lm` holds all tables; it begins with the index of each table [kabo.finite_domain.heuristics.landmarks].
 """
 
 from kabo.compilation import lean_kernel
@@ -65,9 +66,9 @@ def _drop(heap, place, cost, size):
 
 @lean_kernel  # (L,) i4, (S, W) u8, i8, (F,) u1, (F,) i4
 def facts_that_hold(lm, states, row, holding, stack):
-    """Marks the facts that hold in the state: values, and for each goal whether it can stay true to the end.
+    """Marks the facts that hold in the state: its values, and "holds at the end" for each goal that can stay true.
 
-    A goal that holds cannot stay true if something that has to be achieved needs it false: it must be achieved again.
+    A goal that holds cannot stay true if something that must still be achieved requires the goal to be false.
     """
     facts, goals, ends = lm[FACTS], lm[GOALS], lm[ENDS]
     for f in range(facts):
@@ -100,7 +101,10 @@ def facts_that_hold(lm, states, row, holding, stack):
 
 @lean_kernel  # (L,) i4, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4
 def costs_by_max(lm, holding, price, operator, cost, heap, place):
-    """h_max of all facts: an operator costs its price plus its dearest precondition, which is its supporter."""
+    """Computes h_max of all facts and the supporter of each operator.
+
+    An operator costs its price plus the h_max value of its dearest precondition, which is its supporter.
+    """
     size = 0
     for f in range(lm[FACTS]):
         cost[f] = INFINITE_COST
@@ -224,12 +228,12 @@ def _lower(lm, price, operator, cost, heap, place, cut, count):
 
 @lean_kernel  # (L,) i4, (O,) i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 x 4, (O,) i4, bool -> i8
 def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first):
-    """A lower bound of the cost from the facts that hold (all others 0) to the goal; INFINITE_COST: it is out of reach.
+    """A lower bound of the goal's cost from the facts that hold; INFINITE_COST if the goal is out of reach.
 
-    `prices` are the costs of the relaxation's operators, INFINITE_COST for those that must not be used. Each
-    landmark is taken for the goal of highest h_max value, or with `nearest_first` for that of lowest positive
-    value: landmarks of near goals contain few operators, so more cost remains for the other goals. Either order
-    may give the better bound.
+    `holding` is 1 for each fact that holds, else 0. `prices` are the costs of the relaxation's operators,
+    INFINITE_COST for those that must not be used. Each landmark is computed for the goal with the highest h_max
+    value, or with `nearest_first` for the goal with the lowest positive value: landmarks of near goals contain few
+    operators, so more cost remains for the other goals. Either order may give the better bound.
     """
     for o in range(lm[OPERATORS]):
         price[o] = prices[o]
@@ -261,6 +265,6 @@ def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark
 def landmark_cut(
     lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first
 ):
-    """The lower bound of the goal's cost from a packed state, which counts goals that have to be given up on the way."""
+    """A lower bound of the goal's cost from a packed state; it counts goals that have to be given up."""
     facts_that_hold(lm, states, row, holding, stack)
     return bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first)

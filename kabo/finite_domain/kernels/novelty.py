@@ -210,9 +210,9 @@ def expand(
     queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
     able, after, limit, most_pairs,
 ):  # fmt: skip
-    """Expands up to `limit` more states; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow first.
+    """Expands up to `limit` more states; returns RUNNING, SOLVED, UNSOLVABLE, or FULL if arrays must grow first.
 
-    There must be room for one more state, which the start takes.
+    The arrays must have space for at least one more state, since the first call stores the start.
     """
     if progress[COUNT] == 0:
         find(known, states, states, 0, hashed(states, 0), 0)

@@ -1,8 +1,9 @@
 """Pairs of facts that may be true together, as rows of bits [kabo.finite_domain.mutexes does the same in Python].
 
-`numbers` names every part by the index at which it begins. A list of facts is its length and the facts; a list of
-conditions its length and the lists of facts; a group its length and pairs of conditions and facts; an operator its
-conditions, facts, number of groups, and the groups, of which the first has the unconditional facts.
+The array `numbers` refers to every part by the index at which the part begins. A list of facts is its length and
+the facts; a list of conditions is its length and, for each condition, a list of facts; a group is its length and
+pairs of conditions and facts. An operator is its conditions, its facts, the number of its groups, and the groups,
+the first of which has the unconditional facts.
 """
 
 import numpy as np
@@ -170,9 +171,9 @@ def _effects_grew(numbers, o, grown, since):
 
 @lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, (O,) i8, (4, W) u8, i8 -> i8
 def grow(numbers, rows, grown, seen, scratch, time):
-    """Applies operators as long as any row grows; returns the time, which counts growths.
+    """Applies operators until no row grows any more; returns the time, which counts growths.
 
-    scratch[0] are the facts that can be true at all.
+    scratch[0] has a bit for each fact that can be true at all.
     """
     before = time - 1
     while before != time:

@@ -1,8 +1,8 @@
-"""Relaxed plans: what an operator deletes stays true, and the cheapest supporters by h_add reach the goal [FF, HSP].
+"""Relaxed plans: deletes are ignored, and the goal is reached by the cheapest supporters by h_add [FF, HSP].
 
-Facts are settled by rising cost, from a queue of buckets one unit wide. The last bucket takes all dearer facts, whose
-costs are corrected until none changes. The queue is first in, first out, so supporters are the same in every run and
-in plain Python [kabo.finite_domain.heuristics.plain_relaxation].
+Facts are settled in the order of rising cost, from a queue of buckets, each one unit of cost wide. The last bucket
+takes all dearer facts, whose costs are corrected until none changes. The queue is first in, first out, so
+supporters are the same in every run and in plain Python [kabo.finite_domain.heuristics.plain_relaxation].
 
 `table` and `scratch` are one array each, since passing an array from Python costs as much as settling ten facts.
 """
@@ -178,10 +178,11 @@ def _extract(table, facts, cost, used, owners, stack, goal, out, epoch):
 
 @lean_kernel  # (T,) i4, (S,) i4, (W,) u8, (N,) i4, (G,) i4, (R,) i4 -> i8
 def relaxed_plan(table, scratch, words, true, goal, out):
-    """The cost of a relaxed plan, or -1: the goal is out of reach even in the relaxation.
+    """The cost of a relaxed plan; -1 if the goal is out of reach even in the relaxation.
 
-    The true facts are the bits of `words` and the numbers in `true`. Fills `out`: the number of owners applicable now,
-    the number of facts that the plan achieves, from 2 on the owners, and from 2 + (number of all owners) on the facts.
+    The true facts are the bits of `words` and the numbers in `true`. `out` is filled with the number of owners
+    that are applicable now, the number of facts that the plan achieves, from index 2 on these owners, and from
+    index 2 + (number of all owners) on these facts.
     """
     n, m = table[FACTS], table[OPERATORS]
     scratch[0] += 1

@@ -1,7 +1,8 @@
-"""The set of states seen so far, as a hash table with open addressing, at one access to main memory a look-up.
+"""The set of states seen so far: a hash table with open addressing, about one access to main memory per look-up.
 
-A state of one word may be stored in the table itself; else its row is, behind half of its hash. A table is enlarged in
-order, since the place of a state is the first bits of its hash: so the new table is filled in order, too.
+A state of one word may be stored in the table itself; otherwise the table stores half of the state's hash and the
+index of its row. The place of a state is given by the first bits of its hash, so enlarging a table in order also
+fills the new table in order.
 """
 
 import numpy as np
@@ -15,13 +16,13 @@ ROW = np.uint64(0xFFFFFFFF)
 
 @lean_kernel  # u8, i8 -> i8
 def place(mixed, size):
-    """The place of a state with this hash in a table of `size` places, a power of two."""
+    """The place of a state with the hash `mixed` in a table of `size` places; `size` must be a power of two."""
     return np.int64((mixed >> np.uint64(32)) * np.uint64(size) >> np.uint64(32))
 
 
 @lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
 def find_row(table, states, candidates, r, mixed, new):
-    """The row of a candidate among the states, or -1 if it was new; then it is entered as row `new`."""
+    """The row of candidate r among the states; -1 if it is new, and the table then records it as row `new`."""
     last, i, tag = table.shape[0] - 1, place(mixed, table.shape[0]), mixed & ROW
     while table[i] != EMPTY:
         if table[i] >> np.uint64(32) == tag:
@@ -38,7 +39,10 @@ def find_row(table, states, candidates, r, mixed, new):
 
 @lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
 def find(table, states, candidates, r, mixed, new):
-    """A candidate's row or -1, as from `find_row`; 0 for known states of one word: the table itself holds them."""
+    """The row of candidate r among the states; -1 if it is new, and the table then records it.
+
+    States of one word are stored in the table itself, without their rows: for known ones the result is 0.
+    """
     if states.shape[1] > 1:
         return find_row(table, states, candidates, r, mixed, new)
     last, i, word = table.shape[0] - 1, place(mixed, table.shape[0]), candidates[r, 0]
@@ -52,7 +56,10 @@ def find(table, states, candidates, r, mixed, new):
 
 @lean_kernel  # (P,) u8, (Q,) u8, (S, W) u8, (1, W) u8, bool
 def move_table(old, larger, states, one, by_row):
-    """Enters all states of a table into a larger, empty one; `by_row` says that the table was filled by `find_row`."""
+    """Enters all states of the table `old` into a larger, empty one.
+
+    `by_row` says that the old table was filled by `find_row`, so that it holds rows even for states of one word.
+    """
     last = larger.shape[0] - 1
     for j in range(old.shape[0]):
         if old[j] != EMPTY:

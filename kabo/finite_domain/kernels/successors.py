@@ -15,13 +15,13 @@ FIRST_FACTOR, SECOND_FACTOR = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xD6E8FEB
 
 @lean_kernel  # (T,) i4, (S, W) u8, i8, i8 -> i8
 def content(numbers, states, row, at):
-    """The content of the bits of a state whose word, shift and mask stand in `numbers` from `at` on."""
+    """The value of a state's bits given by a word, shift and mask, which `numbers` has from index `at` on."""
     return np.int64(states[row, numbers[at]] >> np.uint64(numbers[at + 1])) & numbers[at + 2]
 
 
 @lean_kernel  # (T,) i4, (S, W) u8, i8, i8, i8 -> bool
 def passes(numbers, states, row, first, end):
-    """Whether the state passes all tests from `first` to `end`."""
+    """Whether the state passes the tests that `numbers` has from index `first` up to, not including, `end`."""
     passing, at = True, first
     while passing and at < end:
         passing = numbers[numbers[at + 3] + content(numbers, states, row, at)] != 0
@@ -31,7 +31,7 @@ def passes(numbers, states, row, first, end):
 
 @lean_kernel  # (T,) i4, (B,) u8, (S, W) u8, i8, (G,) u8, (O,) i4 -> i8
 def applicable(numbers, bits, states, row, never, out):
-    """Fills `out` with the applicable operators in the order of the task; returns how many.
+    """Fills `out` with the applicable operators in the order of the task; returns how many there are.
 
     `never` has a bit for each operator that must not be used, 64 in a word.
     """
@@ -55,7 +55,10 @@ def applicable(numbers, bits, states, row, never, out):
 
 @lean_kernel  # (B,) u8, i8, (R, W) u8, i8
 def put(bits, at, results, r):
-    """Clears bits of the state results[r], then sets some: `bits` has a row (W,) of each from index `at` on."""
+    """Clears bits of the state results[r], and then sets bits.
+
+    From index `at` on, `bits` has the words of the bits to clear, and then those of the bits to set.
+    """
     words = results.shape[1]
     if words == 1:  # loops are made for many words, and cost much for one
         results[r, 0] = (results[r, 0] & ~bits[at]) | bits[at + 1]
@@ -66,7 +69,7 @@ def put(bits, at, results, r):
 
 @lean_kernel  # (T,) i4, (B,) u8, (S, W) u8, i8, i8, (R, W) u8, i8
 def apply(numbers, bits, states, row, o, results, r):
-    """Writes the state after operator o, which is applicable in states[row], into results[r]."""
+    """Writes into results[r] the state after operator o, which must be applicable in states[row]."""
     words = states.shape[1]
     results[r, 0] = states[row, 0]
     for w in range(1, words):
@@ -96,7 +99,7 @@ def at_goal(numbers, bits, states, row):
 
 @lean_kernel  # (S, W) u8, i8 -> u8
 def hashed(states, row):
-    """A hash of the state, whose high bits spread states most evenly."""
+    """A hash of the state; its high bits are distributed most evenly."""
     mixed = states[row, 0] * FIRST_FACTOR
     mixed ^= mixed >> np.uint64(32)
     for w in range(1, states.shape[1]):

@@ -1,6 +1,7 @@
 """Searches in finite-domain tasks, one file each: breadth-first, novelty-guided, A*.
 
-Its names are slow to import: each search begins in plain Python, and starts over compiled for larger tasks.
+The names of this package are imported on first use, since importing them is slow. Each search begins in plain
+Python; for larger tasks it starts over in compiled code.
 """
 
 from kabo.lazy import lazy_names

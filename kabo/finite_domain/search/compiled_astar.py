@@ -22,7 +22,7 @@ WORK_BETWEEN_LOOKS = 500_000  # (operators + facts) x expansions after which the
 
 
 def astar_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
-    """A plan of least cost, or why there is none."""
+    """A plan of least cost, or the reason why none was found."""
     memory = _AstarArrays(compiled, start, never)
     size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
@@ -41,9 +41,9 @@ def astar_compiled(compiled: CompiledTask, start: int, never: Never, budget: Sea
 
 
 def valid_mutexes(compiled: CompiledTask, start: int) -> Mutexes:
-    """The pairs of facts that are never true together from this start on.
+    """The pairs of facts that are never true together in states reachable from this start.
 
-    They are those of the task unless the start itself has such a pair; then they are computed anew.
+    The task's own mutexes are valid unless the start violates one of them; then the mutexes are computed anew.
     """
     facts = compiled.relaxed.of(compiled.packing.values(start))
     known = compiled.mutexes

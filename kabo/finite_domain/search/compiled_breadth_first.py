@@ -23,7 +23,7 @@ MAX_ROWS = (1 << 31) - 1  # states, which are numbered in 32 bits
 
 
 def breadth_first_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
-    """A plan of fewest actions, or why there is none."""
+    """A plan with the fewest actions, or the reason why none was found."""
     numbers, bits = compiled.arrays
     memory = _BreadthFirstArrays(compiled.packing.array(start), len(compiled.task.operators))
     out = np.empty(len(compiled.task.operators), np.int32)
@@ -106,7 +106,7 @@ def _with_plan(compiled: CompiledTask, memory: _BreadthFirstArrays, never: Never
 
 
 def plan_along(compiled: CompiledTask, states: Sequence[int], never: Never) -> tuple[int, ...]:
-    """The operators that lead from each state to the next; where several do, the first in the order of the task."""
+    """The operators that lead from each state to the next one; of several, the first in the order of the task."""
     plain, banned = compiled.plain, as_number(never)
     return tuple(
         next(o for o in plain.applicable(before, banned) if plain.after(before, o) == after)

@@ -20,7 +20,7 @@ WORK_BETWEEN_LOOKS = 1_000_000  # (operators + facts) x expansions after which t
 
 
 def bfws_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
-    """A plan, or why there is none: the same answer as that of the search in plain Python."""
+    """A plan, or the reason why none was found; the same as the search in plain Python finds."""
     memory = _NoveltyArrays(compiled, start)
     size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:

@@ -31,12 +31,12 @@ def bfws(
 
     Args:
         compiled: the task.
-        start: values of all variables, instead of the task's initial ones.
-        forbidden: (operators,) 1 for each operator that must not be used, 0 for all others.
-        budget: the limits of the search; the result is "exhausted" or "stopped" when it ends the search.
+        start: the values of all variables at the start; None: the task's initial values.
+        forbidden: (operators,) 1 for each operator that must not be used, 0 for all others; None: all may be used.
+        budget: the limits of the search; when they end it, the result is "exhausted" or "stopped".
         plain_work: the number of states that plain Python keeps before the compiled search starts over; None: as
-            many as take about as long as loading the kernel, counted over all searches of this task. Both give
-            the same plan.
+            many as it keeps, over all searches of this task, in about the time of loading the kernel. Plain Python
+            and compiled code find the same plan.
     """
     budget = budget or SearchBudget()
     packed, never = compiled.start(start), compiled.never(forbidden)

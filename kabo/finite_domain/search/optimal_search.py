@@ -24,12 +24,12 @@ def astar(
 
     Args:
         compiled: the task.
-        start: values of all variables, instead of the task's initial ones.
-        forbidden: (operators,) 1 for each operator that must not be used, 0 for all others.
-        budget: the limits of the search; the result is "exhausted" or "stopped" when it ends the search.
+        start: the values of all variables at the start; None: the task's initial values.
+        forbidden: (operators,) 1 for each operator that must not be used, 0 for all others; None: all may be used.
+        budget: the limits of the search; when they end it, the result is "exhausted" or "stopped".
         plain_work: the number of states that plain Python generates, by rising cost and without a heuristic,
-            before the compiled search starts over. Where several plans have least cost, the two may find
-            different ones.
+            before the compiled search starts over. Where several plans have least cost, plain Python and compiled
+            code may find different ones.
     """
     budget = budget or SearchBudget()
     packed, never = compiled.start(start), compiled.never(forbidden)

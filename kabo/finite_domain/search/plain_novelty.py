@@ -15,7 +15,7 @@ MOST_PLAN_FACTS = 256  # facts of a relaxed plan that are counted; further ones 
 
 
 def pair_words(facts: int) -> int:
-    """The number of 64-bit words that hold a bit for each pair of facts, each fact's row in whole words."""
+    """The number of 64-bit words of a table with a bit for each pair of facts; each fact's row has whole words."""
     whole, rest = divmod(facts, 64)
     return 32 * whole * (whole + 1) + rest * (whole + 1)
 
@@ -26,7 +26,7 @@ def pair_partitions(facts: int) -> int:
 
 
 class PlainNovelty:
-    """The novelty search in plain Python; entry i of the lists `states` to `partitions` is of the i-th state."""
+    """The novelty search in plain Python; entry i of the lists `states` to `partitions` is about state i."""
 
     def __init__(self, compiled: CompiledTask, never: Never, work: int) -> None:
         self.compiled, self.work, self.banned = compiled, work, as_number(never)
@@ -48,7 +48,7 @@ class PlainNovelty:
         self.with_pairs = pair_partitions(changing.facts)
 
     def search(self, start: int, budget: SearchBudget) -> SearchResult | None:
-        """The result; None if more states are needed than plain Python may keep."""
+        """The result of the search; None if it needs more states than plain Python may keep."""
         self.known.add(start)
         self.enter(start, -1, -1)
         expanded = 0
@@ -117,13 +117,13 @@ class PlainNovelty:
         return False
 
     def reached_now(self, row: int, values: Sequence[int]) -> int:
-        """Bit i is set if the i-th fact of the state's relaxed plan holds in it."""
+        """A mask: bit i is set if the i-th fact of the relaxed plan that judges this state holds in the state."""
         of = self.compiled.fact_task.variable
         offset = self.compiled.relaxed.offset
         return sum(1 << i for i, f in enumerate(self.plans[row]) if offset[of[f]] + values[of[f]] == f)
 
     def novelty(self, row: int, values: Sequence[int]) -> int:
-        """The state's novelty (3: above 2); records its facts and pairs of facts."""
+        """The state's novelty: 1, 2, or 3 for anything above 2; records its facts and pairs of facts as seen."""
         partition, parent = self.partitions[row], self.parents[row]
         while len(self.facts_seen) <= partition:
             self.facts_seen.append(set())

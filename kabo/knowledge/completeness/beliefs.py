@@ -1,8 +1,9 @@
 """An upper bound of all belief states of a problem: what may be true, and what any reasoner may come to know.
 
-The delete relaxation of `reachability.py` bounds what *kabo* may come to know. This one bounds what an agent may know
-that keeps the set of all possible worlds. So what cannot be known here is proven to be out of reach, even where kabo's
-own knowledge is incomplete; and `gaps.py` looks for incompleteness only in what is possible here.
+The delete relaxation of `reachability.py` bounds what *kabo* may come to know. The bound computed here concerns an
+agent that keeps the set of all possible worlds. So what such an agent cannot know is proven to be out of reach,
+even where kabo's own knowledge is incomplete, and `gaps.py` looks for incompleteness only in what is possible for
+such an agent.
 """
 
 from collections.abc import Iterable
@@ -23,14 +24,14 @@ from kabo.language.formulas import Claim as ClaimFormula
 
 @dataclass(frozen=True)
 class Condition:
-    """A query on knowledge, and disjunctions about the world, of which each holds if one of its parts does."""
+    """A query on knowledge, and disjunctions about the world; a disjunction holds if one of its parts does."""
 
     plain: Query
     choices: tuple[Query, ...] = ()
 
     @property
     def reads(self) -> int:
-        """All bits on which it depends."""
+        """All bits on which the condition depends."""
         return self.plain.reads | union(choice.reads for choice in self.choices)
 
 
@@ -57,7 +58,7 @@ class Beliefs:
 
     # ------------------------------------------------------------------------------------------------ questions
     def names(self, mask: int) -> int:
-        """The groups to which some of these bits belong."""
+        """The groups to which some bits of `mask` belong."""
         found = self._names.get(mask)
         if found is None:
             found = self._names[mask] = union({self._home[bit] for bit in bits_of(mask) if bit in self._home})
@@ -102,7 +103,7 @@ class Beliefs:
         return Condition(conjunction(plain), tuple(choices))
 
     def causes(self, world: WorldUpdate, instance: ActionInstance) -> int | None:
-        """The groups in a world effect's condition that may be unknown when it happens; None if it never happens."""
+        """The groups in a world effect's condition that may be unknown; None if the effect never happens."""
         if not world.condition.possible(self.ones, self.zeros):
             return None
         known = [self.compiler.query(Know(claim), world.binding) for claim in world.effect.conditions]
@@ -254,12 +255,12 @@ class Links:
             self.sets = [*apart, whole | union(each for each in self.sets if each & whole)]
 
     def closed(self, names: int) -> int:
-        """The groups and all groups that may depend on them, as a mask of `whether` bits."""
+        """The given groups and all groups that may depend on them, as a mask of `whether` bits."""
         return names | union(each for each in self.sets if each & names)
 
 
 def tangled(entries: Iterable[tuple[Claim, ...]]) -> int:
-    """The groups of entries that do not form a forest, where unit propagation may miss a consequence."""
+    """The groups connected with entries that form a cycle, where unit propagation may miss a consequence."""
     links, found, loops = Links(), 0, 0
     for members in entries:
         groups = [member.group.whether for member in members]

@@ -1,7 +1,8 @@
 """Finds constructs of the language that kabo's knowledge cannot represent if they concern unknown facts.
 
 Some constructs cannot be represented whenever an atom or term in them is unknown: sums of unknown numbers, sensed
-numbers, copies of unknown values, terms inside terms. Other gaps are found on bits; this file finds their places.
+numbers, copies of unknown values, terms inside terms. Other gaps are found on bits [gaps.py]; this module finds
+their places in the files.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -39,7 +40,7 @@ from kabo.language.problem import Action
 
 @dataclass(frozen=True)
 class Construct:
-    """A construct with unknown atoms or terms: its place in the files, and its description."""
+    """A construct about unknown atoms or terms: its place in the files, and its description."""
 
     place: Place | None
     text: str
@@ -141,7 +142,10 @@ class Constructs:
 
     # ------------------------------------------------------------------------------------------------- by place
     def change(self, action: str, names: int, *, together: bool = False) -> Place | None:
-        """The place where an action changes one of the groups, or with `together` adds an entry about several."""
+        """The place where an action changes one of the groups, or with `together` adds an entry about one.
+
+        It is the place of the action itself if there is no such change.
+        """
         wanted = {self._symbol[name] for name in bits_of(names) if name in self._symbol}
         declared = self.problem.domain.actions[action]
         for piece in pieces_of(declared.effects):
@@ -152,7 +156,7 @@ class Constructs:
         return declared.place
 
     def together(self, names: int) -> Place | None:
-        """The place of an initial Kx, Kor or LCW entry about one of the groups, or about its symbol; or None."""
+        """The place of an initial Kx, Kor or LCW entry about a group, else about a group's symbol; else None."""
         keys = {(self._symbol[name], self._arguments[name]) for name in bits_of(names) if name in self._symbol}
         wanted = {symbol for symbol, _ in keys}
         found: Place | None = None
@@ -168,13 +172,13 @@ class Constructs:
 
     # ---------------------------------------------------------------------------------------------- disjunctions
     def choices(self, instance: ActionInstance) -> Iterator[tuple[Place | None, Sequence[int]]]:
-        """The disjunctions about the world in the preconditions: their place, and the bits that each part reads."""
+        """The place of each disjunction in an action's preconditions, and the bits that each part reads."""
         declared = self.problem.domain.actions[instance.name]
         binding = {name: str(value) for name, value in instance.arguments.items()}
         return self._choices(declared.preconditions, binding)
 
     def goal_choices(self) -> Iterator[tuple[Place | None, Sequence[int]]]:
-        """The disjunctions in the goal: their place, and the bits that each part reads."""
+        """The place of each disjunction in the goal, and the bits that each part reads."""
         return self._choices(self.problem.goal, {}) if self.problem.domain.worldly else iter(())
 
     def _choices(

@@ -43,10 +43,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The meaning of an exhausted search.
+    """What an exhausted search proves.
 
-    With `impossible` the goal is out of reach whatever the gaps; otherwise it is proven that there is no plan if `gaps` is
-    empty.
+    With `impossible` the goal is out of reach regardless of the gaps. Otherwise an exhausted search proves that
+    there is no plan if `gaps` is empty.
     """
 
     impossible: bool
@@ -62,7 +62,8 @@ def verdict_of(problem: Problem) -> Verdict:
     """The verdict on an exhausted search: whether it proves that there is no plan, and the gaps that prevent this.
 
     Raises:
-        InputError: as `ground` does.
+        InputError: the problem uses something that kabo does not support, its initial knowledge contradicts
+            itself, or its update rules do not reach a fixpoint.
     """
     whole = ground_whole(problem, by_layers=False)
     beliefs = Beliefs(whole)

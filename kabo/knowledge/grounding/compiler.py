@@ -1,6 +1,7 @@
 """Compiles formula trees into queries on bits: binds variables, unrolls quantifiers, evaluates static knowledge.
 
-`Compiler` is the dictionary between the two: it allocates bits on first mention and knows which symbols are static.
+`Compiler` maps ground atoms and terms to bits: it allocates the bits on first mention and knows which symbols are
+static.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -57,7 +58,7 @@ Case = tuple[Query, str]  # a condition, and the object that the term is known t
 
 
 class Compiler:
-    """Compiles the formulas of one problem; knowledge of symbols that never change is kept in it, not in states."""
+    """Compiles the formulas of one problem; holds the knowledge of symbols that never change."""
 
     def __init__(self, problem: Problem, symbols: Symbols) -> None:
         self.problem = problem
@@ -76,7 +77,7 @@ class Compiler:
 
     # ------------------------------------------------------------------------------------------------ formulas
     def query(self, formula: Formula, binding: Binding) -> Query:
-        """The query of the formula, with its free variables bound."""
+        """The query of the formula, with its free variables bound by `binding`."""
         match formula:
             case Truth(value=value):
                 return truth(value)
@@ -181,14 +182,14 @@ class Compiler:
     def argument_cases(
         self, arguments: tuple[Term, ...], binding: Binding
     ) -> Iterator[tuple[Query, tuple[str, ...]]]:
-        """All tuples of objects that the terms may be known to be, and the condition for each."""
+        """Pairs of a condition and a tuple of objects that the terms are known to be where it holds."""
         for combination in product(*(self.cases(argument, binding) for argument in arguments)):
             condition = conjunction(case[0] for case in combination)
             if condition != FALSE:
                 yield condition, tuple(case[1] for case in combination)
 
     def cases(self, term: Term, binding: Binding) -> list[Case]:
-        """The objects that the term may be known to be, and the condition for each."""
+        """Pairs of a condition and an object: where the condition holds, the term is known to be this object."""
         match term:
             case Constant(name=name):
                 return [(TRUE, name)]
@@ -296,7 +297,11 @@ class Compiler:
 
     # ------------------------------------------------------------------------------------- claims and entries
     def claim(self, claim: Literal | Comparison, binding: Binding) -> Claim | bool:
-        """The claim of a ground literal or `f = v`; True or False if the term can never have this value."""
+        """The claim that a ground literal or comparison makes.
+
+        It is True or False if the comparison holds always or never, for example since the term cannot have this
+        value.
+        """
         if isinstance(claim, Literal):
             names = tuple(self.cases(argument, binding)[0][1] for argument in claim.atom.arguments)
             return self.atom(claim.atom.predicate, names).claim(claim.positive)

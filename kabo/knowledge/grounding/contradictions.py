@@ -1,4 +1,4 @@
-"""Initial knowledge that contradicts itself: refused with every place that takes part in it, and the remedy."""
+"""Errors for initial knowledge that contradicts itself: they name every place involved, and the remedy."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -36,7 +36,7 @@ def refuse_opposites(problem: Problem) -> None:
     A fact about all instances (`forall …`) is a default, which facts about single instances may replace.
 
     Raises:
-        InputError: names both places of each such pair.
+        InputError: two facts exclude each other; the error names both places of each such pair.
     """
     if problem.domain.worldly:
         return  # in PDDL what is false comes first, and its reader has compared the facts
@@ -60,11 +60,11 @@ def refuse_opposites(problem: Problem) -> None:
 
 
 def explained(problem: Problem, contradicts: Callable[[Problem], bool]) -> InputError:
-    """The error for initial knowledge that contradicts itself, with the part that does so and the parts it contradicts.
+    """The error for initial knowledge that contradicts itself: it names the parts that contradict each other.
 
     Args:
         problem: the problem whose initial knowledge contradicts itself.
-        contradicts: whether the initial knowledge of a problem contradicts itself.
+        contradicts: a function that says whether the initial knowledge of a problem contradicts itself.
     """
     pieces = [piece for effect in problem.initial for piece in _pieces(effect)]
 
@@ -87,7 +87,7 @@ def explained(problem: Problem, contradicts: Callable[[Problem], bool]) -> Input
 
 
 def has_world(state: int, entries: Iterable[tuple[Entry, tuple[Claim, ...]]]) -> bool:
-    """Whether some world agrees with entries that share members; True, too, if there are too many worlds to try.
+    """Whether some world agrees with all entries; also True if there are too many worlds to try.
 
     Args:
         state: the known bits.

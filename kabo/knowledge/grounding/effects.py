@@ -35,7 +35,7 @@ Sensed = Atom | Application
 
 @dataclass(frozen=True)
 class WorldUpdate:
-    """A ground `when C then E`: the condition around it, the effect, and the binding of its variables."""
+    """A ground world effect `when C then E`, the condition around it, and the binding of its variables."""
 
     condition: Query
     effect: WorldEffect
@@ -45,7 +45,7 @@ class WorldUpdate:
 def compile_effects(
     compiler: Compiler, effects: Iterable[Effect], binding: Binding, condition: Query = TRUE
 ) -> Iterator[Update | WorldUpdate]:
-    """The updates of the effects with their quantifiers unrolled, each under the conjunction of its conditions."""
+    """The updates of the effects, quantifiers unrolled; each has the conjunction of all conditions around it."""
     for effect in effects:
         match effect:
             case ForEach(variables=variables, effects=inner):
@@ -63,7 +63,7 @@ def compile_effects(
 
 
 def compile_sensing(compiler: Compiler, sensed: Sensed, binding: Binding) -> Update:
-    """The update of one entry of `sense`, whose truth or value will be known at run time."""
+    """The update for one entry of `sense`: the truth or value of the entry will be known at run time."""
     group = group_of(compiler, sensed, binding)
     return Update(TRUE, 0, group.whether, entry=group)
 

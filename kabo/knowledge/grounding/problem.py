@@ -1,4 +1,4 @@
-"""Grounds a problem into a task with only the actions that could ever apply and the facts that are mentioned."""
+"""Grounds a problem into a task with only the actions that could ever apply and the facts that occur in it."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -84,10 +84,13 @@ def ground(problem: Problem) -> GroundedTask:
 
 
 def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
-    """Grounds a problem, with the actions and facts that its relaxation cannot reach; faster without `by_layers`.
+    """Grounds a problem and keeps the actions and facts that its delete relaxation cannot reach.
+
+    Without `by_layers` this is faster, but the relaxation is not computed layer by layer.
 
     Raises:
-        InputError: as `ground` does.
+        InputError: the problem uses something that kabo does not support, its initial knowledge contradicts
+            itself, or its update rules do not reach a fixpoint.
     """
     refuse_unsupported(problem)
     refuse_opposites(problem)
@@ -290,7 +293,7 @@ def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding)
 def conjuncts(
     compiler: Compiler, formulas: tuple[Formula, ...], binding: Binding
 ) -> Iterator[tuple[Formula, Binding]]:
-    """The conjuncts of formulas: outermost conjunctions and universal quantifiers are taken apart."""
+    """Each conjunct with its binding; only outermost conjunctions and universal quantifiers are taken apart."""
     for formula in formulas:
         match formula:
             case And(parts=parts):

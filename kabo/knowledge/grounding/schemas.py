@@ -24,9 +24,10 @@ Result = TypeVar("Result")
 
 
 class ActionInstance(NamedTuple):
-    """An instance of an action schema before its effects are sorted.
+    """An instance of an action schema whose updates are not sorted by kind yet.
 
-    `updates` are all its updates; `plain` are those made from changes of knowledge, the others are made from `worlds`.
+    `updates` are all its updates: those in `plain` are made from changes of knowledge, the others from the world
+    effects `worlds`.
     """
 
     name: str
@@ -41,7 +42,7 @@ class ActionInstance(NamedTuple):
 
 
 class SchemaGrounder:
-    """Grounds one action schema; keeps the parts of it that have been compiled so far."""
+    """Grounds one action schema; remembers the parts of the schema that have been compiled so far."""
 
     def __init__(self, compiler: Compiler, statics: StaticFacts, action: Action) -> None:
         self.compiler, self.statics, self.declared = compiler, statics, action
@@ -163,7 +164,7 @@ def free_variables(tree: object) -> tuple[str, ...]:
 
 
 def variables_in(tree: object) -> Iterator[Variable]:
-    """Every place of a variable anywhere in a tree, in order."""
+    """Every occurrence of a variable anywhere in a tree, in order."""
     if isinstance(tree, Variable):
         yield tree
     elif isinstance(tree, tuple):

@@ -1,6 +1,6 @@
 """Static facts as tables: the objects that one argument of a static literal can be when its others are given.
 
-Binding parameters by these joins spares grounding, for example, all pairs of cells that are not adjacent.
+Looking parameters up in these tables avoids grounding actions for, say, all pairs of cells that are not adjacent.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,7 +14,7 @@ Arguments = tuple[str, ...]
 
 
 class StaticFacts:
-    """The static atoms that are known to hold, looked up by all arguments but those of one variable."""
+    """The static atoms that are known to hold, in tables indexed by all arguments but those of one variable."""
 
     def __init__(self, compiler: Compiler) -> None:
         self._compiler = compiler
@@ -25,7 +25,10 @@ class StaticFacts:
         self._tables: dict[tuple[str, tuple[bool, ...]], dict[Arguments, dict[str, None]]] = {}
 
     def join(self, formula: Formula) -> Literal | None:
-        """The formula as a literal if its symbol is static and it holds for listed objects only; else None."""
+        """The literal of a formula K(p(…)) whose objects can be looked up in the tables; else None.
+
+        The predicate p must be static, and its arguments variables or constants.
+        """
         if not isinstance(formula, Know) or not isinstance(formula.claim, Literal) or not formula.claim.positive:
             return None
         atom = formula.claim.atom
@@ -33,7 +36,7 @@ class StaticFacts:
         return formula.claim if plain and atom.arguments and self._compiler.is_static(atom.predicate) else None
 
     def values(self, literal: Literal, variable: str, binding: Binding) -> Mapping[str, None]:
-        """The objects that the variable can be; all other variables of the literal are bound."""
+        """The objects for which, as values of `variable`, the literal holds; its other variables must be bound."""
         places, given = [], []
         for argument in literal.atom.arguments:
             is_open = isinstance(argument, Variable) and argument.name == variable

@@ -42,7 +42,7 @@ class Symbols:
 
 
 def symbols_of(problem: Problem) -> Symbols:
-    """The symbols of a problem, from all its effects; what actions sense counts as changing."""
+    """The symbols of a problem, found in all its effects; symbols that actions sense count as changing."""
     actions = problem.domain.actions.values()
     sensed = {_name(sensed) for action in actions for sensed in action.sense}
     acting = [piece for action in actions for piece in pieces_of(action.effects)]

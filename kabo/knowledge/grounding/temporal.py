@@ -21,7 +21,7 @@ PREFIX = "initially "
 
 
 class TemporalGoals:
-    """The temporal goals of one problem: their queries, and the monitors and copies that these need."""
+    """The temporal goals of one problem: their queries, and the monitors and copies that the queries need."""
 
     def __init__(self, compiler: Compiler) -> None:
         self.compiler = compiler
@@ -51,10 +51,10 @@ class TemporalGoals:
         return replace(tree, **changed)
 
     def bind(self, state: int) -> tuple[int, list[Entry]]:
-        """Adds to the initial state what is known of the copies, and the entries that bind them to their originals.
+        """Adds what is known of the copies to the initial state, and entries that bind them to their originals.
 
         Returns:
-            the state, and the permanent entries that the compiler does not have.
+            the extended state, and the permanent entries that are not among the compiler's entries.
         """
         copies = _Copies(self.compiler, state)
         return copies.state, copies.entries

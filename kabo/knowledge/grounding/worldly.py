@@ -64,7 +64,10 @@ def _is_static(compiler: Compiler, claim: f.Claim) -> bool:
 def compile_world_effects(
     compiler: Compiler, worlds: Sequence[WorldUpdate], updates: Sequence[Update]
 ) -> Iterator[Update]:
-    """The updates of all world effects of an action; `updates` are the rest, which may change the same groups."""
+    """The updates of all world effects of an action.
+
+    `updates` are the action's other updates, which may change the same groups.
+    """
     numbers: list[tuple[_Cause, f.Claim, WorldUpdate]] = []
     claimed: dict[tuple[int, int], tuple[_Cause, Claim]] = {}
     for number, world in enumerate(worlds):
