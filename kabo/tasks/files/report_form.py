@@ -83,7 +83,7 @@ class SolutionTime(TypedDict):
 
 
 class RunReport(TypedDict):
-    """One planning run; `stages` has the figures of each stage by path."""
+    """One planning run; `stages` by path."""
 
     seed: int
     seconds: float
@@ -96,7 +96,7 @@ class RunReport(TypedDict):
 
 
 class StageReport(TypedDict):
-    """A stage of the task; in a report, stages are in order of time, containers before the stages inside them."""
+    """A stage of the task, in order of time, containers before what they hold."""
 
     path: str
     name: str
@@ -108,7 +108,7 @@ class StageReport(TypedDict):
 
 
 class Report(TypedDict):
-    """The report of one or more planning runs of one task."""
+    """Runs of one task."""
 
     format: Literal["kabo-task/1"]
     task: str
@@ -119,15 +119,15 @@ class Report(TypedDict):
 
 
 def report_bytes(report: Report) -> bytes:
-    """The report as the bytes of a JSON file, in a fixed order of keys, ending with a line feed."""
+    """The report as the bytes of a file: keys in their order, a line feed at the end."""
     return msgspec.json.format(msgspec.json.encode(report), indent=1) + b"\n"
 
 
 def read_report(content: bytes, file: str) -> Report:
-    """The report that `content`, the bytes of the file named `file`, represents.
+    """The report in the bytes of `file`.
 
     Raises:
-        InputError: the content is no valid report; the message says what is wrong, and where.
+        InputError: it is no report; says what is wrong, and where.
     """
     hint = "kabo task plan FILE -o REPORT.json writes one"
     try:
