@@ -188,12 +188,20 @@ def test_two_clients_get_their_own_answers(serve):
         assert [job.result()["square"] for job in jobs] == [x * x for x in range(30) for _ in range(2)]
 
 
+def works(client: Client, server: Running) -> bool:
+    """Whether a server says that a job is under way."""
+    status = client.status(server.name)
+    return status is not None and status.running > 0
+
+
 def test_sigterm_finishes_what_runs_and_turns_new_requests_away(serve):
     server = serve(workers=1)
     with server.client(patience_s=0.5) as client, ThreadPoolExecutor(1) as threads:
         ask(client)
         job = threads.submit(ask, client, x=6, for_s=1.0)
-        time.sleep(0.3)
+        until = time.monotonic() + 10
+        while time.monotonic() < until and not works(client, server):
+            time.sleep(0.02)
         server.process.terminate()
         assert job.result()["square"] == 36
         assert server.process.wait(10) == 0
