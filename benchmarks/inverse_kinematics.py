@@ -18,7 +18,7 @@ import pinocchio as pin
 from table import Table, finish
 
 from kabo.arrays import Array
-from kabo.kinematics import project, stream_key
+from kabo.kinematics import project
 from kabo.kinematics.closed_form import branches, end_poses
 from kabo.kinematics.inverse import pose_rows
 from kabo.kinematics.sampling import seeds
@@ -27,6 +27,7 @@ from kabo.language.yaml.paths import installed_folder
 from kabo.scene import Robot, Structure
 from kabo.scene.transforms import unflat
 from kabo.scene.urdf import load_robot
+from kabo.streams import stream_key
 
 MESHES = Path(__file__).resolve().parent.parent / "meshes"
 SEEDS, STEPS, EXACT = 10, 100, 1e-6

@@ -24,8 +24,9 @@ from sampling_tasks import APART, Panda, Task, tasks
 from table import Table, finish
 
 from kabo.arrays import Array
-from kabo.kinematics import FrameFeature, Rows, rows_of, sample, seeds, stacked, stream_key, values
+from kabo.kinematics import FrameFeature, Rows, rows_of, sample, seeds, stacked, values
 from kabo.scene import KinematicTree
+from kabo.streams import stream_key
 
 STEP, TOLERANCE, ITERATIONS = 0.5, 1e-6, 50
 BINS = 36

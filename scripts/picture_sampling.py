@@ -16,10 +16,11 @@ import numpy as np
 import kabo
 from kabo.arrays import Array
 from kabo.geometry_server import Frame, tool_frame
-from kabo.kinematics import FrameFeature, Rows, jacobian, rows_of, sample, seeds, stacked, stream_key, values
+from kabo.kinematics import FrameFeature, Rows, jacobian, rows_of, sample, seeds, stacked, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.language.scene_description import Feature
 from kabo.scene import KinematicTree, Robot
+from kabo.streams import stream_key
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt

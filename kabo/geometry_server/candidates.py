@@ -23,7 +23,6 @@ from kabo.kinematics import (
     rows_of,
     sample,
     stacked,
-    stream_key,
     with_the_same_pose,
 )
 from kabo.kinematics.kernels import rows as columns
@@ -31,6 +30,7 @@ from kabo.language.scene_description import Feature, GraspFamily, PlacementFamil
 from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
+from kabo.streams import stream_key
 
 BATCH_SAMPLES = 64  # in one kernel call; candidates of a batch are tried in order of preference
 

@@ -11,9 +11,10 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.content_cache import ContentCache
 from kabo.geometry_server.frames import Frame
-from kabo.kinematics import FREE_BODY, FrameFeature, jacobian, rows_of, sample, stacked, stream_key, values
+from kabo.kinematics import FREE_BODY, FrameFeature, jacobian, rows_of, sample, stacked, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene import KinematicTree
+from kabo.streams import stream_key
 
 POSES_PROJECTED = 8  # seeds, of which some reach the rows
 MIN_SINE = 0.3  # of the angle between the axis and the direction that is rotated about it

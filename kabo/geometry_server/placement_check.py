@@ -15,9 +15,10 @@ from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
 from kabo.geometry_server.situation import Situation
-from kabo.kinematics import FREE_BODY, sample, stacked, stream_key
+from kabo.kinematics import FREE_BODY, sample, stacked
 from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import unflat
+from kabo.streams import stream_key
 
 PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
 PLACES_MEASURED = 1  # poses at which the distance out of reach is measured

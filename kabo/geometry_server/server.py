@@ -19,9 +19,9 @@ from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.geometry_server.teams import Team, TeamStream
 from kabo.geometry_server.workspace import Workspace
-from kabo.kinematics import stream_key
 from kabo.language.scene_description import Constraint
 from kabo.scene import GeometricState, Scene
+from kabo.streams import stream_key
 
 BATCHES, BATCHES_GROWTH = 4, 4  # of candidates: at effort 0, and the factor of each further level
 PATH_SAMPLES, PATH_SAMPLES_GROWTH = 400, 3  # of one path search, likewise

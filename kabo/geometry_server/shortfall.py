@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.geometry_server.candidates import Stream
-from kabo.kinematics import project, sample, stream_key
+from kabo.kinematics import project, sample
 from kabo.kinematics.kernels.rows import FIRST, SECOND
 from kabo.scene import PRISMATIC, KinematicTree
+from kabo.streams import stream_key
 
 BASE_SLIDES = 3
 # [m] of the base's displacement along each axis, tried in this order.

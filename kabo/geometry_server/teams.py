@@ -14,10 +14,11 @@ import numpy.typing as npt
 from kabo.arrays import Array
 from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, joints_at
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
-from kabo.kinematics import FREE_BODY, JoinedTree, Key, joined, sample
+from kabo.kinematics import FREE_BODY, JoinedTree, joined, sample
 from kabo.language.scene_description import Constraint, Feature
 from kabo.scene import Configuration, GeometricState, KinematicTree, Robot, Scene, world_T
 from kabo.scene.transforms import transform, unflat
+from kabo.streams import Key
 
 
 @dataclass(frozen=True)

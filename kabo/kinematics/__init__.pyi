@@ -22,10 +22,8 @@ from kabo.kinematics.projection import jacobian as jacobian
 from kabo.kinematics.projection import project as project
 from kabo.kinematics.projection import satisfied as satisfied
 from kabo.kinematics.projection import values as values
-from kabo.kinematics.sampling import Key as Key
 from kabo.kinematics.sampling import sample as sample
 from kabo.kinematics.sampling import seeds as seeds
-from kabo.kinematics.sampling import stream_key as stream_key
 from kabo.kinematics.sampling import uniform as uniform
 from kabo.kinematics.tool_lines import OffLine as OffLine
 from kabo.kinematics.tool_lines import straight_line as straight_line

@@ -7,11 +7,12 @@ from kabo.kinematics.closed_form import OutOfReach, Reached, branches, with_turn
 from kabo.kinematics.constraints import FrameFeature, Rows, rows_of, stacked
 from kabo.kinematics.kernels import streams
 from kabo.kinematics.projection import arrays_of
-from kabo.kinematics.sampling import Key, sample
+from kabo.kinematics.sampling import sample
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.robots import Robot
 from kabo.scene.structure import Structure
 from kabo.scene.transforms import flat, inverse, unflat
+from kabo.streams import Key
 
 SAME_SOLUTION_DISTANCE = 1e-6  # [rad or m] within which projections count as one solution
 ROTATION_TOLERANCE = 1e-6  # of the entries of a rotation matrix

@@ -1,8 +1,5 @@
 """Samples that fulfil constraints, each a pure function of a key and an index, so that any worker can draw any sample."""
 
-import hashlib
-import struct
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -12,29 +9,9 @@ from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
 from kabo.kinematics.projection import MAX_ITERATIONS, arrays_of, checked
 from kabo.scene.tree import KinematicTree
+from kabo.streams import Key
 
-Key = np.uint64
 AIM_TRIES = 4  # seeds from which a sample tries to reach its aims: nine of ten reachable aims are then reached
-
-
-def stream_key(*parts: str | int | float | bytes) -> Key:
-    """The key of a stream of random numbers: a hash of `parts`, such as seed, procedure, arguments and attempt.
-
-    The same parts give the same key on every machine; parts of different types never coincide.
-    """
-    digest = hashlib.blake2b(digest_size=8)
-    for part in parts:
-        if isinstance(part, bytes):
-            tag, data = b"b", part
-        elif isinstance(part, str):
-            tag, data = b"s", part.encode()
-        elif isinstance(part, float):
-            tag, data = b"f", struct.pack("<d", part)
-        else:
-            tag, data = b"i", str(int(part)).encode()
-        digest.update(tag + struct.pack("<q", len(data)) + data)
-    key: Key = np.uint64(int.from_bytes(digest.digest(), "little"))
-    return key
 
 
 def uniform(key: Key, index: int, dimension: int) -> float:

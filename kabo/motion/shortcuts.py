@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
-from kabo.kinematics.sampling import Key, uniform
+from kabo.kinematics.sampling import uniform
 from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
+from kabo.streams import Key
 
 MIN_GAIN = 1e-3  # [rad, L2] that a shortcut must save: less is not worth its proof
 

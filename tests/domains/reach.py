@@ -4,9 +4,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from kabo.kinematics import FrameFeature, rows_of, sample, stacked, stream_key
+from kabo.kinematics import FrameFeature, rows_of, sample, stacked
 from kabo.language.scene_description import Feature, GraspFamily
 from kabo.scene import Robot
+from kabo.streams import stream_key
 
 Box = tuple[float, float, float, float]  # x from, to, y from, to [m] in the world
 

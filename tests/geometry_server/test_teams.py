@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from kabo.geometry_server import GeometryServer, Team, TeamStream
-from kabo.kinematics import stream_key
 from kabo.language.scene_description import Constraint, FeatureName
 from kabo.scene import Attachment, GeometricState, link_poses, world_T
 from kabo.scene.transforms import transform
+from kabo.streams import stream_key
 
 Servers = Callable[..., GeometryServer]
 BARTENDER = "bartender/four_bottles.yaml"

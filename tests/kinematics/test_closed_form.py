@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kabo.errors import InputError
-from kabo.kinematics import OutOfReach, Reached, solutions, stream_key
+from kabo.kinematics import OutOfReach, Reached, solutions
 from kabo.kinematics.closed_form import branches, end_poses, with_the_same_pose
 from kabo.language.formulas import Place
 from kabo.language.scene_description import PoseDescription, RobotDescription
@@ -15,6 +15,7 @@ from kabo.language.yaml.paths import installed_folder
 from kabo.scene import NoStructure, Robot, Structure, link_poses
 from kabo.scene.transforms import transform
 from kabo.scene.urdf import load_robot
+from kabo.streams import stream_key
 
 MESHES = Path(__file__).resolve().parent.parent.parent / "meshes"
 FIVE = tuple(f"arm_joint_{k}" for k in range(1, 6))

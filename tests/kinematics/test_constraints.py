@@ -11,11 +11,11 @@ from kabo.kinematics import (
     sample,
     satisfied,
     stacked,
-    stream_key,
     values,
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.language.constraint_kinds import CONSTRAINT_KINDS
+from kabo.streams import stream_key
 from tests.kinematics.trees import two_arms, violation, world_feature
 
 ARMS = two_arms(seed=3)

@@ -4,7 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from kabo.kinematics import FrameFeature, jacobian, joined, rows_of, sample, stacked, stream_key, values
+from kabo.kinematics import FrameFeature, jacobian, joined, rows_of, sample, stacked, values
+from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, two_arms, violation, world_feature
 
 ARM = seven_axes()

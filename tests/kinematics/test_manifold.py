@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from kabo.kinematics import FrameFeature, joined, project, rows_of, sample, stacked, stream_key, tangent, values
+from kabo.kinematics import FrameFeature, joined, project, rows_of, sample, stacked, tangent, values
+from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes
 
 ARM = seven_axes().tree

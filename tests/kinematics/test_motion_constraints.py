@@ -4,10 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from kabo.kinematics import FrameFeature, keeps, projector, rows_of, seeds, stacked, stream_key, unkept_row, values
+from kabo.kinematics import FrameFeature, keeps, projector, rows_of, seeds, stacked, unkept_row, values
 from kabo.kinematics.kernels import motion_bounds as kernels
 from kabo.kinematics.motion_constraints import INTERVAL_INSET
 from kabo.kinematics.projection import arrays_of
+from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, twin, two_arms
 
 ARM = seven_axes()

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from kabo.kinematics import FrameFeature, project, rows_of, satisfied, seeds, stacked, stream_key, values
+from kabo.kinematics import FrameFeature, project, rows_of, satisfied, seeds, stacked, values
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.projection import arrays_of
+from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, two_arms
 
 ARM = seven_axes()

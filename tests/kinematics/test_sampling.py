@@ -11,12 +11,12 @@ from kabo.kinematics import (
     satisfied,
     seeds,
     stacked,
-    stream_key,
     uniform,
     values,
 )
 from kabo.kinematics.kernels import streams
 from kabo.kinematics.kernels.projection import project_seeds
+from kabo.streams import stream_key
 from tests.kinematics.trees import seven_axes
 
 ARM = seven_axes()
@@ -114,16 +114,6 @@ def test_seeds_of_unbounded_joints_take_one_turn():
     assert np.all((drawn[:, 0] >= -np.pi) & (drawn[:, 0] < np.pi))
     assert np.all((drawn[:, 1] >= 0.0) & (drawn[:, 1] < 1.0))
     assert np.ptp(drawn[:, 0]) > 6.0
-
-
-def test_keys_tell_types_and_boundaries_apart():
-    parts = [("a", "b"), ("ab",), (b"ab",), (1,), (1.0,), ("1",), (), (1, 2), (12,)]
-    assert len({int(stream_key(*p)) for p in parts}) == len(parts)
-    assert stream_key("pick", 3, 0.5) == stream_key("pick", 3, 0.5)
-
-
-def test_a_key_is_the_same_on_every_machine():
-    assert int(stream_key("kabo", 1, 0.5, b"x")) == 1066468867295882465
 
 
 def test_numbers_are_uniform_and_uncorrelated():

@@ -4,7 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from kabo.kinematics import FrameFeature, OffLine, rows_of, sample, satisfied, stacked, straight_line, stream_key
+from kabo.kinematics import FrameFeature, OffLine, rows_of, sample, satisfied, stacked, straight_line
+from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, twin
 
 ARM = seven_axes()

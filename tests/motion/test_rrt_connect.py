@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from kabo.kinematics import FrameFeature, keeps, projector, rows_of, stream_key
+from kabo.kinematics import FrameFeature, keeps, projector, rows_of
 from kabo.motion import NoPath, connect
 from kabo.motion.edges import MAX_CONSTRAINED_STEP
+from kabo.streams import stream_key
 from tests.kinematics.trees import planar
 from tests.motion.worlds import LEFT, LOWER, RIGHT, UPPER, Discs, wall
 

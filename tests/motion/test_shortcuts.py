@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from kabo.kinematics import stream_key
 from kabo.motion import shortcut
 from kabo.motion.shortcuts import length
+from kabo.streams import stream_key
 from tests.motion.worlds import LEFT, RIGHT, Discs, wall
 
 KEY = stream_key("shortcut")

@@ -5,9 +5,9 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from kabo.kinematics import stream_key
 from kabo.motion import NoPath, connect, retime, shortcut
 from kabo.motion.shortcuts import length
+from kabo.streams import stream_key
 from tests.motion.worlds import LEFT, LOWER, RIGHT, UPPER, Discs
 
 COUNT = settings.get_profile("kabo").max_examples

@@ -14,12 +14,12 @@ from kabo.kinematics import (
     seeds,
     stacked,
     straight_line,
-    stream_key,
     values,
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.motion_bounds import curvature
 from kabo.kinematics.projection import arrays_of
+from kabo.streams import stream_key
 from tests.kinematics.trees import placement, seven_axes, twin, violation, world_feature
 
 KINDS = [

@@ -13,12 +13,12 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import ProcedureContext, Refusal, Situation, candidate, tool_frame, way_to
-from kabo.kinematics import stream_key
 from kabo.motion import shortcut
 from kabo.plan import Segment
 from kabo.planner.refine.freedom import Freedoms
 from kabo.planner.refine.legs import Leg, legs_of, proven
 from kabo.scene import Component
+from kabo.streams import stream_key
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.smoothing import MotionPart
 from kabo.tasks.robots.scenes import configuration

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kabo.geometry_server import WORLD, Candidate, Pair, Stream, fits, from_home, rows, tool_frame
-from kabo.kinematics import stream_key
 from kabo.language.scene_description import Mate
 from kabo.scene import Robot
+from kabo.streams import stream_key
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.scenes import TaskScene
 

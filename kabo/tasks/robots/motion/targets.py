@@ -24,10 +24,11 @@ from kabo.geometry_server import (
     lies_inside,
     tool_frame,
 )
-from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked, stream_key
+from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked
 from kabo.kinematics.constraints import normals
 from kabo.scene import Configuration, Robot
 from kabo.scene.transforms import inverse
+from kabo.streams import stream_key
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.scenes import TaskScene
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Candidate, Contacts, Pair, Refusal, Situation, Team, TeamStream, candidate
-from kabo.kinematics import project, stream_key, uniform
+from kabo.kinematics import project, uniform
 from kabo.language.scene_description import Constraint
 from kabo.scene import Configuration, Scene
+from kabo.streams import stream_key
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values

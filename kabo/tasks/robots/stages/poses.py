@@ -8,9 +8,10 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Situation
-from kabo.kinematics import stream_key, uniform
+from kabo.kinematics import uniform
 from kabo.scene import Scene
 from kabo.scene.transforms import transform
+from kabo.streams import stream_key
 from kabo.tasks.core import Generator, Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer, Answers
 from kabo.tasks.core.model.stages import Values

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from kabo.geometry_server import Refusal, Situation
-from kabo.kinematics import stream_key, uniform
+from kabo.kinematics import uniform
 from kabo.scene import GeometricState, Scene
+from kabo.streams import stream_key
 from kabo.tasks.core import Generator, Property, Result
 from kabo.tasks.core.model.results import Answer, Answers
 from kabo.tasks.core.model.stages import Values

@@ -11,8 +11,9 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Refusal, ScenePredicates, Situation
-from kabo.kinematics import stream_key, uniform
+from kabo.kinematics import uniform
 from kabo.scene import Body, Scene
+from kabo.streams import stream_key
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
