@@ -14,7 +14,7 @@ from kabo.language.source import UnreadableError, beside, read_source
 from kabo.language.yaml.documents import Mapping, YamlNode, read_document
 from kabo.language.yaml.domain_file import DomainReading, read_domain
 from kabo.language.yaml.problem_file import read_problem
-from kabo.language.yaml.scene_file import SceneReading, read_scene
+from kabo.language.yaml.scenes.scene_file import SceneReading, read_scene
 from kabo.language.yaml.task_file import read_task
 
 
