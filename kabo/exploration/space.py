@@ -162,7 +162,7 @@ class Space:
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:
     """The sentence about an unknown name, with the nearest known one, else all of them."""
     names = list(known)
-    text = name if isinstance(name, str) and len(name) <= LONGEST else shown(name)
+    text = name if isinstance(name, str) and len(name) <= LONGEST and name.isprintable() else shown(name)
     hint = did_you_mean(text, names) or f"there is {', '.join(names) or 'none'}"
     return f'unknown {kind} "{text}": {hint}'
 
