@@ -194,10 +194,8 @@ class Exploration:
         """The probability of being valid above which parameters of the case may be tried now."""
         if self.invalid_budget is None:
             return self.validity_options.alpha
-        from scipy.special import ndtr, ndtri  # with scikit-learn
-
         known = [each.valid for each in self._by_case[self._key(case)]]
-        return float(ndtr(caution(known, float(ndtri(self.validity_options.alpha)), self.invalid_budget)))
+        return caution(known, self.validity_options.alpha, self.invalid_budget)
 
     # ------------------------------------------------------------------------------------------------- answers
     def validity(self, case: Case | None, points: Sequence[Parameters]) -> Array:
