@@ -18,7 +18,6 @@ from kabo.meshes.pictures import draw_parts as draw_parts
 from kabo.meshes.pictures import require_pictures as require_pictures
 from kabo.plan import describe as describe
 from kabo.plan import plan_from_json as plan_from_json
-from kabo.plan import write_atomically as write_atomically
 from kabo.planner.result import Progress as Progress
 from kabo.planner.result import Reason as Reason
 from kabo.planner.result import Result as Result
@@ -55,3 +54,4 @@ from kabo.tasks.files.running import plan_file as plan_file
 from kabo.tasks.files.stage_pages import describe_stage as describe_stage
 from kabo.tasks.files.stage_pages import stage_page as stage_page
 from kabo.tasks.files.values import NoValue as NoValue
+from kabo.whole_files import write_atomically as write_atomically

@@ -14,7 +14,7 @@ import numpy as np
 
 from kabo.errors import Diagnostic, InputError
 from kabo.meshes.mesh import Faces, Vertices
-from kabo.plan import write_atomically
+from kabo.whole_files import write_atomically
 
 Surface = tuple[Vertices, Faces]
 WINDOW_SIZE = (1500, 860)

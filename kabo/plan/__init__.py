@@ -21,7 +21,7 @@ from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
 from kabo.plan.unfolding import unfold
-from kabo.plan.writing import plan_hash, plan_to_json, write_atomically, write_plan
+from kabo.plan.writing import plan_hash, plan_to_json, write_plan
 
 __all__ = [
     "BodyParts",
@@ -51,6 +51,5 @@ __all__ = [
     "schema",
     "topological_order",
     "unfold",
-    "write_atomically",
     "write_plan",
 ]

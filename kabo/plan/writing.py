@@ -8,8 +8,6 @@ is verified, so that the verifier reads the same numbers as executors.
 import hashlib
 import json
 import math
-import os
-import threading
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +15,7 @@ from typing import Any
 
 from kabo.plan.certificate_json import certificate_to_json
 from kabo.plan.plan import Node, ObjectPose, Plan, Segment, StateChange, ValueOf
+from kabo.whole_files import write_atomically
 
 FORMAT = "kabo-plan/1"
 JOINT_DECIMALS, TIME_DECIMALS = 9, 6
@@ -40,23 +39,6 @@ def write_plan(plan: Plan, path: Path) -> str:
     """Writes the plan's file, completely or not at all; returns its hash."""
     write_atomically(path, plan_to_json(plan))
     return plan_hash(plan)
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Writes a temporary file beside the target and renames it, so that readers see the old file or the new one.
-
-    Raises:
-        OSError: the folder cannot be written; the old file is then unchanged.
-    """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
-    try:
-        with temporary.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def canonical(value: Any) -> bytes:

@@ -12,9 +12,9 @@ from kabo.plan import (
     plan_hash,
     plan_to_json,
     schema,
-    write_atomically,
     write_plan,
 )
+from kabo.whole_files import write_atomically
 
 
 def test_the_file_is_canonical_and_fits_the_schema(plan):

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from kabo.plan import write_atomically
 from kabo.tasks.core import MISSING, Container, Monitor, Propagator, Reference, Stage, Task, TaskError, Wrapper
 from kabo.tasks.files.checking import ONLY, declared_by
 from kabo.tasks.files.costs import written_as
 from kabo.tasks.files.kinds import kind_of
 from kabo.tasks.files.registry import name_of
 from kabo.tasks.files.values import number_of
+from kabo.whole_files import write_atomically
 
 _PLAIN = re.compile(r"[A-Za-z0-9_./-](?:[A-Za-z0-9_./ +-]*[A-Za-z0-9_./+-])?")
 _MARKS = ("---", "...", "- ", "-")

@@ -1,0 +1,22 @@
+"""Files that are written whole or not at all, whatever happens while they are written."""
+
+import os
+import threading
+from pathlib import Path
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Writes a temporary file beside the target and renames it, so that readers see the old file or the new one.
+
+    Raises:
+        OSError: the folder cannot be written; the old file is then unchanged.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+    try:
+        with temporary.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
