@@ -7,6 +7,7 @@ heat map is transparent, the page shows.
 import base64
 import struct
 import zlib
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from kabo.arrays import Array
 
 Bytes = NDArray[np.uint8]
+Point = tuple[float, float]
 
 SIZE = 250.0  # side of the plotted square, in the units of the drawing
 LEFT, RIGHT, TOP, BOTTOM = 58.0, 14.0, 8.0, 40.0  # margins for axes
@@ -93,36 +95,60 @@ def png(pixels: Bytes) -> bytes:
 
 
 # ------------------------------------------------------------------------------------------------------ contours
-def contours(values: Array, level: float) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-    """Line pieces ((x, y), (x, y)) of where values (rows, columns) pass a level, in columns and rows of the grid."""
+def contours(values: Array, level: float) -> list[list[Point]]:
+    """The lines along which values (rows, columns) pass a level, as (x, y) in columns and rows of the grid."""
     above = values > level
     corners = above[:-1, :-1].astype(int) + above[:-1, 1:] + above[1:, :-1] + above[1:, 1:]
-    found = []
-    for row, column in zip(*np.nonzero((corners > 0) & (corners < 4)), strict=True):  # noqa: PLR2004
-        found += _pieces(values, level, int(row), int(column))
-    return found
+    pieces = [
+        piece
+        for row, column in zip(*np.nonzero((corners > 0) & (corners < 4)), strict=True)
+        for piece in _pieces(values, level, int(row), int(column))
+    ]
+    return _joined(pieces)
 
 
-def _pieces(
-    values: Array, level: float, row: int, column: int
-) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+def _pieces(values: Array, level: float, row: int, column: int) -> list[tuple[Point, Point]]:
     """The one or two line pieces within a cell, between the points of its edges where the level is passed."""
     around = [(column, row), (column + 1, row), (column + 1, row + 1), (column, row + 1)]
-    passed = []
-    for (x0, y0), (x1, y1) in zip(around, around[1:] + around[:1], strict=True):
-        first, second = float(values[y0, x0]), float(values[y1, x1])
-        if (first > level) != (second > level):
-            share = (level - first) / (second - first)
-            passed.append((x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
-    if (
-        len(passed) == 4
-        and (values[row, column] > level)
-        != (  # a saddle: the mean says which corners are joined
-            values[row : row + 2, column : column + 2].mean() > level
-        )
-    ):
+    passed = [
+        _passed(values, level, *sorted((here, there)))
+        for here, there in zip(around, around[1:] + around[:1], strict=True)
+        if (values[here[::-1]] > level) != (values[there[::-1]] > level)
+    ]
+    middle = values[row : row + 2, column : column + 2].mean()
+    if len(passed) == 4 and (values[row, column] > level) == (
+        middle > level
+    ):  # which corners of a saddle are joined
         passed = [*passed[1:], passed[0]]
     return [(passed[k], passed[k + 1]) for k in range(0, len(passed), 2)]
+
+
+def _passed(values: Array, level: float, here: tuple[int, int], there: tuple[int, int]) -> Point:
+    """The point between two neighbours of the grid where the level is passed; the same for both cells at an edge."""
+    (x0, y0), (x1, y1) = here, there
+    first, second = float(values[y0, x0]), float(values[y1, x1])
+    share = (level - first) / (second - first)
+    return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+
+
+def _joined(pieces: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
+    """Line pieces with common ends as few long lines."""
+    at: dict[Point, list[int]] = {}
+    for k, piece in enumerate(pieces):
+        for end in piece:
+            at.setdefault(end, []).append(k)
+    left, lines = dict.fromkeys(range(len(pieces))), []
+    while left:
+        first = next(iter(left))
+        line = deque(pieces[first])
+        del left[first]
+        for end, grow in ((-1, line.append), (0, line.appendleft)):
+            while (k := next((k for k in at[line[end]] if k in left), None)) is not None:
+                del left[k]
+                start, stop = pieces[k]
+                grow(stop if start == line[end] else start)
+        lines.append(list(line))
+    return lines
 
 
 # ------------------------------------------------------------------------------------------------------ drawings
@@ -149,11 +175,11 @@ def heat_map(
     )
     paths = []
     for values, level, kind in lines:
-        pieces = (
-            f"M{LEFT + a * dx:.1f} {TOP + SIZE - b * dy:.1f}L{LEFT + c * dx:.1f} {TOP + SIZE - d * dy:.1f}"
-            for (a, b), (c, d) in contours(values, level)
+        drawn = (
+            "L".join(f"{LEFT + column * dx:.1f} {TOP + SIZE - row * dy:.1f}" for column, row in line)
+            for line in contours(values, level)
         )
-        paths.append(f'<path class="{kind}" d="{"".join(pieces)}"/>')
+        paths.append(f'<path class="{kind}" d="{"".join(f"M{each}" for each in drawn)}"/>')
     return _framed(x, y, image + "".join(paths) + "".join(_dot(x, y, dot) for dot in dots), said)
 
 

@@ -13,7 +13,10 @@ from kabo.trials.maps import LEAST_NEARNESS, Section, nearness
 from kabo.trials.summary import reason_of, units_of_outcomes, with_unit
 
 INFERRED_ALPHA = 0.95  # the contour within which `infer` looks, unless it is told otherwise [T 4.4.1]
-KNOWN_FROM = 0.5  # outcomes are shown where the validity is above; they fade below
+KNOWN_FROM, WHOLE_FROM = (
+    0.5,
+    0.7,
+)  # outcomes are shown where the validity is above the one, and fade below the other
 MARGIN = 0.04  # of the range of an outcome, above and below its values
 VALID_COLOUR = (13, 148, 136)  # of validity; its opacity is V, so that it serves light and dark pages
 
@@ -84,7 +87,10 @@ def _heat_maps(scene: _Scene) -> Iterator[tuple[str, str]]:
     lines = [(validity, level, kind) for level, kind in scene.levels]
     dots = [_dot(scene, trial, *_place(scene, trial), opacity=opacity) for trial, opacity in scene.near]
     pixels = _pixels(np.broadcast_to(np.array(VALID_COLOUR, float), (*validity.shape, 3)), validity)
-    yield "valid", heat_map(x, y, pixels, lines, dots, f"validity over {x.label} and {y.label}")
+    yield (
+        "probability of being valid",
+        heat_map(x, y, pixels, lines, dots, f"validity over {x.label} and {y.label}"),
+    )
     valid = [each for each in scene.near if each[0].valid]
     for name, (mean, _) in scene.section.outcomes.items():
         scale = _range(_shown_values(scene, name), name)
@@ -93,9 +99,9 @@ def _heat_maps(scene: _Scene) -> Iterator[tuple[str, str]]:
             _dot(scene, trial, *_place(scene, trial), css_colour(share), opacity)
             for (trial, opacity), share in zip(valid, shares, strict=True)
         ]
-        opacities = np.clip(validity / KNOWN_FROM, 0.0, 1.0) ** 2
+        opacities = np.clip((validity - KNOWN_FROM) / (WHOLE_FROM - KNOWN_FROM), 0.0, 1.0)
         pixels = _pixels(colours((mean - scale.lower) / (scale.upper - scale.lower)), opacities)
-        title = f"{escape(name)}: {_colour_key(scale, scene.units[name])}"
+        title = f"{escape(_labelled(name, scene.units[name]))}: {_colour_key(scale)}"
         yield title, heat_map(x, y, pixels, lines, dots, f"{name} over {x.label} and {y.label}")
 
 
@@ -117,10 +123,11 @@ def _pixels(rgb: Array, opacity: Array) -> Bytes:
     return np.rint(np.concatenate([rgb, 255.0 * opacity[..., None]], axis=-1)).astype(np.uint8)
 
 
-def _colour_key(scale: Axis, unit: str) -> str:
+def _colour_key(scale: Axis) -> str:
+    """The colours from the lower to the upper end of a scale, as HTML."""
     stops = ", ".join(css_colour(k / 8) for k in range(9))
     bar = f'<b class="key" style="background:linear-gradient(90deg, {stops})"></b>'
-    return f"{number(scale.lower)}{bar}{escape(with_unit(scale.upper, unit))}"
+    return f"{number(scale.lower)}{bar}{number(scale.upper)}"
 
 
 # --------------------------------------------------------------------------------------------------- one parameter

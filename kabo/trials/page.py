@@ -37,7 +37,7 @@ svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 .loose { fill: none; stroke: var(--ink); stroke-width: 1.5; stroke-dasharray: 4 3; }
 .dot { stroke: var(--page); stroke-width: 0.8; } .cross { fill: none; stroke-width: 1.7; }
 .curve { fill: none; stroke: var(--ink); stroke-width: 1.6; } .band { fill: var(--ink); opacity: 0.14; }
-.key { display: inline-block; width: 12em; height: 0.8em; vertical-align: middle; margin: 0 0.4em;
+.key { display: inline-block; width: 8em; height: 0.8em; vertical-align: middle; margin: 0 0.4em;
  border: 1px solid var(--line); }
 .said { margin: 0.3em 0; } .said span { margin-right: 1.2em; white-space: nowrap; } .mark { font-weight: 700; }
 """

@@ -75,8 +75,7 @@ def ranges(exploration: Exploration) -> dict[str, Range]:
 
 def units_of_outcomes(exploration: Exploration) -> dict[str, str]:
     """The unit of each outcome; an empty text where the exploration gives none."""
-    told = exploration.header["outcomes"]
-    return {name: told[name].get("unit") or "" for name in exploration.outcomes}
+    return {name: exploration.units.get(name, "") for name in exploration.outcomes}
 
 
 def describe(found: Shown) -> str:
