@@ -137,15 +137,16 @@ def _joined(pieces: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
     for k, piece in enumerate(pieces):
         for end in piece:
             at.setdefault(end, []).append(k)
-    left, lines = dict.fromkeys(range(len(pieces))), []
+    left = dict.fromkeys(range(len(pieces)))
+    lines = []
     while left:
         first = next(iter(left))
-        line = deque(pieces[first])
         del left[first]
+        line = deque(pieces[first])
         for end, grow in ((-1, line.append), (0, line.appendleft)):
-            while (k := next((k for k in at[line[end]] if k in left), None)) is not None:
-                del left[k]
-                start, stop = pieces[k]
+            while (following := next((k for k in at[line[end]] if k in left), None)) is not None:
+                del left[following]
+                start, stop = pieces[following]
                 grow(stop if start == line[end] else start)
         lines.append(list(line))
     return lines

@@ -8,9 +8,9 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.exploration import Exploration, Trial
+from kabo.trials.describing import described_reason, described_values
 from kabo.trials.drawing import Axis, Bytes, Dot, colours, css_colour, curve, heat_map, number
 from kabo.trials.maps import LEAST_NEARNESS, Section, nearness
-from kabo.trials.summary import reason_of, units_of_outcomes, with_unit
 
 INFERRED_ALPHA = 0.95  # the contour within which `infer` looks, unless it is told otherwise [T 4.4.1]
 KNOWN_FROM, WHOLE_FROM = (
@@ -29,7 +29,8 @@ class _Scene:
     section: Section
     near: tuple[tuple[Trial, float], ...]  # the trials that are drawn, each with how near it is to the section
     marks: Mapping[str, str]  # reason: its CSS colour
-    units: Mapping[str, str]  # outcome: its unit
+    units: Mapping[str, str]  # of outcomes
+    parameter_units: Mapping[str, str]
     levels: tuple[tuple[float, str], ...]  # validity, and the CSS class of its contour
 
 
@@ -44,15 +45,15 @@ def figures(
         marks: reason: the CSS colour of trials that were invalid for it.
     """
     space = exploration.space
-    held = [f"{name} = {with_unit(value, space.units.get(name, ''))}" for name, value in section.through.items()]
-    where = f", where {', '.join(held)}" if held else ""
+    where = f", where {described_values(section.through, space.units)}" if section.through else ""
     near = [(trial, nearness(exploration, trial, section)) for trial in exploration.trials_of(case)]
     scene = _Scene(
         tuple(Axis(_labelled(name, space.units.get(name, "")), *space.parameters[name]) for name in section.names),
         section,
         tuple(each for each in near if each[1] >= LEAST_NEARNESS),
         marks,
-        units_of_outcomes(exploration),
+        exploration.units,
+        space.units,
         ((exploration.alpha(case), "loose"), (INFERRED_ALPHA, "strict")),
     )
     for title, picture in (_curves if len(scene.axes) == 1 else _heat_maps)(scene):
@@ -65,12 +66,13 @@ def _labelled(name: str, unit: str) -> str:
 
 def _dot(scene: _Scene, trial: Trial, x: float, y: float, colour: str | None = None, opacity: float = 1.0) -> Dot:
     """A trial in a figure; without a colour, that of its reason or of valid trials."""
-    said = [f"{name} = {value:.6g}" for name, value in trial.parameters.items()]
-    said += [f"{name} {with_unit(value, scene.units.get(name, ''))}" for name, value in trial.outcomes.items()]
-    if not trial.valid:
-        said.append(reason_of(trial))
-    own = "var(--ink)" if trial.valid else scene.marks.get(reason_of(trial), "var(--dim)")
-    return Dot(x, y, colour or own, ", ".join(said), cross=not trial.valid, opacity=opacity)
+    said = described_values(trial.parameters, scene.parameter_units)
+    if trial.valid:
+        said += f": {described_values(trial.outcomes, scene.units)}"
+    else:
+        said += f": {described_reason(trial.reason)}"
+    own = "var(--ink)" if trial.valid else scene.marks.get(trial.reason, "var(--dim)")
+    return Dot(x, y, colour or own, said, cross=not trial.valid, opacity=opacity)
 
 
 def _range(values: Array, label: str) -> Axis:
@@ -101,7 +103,7 @@ def _heat_maps(scene: _Scene) -> Iterator[tuple[str, str]]:
         ]
         opacities = np.clip((validity - KNOWN_FROM) / (WHOLE_FROM - KNOWN_FROM), 0.0, 1.0)
         pixels = _pixels(colours((mean - scale.lower) / (scale.upper - scale.lower)), opacities)
-        title = f"{escape(_labelled(name, scene.units[name]))}: {_colour_key(scale)}"
+        title = f"{escape(_labelled(name, scene.units.get(name, '')))}: {_colour_key(scale)}"
         yield title, heat_map(x, y, pixels, lines, dots, f"{name} over {x.label} and {y.label}")
 
 
@@ -120,7 +122,8 @@ def _shown_values(scene: _Scene, name: str) -> Array:
 
 def _pixels(rgb: Array, opacity: Array) -> Bytes:
     """Bytes (rows, columns, 4) of colours from 0 to 255 and opacities from 0 to 1."""
-    return np.rint(np.concatenate([rgb, 255.0 * opacity[..., None]], axis=-1)).astype(np.uint8)
+    pixels: Bytes = np.rint(np.concatenate([rgb, 255.0 * opacity[..., None]], axis=-1)).astype(np.uint8)
+    return pixels
 
 
 def _colour_key(scale: Axis) -> str:
@@ -143,7 +146,7 @@ def _curves(scene: _Scene) -> Iterator[tuple[str, str]]:
         mean = np.where(known, mean, np.nan)
         tried = [float(trial.outcomes[outcome]) for trial in valid]
         reach = np.concatenate([(mean - spread)[known], (mean + spread)[known], tried])
-        y = _range(reach, _labelled(outcome, scene.units[outcome]))
+        y = _range(reach, _labelled(outcome, scene.units.get(outcome, "")))
         dots = [
             _dot(scene, trial, float(trial.parameters[name]), value)
             for trial, value in zip(valid, tried, strict=True)

@@ -8,11 +8,12 @@ from html import escape
 from pathlib import Path
 
 from kabo.exploration import Exploration
-from kabo.trials.answers import CaseSummary, OutcomeSummary, Shown
+from kabo.tasks.files.describing import counted
+from kabo.trials.describing import described_case, described_reason, described_trials, headline
 from kabo.trials.drawing import number
 from kabo.trials.figures import INFERRED_ALPHA, VALID_COLOUR, figures
 from kabo.trials.maps import sections
-from kabo.trials.summary import counted, describe_case, summary
+from kabo.trials.summaries import CaseSummary, OutcomeSummary, summaries_of
 
 UNFOLDED_CASES = 4  # cases that are unfolded at first
 REASON_COLOURS = 6  # colours for reasons; further ones share the last
@@ -43,39 +44,40 @@ svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 """
 
 
-def to_html(exploration: Exploration, model: Path | str) -> str:
+def exploration_page(exploration: Exploration, model: Path | str) -> str:
     """The page of an exploration.
 
     Args:
         exploration: what is known.
         model: the file that it was read from, as the page names it.
     """
-    return "".join(_page(exploration, summary(exploration, model)))
+    return "".join(_page(exploration, str(model)))
 
 
-def _page(exploration: Exploration, found: Shown) -> Iterator[str]:
-    title = escape(found["exploration"] or "exploration")
+def _page(exploration: Exploration, model: str) -> Iterator[str]:
+    title = escape(exploration.name or "exploration")
+    summaries = summaries_of(exploration)
     yield f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
     yield f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body><main>\n'
-    counts = f"{counted(found['trials'], 'trial')}, {found['valid']} valid, {counted(len(found['cases']), 'case')}"
-    yield f"<h1>{title}</h1><p>{counts}</p>\n"
+    yield f"<h1>{title}</h1><p>{escape(headline(exploration, summaries).removeprefix(f'{exploration.name}: '))}</p>\n"
     options = exploration.validity_options
-    said = [found["model"], f"seed {found['seed']}", f"scale {options.scale:g}", f"noise {options.noise:g}"]
+    said = [model, f"scale {options.scale:g}", f"noise {options.noise:g}", f"model {exploration.digest[:12]}"]
     yield f'<p class="dim">{escape(" · ".join(said))}</p>\n'
-    yield from _ranges(found)
-    for i, case in enumerate(found["cases"]):
-        yield f"<details{' open' if i < UNFOLDED_CASES else ''}><summary>{escape(describe_case(case['case']))}</summary>\n"
-        yield from _case(exploration, case)
-        yield "</details>\n"
-    yield "</main></body></html>\n"
-
-
-def _ranges(found: Shown) -> Iterator[str]:
+    space = exploration.space
     rows = [
-        [escape(name), number(each["lower"]), number(each["upper"]), escape(each["unit"])]
-        for name, each in found["parameters"].items()
+        [escape(name), number(lower), number(upper), escape(space.units.get(name, ""))]
+        for name, (lower, upper) in space.parameters.items()
     ]
     yield _table(["parameter", "from", "to", "unit"], rows)
+    tried = [each for each in summaries if each.trials]
+    for i, each in enumerate(tried):
+        opened = " open" if i < UNFOLDED_CASES else ""
+        yield f"<details{opened}><summary>{escape(described_case(each.case))}</summary>\n"
+        yield from _case(exploration, each)
+        yield "</details>\n"
+    if len(tried) < len(summaries):
+        yield f'<p class="dim">{counted(len(summaries) - len(tried), "case")} without trials</p>\n'
+    yield "</main></body></html>\n"
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -91,37 +93,29 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 # ------------------------------------------------------------------------------------------------------- one case
 def _case(exploration: Exploration, found: CaseSummary) -> Iterator[str]:
-    share = f", {found['valid']} valid ({found['valid'] / found['trials']:.0%})" if found["trials"] else ""
-    yield f'<p class="said">{counted(found["trials"], "trial")}{share}</p>\n'
-    if not found["trials"]:
-        return
-    if found["valid"]:
+    yield f'<p class="said">{described_trials(found)}</p>\n'
+    if found.outcomes:
         header = ["outcome", "lowest", "highest", "error, leaving one out", "unit"]
-        yield _table(header, [_row(name, each) for name, each in found["outcomes"].items()])
-    marks = _marks(found)
+        yield _table(header, [_row(name, each) for name, each in found.outcomes.items()])
+    marks = {reason: f"var(--r{min(k, REASON_COLOURS - 1)})" for k, reason in enumerate(found.reasons)}
     yield _legend(found, marks)
-    for section in sections(exploration, found["case"]):
-        yield f'<div class="maps">{"".join(figures(exploration, found["case"], section, marks))}</div>\n'
+    for section in sections(exploration, found.case):
+        yield f'<div class="maps">{"".join(figures(exploration, found.case, section, marks))}</div>\n'
 
 
 def _row(name: str, found: OutcomeSummary) -> list[str]:
-    values = (found["lowest"], found["highest"], found["error"])
-    return [escape(name), *("–" if value is None else number(value) for value in values), escape(found["unit"])]
-
-
-def _marks(found: CaseSummary) -> dict[str, str]:
-    """The CSS colour of each reason."""
-    return {reason: f"var(--r{min(k, REASON_COLOURS - 1)})" for k, reason in enumerate(found["reasons"])}
+    values = (found.lowest, found.highest, found.error)
+    return [escape(name), *("–" if value is None else number(value) for value in values), escape(found.unit)]
 
 
 def _legend(found: CaseSummary, marks: Mapping[str, str]) -> str:
-    keys = [f'<span><b class="mark">●</b> {found["valid"]} valid</span>']
+    keys = [f'<span><b class="mark">●</b> {found.valid} valid</span>']
     keys += [
-        f'<span><b class="mark" style="color:{marks[reason]}">×</b> {count} {escape(reason)}</span>'
-        for reason, count in found["reasons"].items()
+        f'<span><b class="mark" style="color:{marks[reason]}">×</b> {count} {escape(described_reason(reason))}</span>'
+        for reason, count in found.reasons.items()
     ]
     gradient = "linear-gradient(90deg, transparent, rgb({},{},{}))".format(*VALID_COLOUR)
     keys.append(f'<span>probability of being valid: 0<b class="key" style="background:{gradient}"></b>1</span>')
-    keys.append(f"<span>– – above {found['alpha']:.3g}: tried next</span>")
+    keys.append(f"<span>– – above {found.alpha:.3g}: tried next</span>")
     keys.append(f"<span>— above {INFERRED_ALPHA:g}: inferred</span>")
     return f'<p class="said">{"".join(keys)}</p>\n'
