@@ -135,8 +135,8 @@ def _joined(pieces: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
     """Line pieces with common ends as few long lines."""
     at: dict[Point, list[int]] = {}
     for k, piece in enumerate(pieces):
-        for end in piece:
-            at.setdefault(end, []).append(k)
+        for point in piece:
+            at.setdefault(point, []).append(k)
     left = dict.fromkeys(range(len(pieces)))
     lines = []
     while left:

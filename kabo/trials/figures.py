@@ -17,6 +17,7 @@ KNOWN_FROM, WHOLE_FROM = (
     0.5,
     0.7,
 )  # outcomes are shown where the validity is above the one, and fade below the other
+SURE = 1e-12  # validities nearer to 0 or 1 are not told apart
 MARGIN = 0.04  # of the range of an outcome, above and below its values
 VALID_COLOUR = (13, 148, 136)  # of validity; its opacity is V, so that it serves light and dark pages
 
@@ -86,7 +87,7 @@ def _range(values: Array, label: str) -> Axis:
 def _heat_maps(scene: _Scene) -> Iterator[tuple[str, str]]:
     """Title and picture of the validity and of each outcome."""
     (x, y), validity = scene.axes, scene.section.validity
-    lines = [(validity, level, kind) for level, kind in scene.levels]
+    lines = [(_probit(validity), float(_probit(np.array(level))), kind) for level, kind in scene.levels]
     dots = [_dot(scene, trial, *_place(scene, trial), opacity=opacity) for trial, opacity in scene.near]
     pixels = _pixels(np.broadcast_to(np.array(VALID_COLOUR, float), (*validity.shape, 3)), validity)
     yield (
@@ -105,6 +106,14 @@ def _heat_maps(scene: _Scene) -> Iterator[tuple[str, str]]:
         pixels = _pixels(colours((mean - scale.lower) / (scale.upper - scale.lower)), opacities)
         title = f"{escape(_labelled(name, scene.units.get(name, '')))}: {_colour_key(scale)}"
         yield title, heat_map(x, y, pixels, lines, dots, f"{name} over {x.label} and {y.label}")
+
+
+def _probit(validity: Array) -> Array:
+    """The z of V = Φ(z): it varies evenly where V is close to 0 or 1, so that contours are smooth between grid points."""
+    from scipy.special import ndtri  # with scikit-learn
+
+    found: Array = ndtri(np.clip(validity, SURE, 1.0 - SURE))
+    return found
 
 
 def _place(scene: _Scene, trial: Trial) -> tuple[float, float]:
@@ -129,7 +138,7 @@ def _pixels(rgb: Array, opacity: Array) -> Bytes:
 def _colour_key(scale: Axis) -> str:
     """The colours from the lower to the upper end of a scale, as HTML."""
     stops = ", ".join(css_colour(k / 8) for k in range(9))
-    bar = f'<b class="key" style="background:linear-gradient(90deg, {stops})"></b>'
+    bar = f'<b class="key" style="background-image:linear-gradient(90deg, {stops})"></b>'
     return f"{number(scale.lower)}{bar}{number(scale.upper)}"
 
 

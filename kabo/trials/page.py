@@ -3,6 +3,7 @@
 No scripts, no other files. Colours follow the reader's choice of a light or dark page.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -39,7 +40,7 @@ svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 .dot { stroke: var(--page); stroke-width: 0.8; } .cross { fill: none; stroke-width: 1.7; }
 .curve { fill: none; stroke: var(--ink); stroke-width: 1.6; } .band { fill: var(--ink); opacity: 0.14; }
 .key { display: inline-block; width: 8em; height: 0.8em; vertical-align: middle; margin: 0 0.4em;
- border: 1px solid var(--line); }
+ border: 1px solid var(--line); background-origin: border-box; }
 .said { margin: 0.3em 0; } .said span { margin-right: 1.2em; white-space: nowrap; } .mark { font-weight: 700; }
 """
 
@@ -70,10 +71,11 @@ def _page(exploration: Exploration, model: str) -> Iterator[str]:
     ]
     yield _table(["parameter", "from", "to", "unit"], rows)
     tried = [each for each in summaries if each.trials]
+    marks = _marks(tried)
     for i, each in enumerate(tried):
         opened = " open" if i < UNFOLDED_CASES else ""
         yield f"<details{opened}><summary>{escape(described_case(each.case))}</summary>\n"
-        yield from _case(exploration, each)
+        yield from _case(exploration, each, marks)
         yield "</details>\n"
     if len(tried) < len(summaries):
         yield f'<p class="dim">{counted(len(summaries) - len(tried), "case")} without trials</p>\n'
@@ -92,12 +94,19 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------- one case
-def _case(exploration: Exploration, found: CaseSummary) -> Iterator[str]:
+def _marks(summaries: Sequence[CaseSummary]) -> dict[str, str]:
+    """The CSS colour of each reason, the same in all cases; the most frequent ones have colours of their own."""
+    counts: Counter[str] = Counter()
+    for each in summaries:
+        counts.update(each.reasons)
+    return {reason: f"var(--r{min(k, REASON_COLOURS - 1)})" for k, (reason, _) in enumerate(counts.most_common())}
+
+
+def _case(exploration: Exploration, found: CaseSummary, marks: Mapping[str, str]) -> Iterator[str]:
     yield f'<p class="said">{described_trials(found)}</p>\n'
     if found.outcomes:
         header = ["outcome", "lowest", "highest", "error, leaving one out", "unit"]
         yield _table(header, [_row(name, each) for name, each in found.outcomes.items()])
-    marks = {reason: f"var(--r{min(k, REASON_COLOURS - 1)})" for k, reason in enumerate(found.reasons)}
     yield _legend(found, marks)
     for section in sections(exploration, found.case):
         yield f'<div class="maps">{"".join(figures(exploration, found.case, section, marks))}</div>\n'
@@ -115,7 +124,9 @@ def _legend(found: CaseSummary, marks: Mapping[str, str]) -> str:
         for reason, count in found.reasons.items()
     ]
     gradient = "linear-gradient(90deg, transparent, rgb({},{},{}))".format(*VALID_COLOUR)
-    keys.append(f'<span>probability of being valid: 0<b class="key" style="background:{gradient}"></b>1</span>')
+    keys.append(
+        f'<span>probability of being valid: 0<b class="key" style="background-image:{gradient}"></b>1</span>'
+    )
     keys.append(f"<span>– – above {found.alpha:.3g}: tried next</span>")
     keys.append(f"<span>— above {INFERRED_ALPHA:g}: inferred</span>")
     return f'<p class="said">{"".join(keys)}</p>\n'
