@@ -19,6 +19,8 @@ KNOWN_FROM, WHOLE_FROM = (
 )  # outcomes are shown where the validity is above the one, and fade below the other
 SURE = 1e-12  # validities nearer to 0 or 1 are not told apart
 MARGIN = 0.04  # of the range of an outcome, above and below its values
+LEAST_MARGIN = 1e-6  # of the outcome itself
+HUGE = 1e300  # values beyond are drawn there
 VALID_COLOUR = (13, 148, 136)  # of validity; its opacity is V, so that it serves light and dark pages
 
 
@@ -77,9 +79,9 @@ def _dot(scene: _Scene, trial: Trial, x: float, y: float, colour: str | None = N
 
 
 def _range(values: Array, label: str) -> Axis:
-    """An axis over values (n,), with a margin; of width 1 if all are equal."""
-    lower, upper = float(np.min(values)), float(np.max(values))
-    margin = MARGIN * (upper - lower) or 0.5
+    """An axis over values (n,), with a margin; it has a width even if all are equal, and an end if they are huge."""
+    lower, upper = np.clip([np.min(values), np.max(values)], -HUGE, HUGE).tolist()
+    margin = max(MARGIN * (upper - lower), LEAST_MARGIN * max(abs(lower), abs(upper))) or 0.5
     return Axis(label, lower - margin, upper + margin)
 
 

@@ -52,34 +52,39 @@ def run(options: argparse.Namespace) -> int:
     with clean_standard_output():
         execute(options.stages)
         file = rooms.load_exploration_file(options.file)
-        journal = _journal(options, file)
+        exploration = _exploration(options, file)
         with interruptible() as interrupted:
             flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, interrupted)
             ended = rooms.ExplorationRun("done", 0)
-            if len(journal.exploration.trials) < options.trials:
-                trial = rooms.trial_of(file, stop=flag)
+            complete = len(exploration.trials) >= options.trials
+            trial = None if complete else rooms.trial_of(file, stop=flag)  # before anything is written
+            exists = options.model.exists()
+            journal = (
+                rooms.Journal.resume(options.model) if exists else rooms.Journal.create(options.model, exploration)
+            )
+            if trial is not None:
                 with options.surrounding.showing("trying") as show:
                     report = None if show is None else _reporter(show)
                     ended = rooms.run_exploration(journal, trial, options.trials, stop=flag, progress=report)
     return _answer(options, journal.exploration, ended, flag)
 
 
-def _journal(options: argparse.Namespace, file: "rooms.ExplorationDescription") -> "rooms.Journal":
-    """The model: a new one, or with --resume the one that there is.
+def _exploration(options: argparse.Namespace, file: "rooms.ExplorationDescription") -> "rooms.Exploration":
+    """The exploration to go on with: a new one, or with --resume that of the model if there is one.
 
     Raises:
         InputError: there is one and it is not to be resumed, or it is of another exploration.
     """
     budget = _budget(options.invalid_budget)
     if not options.model.exists():
-        made = rooms.exploration_of(file, seed=options.seed or 0, invalid_budget=budget)
-        return rooms.Journal.create(options.model, made)
+        return rooms.exploration_of(file, seed=options.seed or 0, invalid_budget=budget)
     if not options.resume:
         message = "there is such a file already, and no trial is overwritten"
         hint = "--resume goes on with its trials; or name another model with -o"
         raise InputError([Diagnostic(str(options.model), 1, 1, message, hint)])
-    rooms.require_same(file, rooms.load_exploration(options.model), seed=options.seed, invalid_budget=budget)
-    return rooms.Journal.resume(options.model)
+    exploration = rooms.load_exploration(options.model)
+    rooms.require_same(file, exploration, seed=options.seed, invalid_budget=budget)
+    return exploration
 
 
 def _budget(text: str | None) -> float | None:
