@@ -16,7 +16,7 @@ SOURCES = sorted((REPOSITORY / "kabo").rglob("*.py"))
 HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "rich", "yaml", "lark", "msgspec")
 EDGES = {
     "kabo/cli/main.py",
-    "kabo/cli/task/own_stages.py",
+    "kabo/cli/own_code.py",
     "kabo/service/server.py",
     "kabo/service/worker.py",
     "kabo/children.py",
