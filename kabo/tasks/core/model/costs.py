@@ -1,13 +1,21 @@
 """Cost terms that need no robot: constants, offsets, random costs and sums [T 3.5].
 
-A cost term is a function of a solution that returns a cost, or a cost and a comment; it replaces the stage's own cost.
-An infinite cost turns the solution into a failure.
+A cost term is a function of a solution that returns a cost, or a cost and a comment, or these and a record for programs;
+it replaces the stage's own cost. An infinite cost turns the solution into a failure.
 """
 
 from random import Random
+from typing import Any
 
 from kabo.tasks.core.model.solutions import Solution
-from kabo.tasks.core.model.stages import CostTerm
+from kabo.tasks.core.model.stages import CostTerm, Told
+
+
+def told(answer: Told) -> tuple[float, str, Any]:
+    """The answer of a cost term as cost, comment (empty if there is none) and record (None if there is none)."""
+    if not isinstance(answer, tuple):
+        return answer, "", None
+    return answer if len(answer) == 3 else (*answer, None)
 
 
 def constant(value: float) -> CostTerm:
@@ -43,8 +51,7 @@ def weighted(*terms: tuple[CostTerm, float]) -> CostTerm:
     def cost(solution: Solution) -> tuple[float, str]:
         value, comments = 0.0, []
         for term, weight in terms:
-            found = term(solution)
-            own, comment = found if isinstance(found, tuple) else (found, "")
+            own, comment, _ = told(term(solution))
             value += weight * own
             comments += [comment] if comment else []
         return value, ", ".join(comments)
