@@ -1,0 +1,17 @@
+from kabo.exploration.asking import trial_seed as trial_seed
+from kabo.exploration.errors import ExplorationError as ExplorationError
+from kabo.exploration.errors import NoParametersError as NoParametersError
+from kabo.exploration.exploration import Exploration as Exploration
+from kabo.exploration.journal import Journal as Journal
+from kabo.exploration.journal import load_exploration as load_exploration
+from kabo.exploration.lines import Line as Line
+from kabo.exploration.lines import fit_line as fit_line
+from kabo.exploration.lines import halton as halton
+from kabo.exploration.records import Case as Case
+from kabo.exploration.records import Inferred as Inferred
+from kabo.exploration.records import Parameters as Parameters
+from kabo.exploration.records import Question as Question
+from kabo.exploration.records import Target as Target
+from kabo.exploration.records import Trial as Trial
+from kabo.exploration.records import Validity as Validity
+from kabo.exploration.space import Space as Space

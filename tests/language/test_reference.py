@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from kabo.language.constraint_kinds import CONSTRAINT_KINDS
-from kabo.language.yaml import bodies, domain_file, poses, problem_file, procedures, robots, scene_file
+from kabo.language.yaml import domain_file, problem_file, procedures
+from kabo.language.yaml.scenes import bodies, poses, robots, scene_file
 
 PAGE = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
 KEYS = {

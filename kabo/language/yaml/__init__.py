@@ -1,1 +1,1 @@
-"""YAML with places, and one grammar for formulas: kabo's own files, from documents to a domain, scene, problem or task."""
+"""YAML with places, and one grammar for formulas: documents of domains, scenes, problems, tasks and explorations."""

@@ -13,8 +13,9 @@ from kabo.language.scene_description import SceneDescription
 from kabo.language.source import UnreadableError, beside, read_source
 from kabo.language.yaml.documents import Mapping, YamlNode, read_document
 from kabo.language.yaml.domain_file import DomainReading, read_domain
+from kabo.language.yaml.exploration_file import read_exploration
 from kabo.language.yaml.problem_file import read_problem
-from kabo.language.yaml.scene_file import SceneReading, read_scene
+from kabo.language.yaml.scenes.scene_file import SceneReading, read_scene
 from kabo.language.yaml.task_file import read_task
 
 
@@ -106,13 +107,15 @@ def _path_of(node: YamlNode | None) -> str | None:
 
 
 _UNKNOWN_KIND = (
-    "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`) or task (key `stages`)"
+    "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`), task (key `stages`) "
+    "or exploration (key `exploration`)"
 )
 _TELLING = {
     "problem": {"problem", "goal", "initial"},
     "domain": {"actions", "predicates", "types", "domain"},
     "scene": {"scene", "epsilon", "robots"},
     "task": {"stages"},
+    "exploration": {"exploration", "trial", "outcomes"},
 }
 
 
@@ -179,7 +182,7 @@ def load_scene_description(path: str | Path, *, within: Path | None = None) -> S
 
 
 def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
-    """All diagnostics of domain, problem, scene and task files, and of the files that they name, sorted by place."""
+    """All diagnostics of YAML files of any kind, and of the files that they name, sorted by place."""
     found: dict[Diagnostic, None] = {}
     for path in paths:
         loading = _Loading()
@@ -208,6 +211,12 @@ def own_task_files(path: str | Path) -> list[str]:
     return sorted(loading.tasks)
 
 
+def is_exploration(path: str | Path) -> bool:
+    """Whether a file is an exploration; False if it cannot be read."""
+    root = _Loading().document(os.fspath(path))
+    return root is not None and kind_of(root) == "exploration"
+
+
 def _check(loading: _Loading, root: Mapping, name: str) -> None:
     kind = kind_of(root)
     if kind == "problem":
@@ -218,6 +227,8 @@ def _check(loading: _Loading, root: Mapping, name: str) -> None:
         read_scene(root, None, loading.findings)
     elif kind == "task":
         read_task(root, loading.findings)
+    elif kind == "exploration":
+        read_exploration(root, loading.findings)
     else:
         loading.findings.add(_first_key(root), _UNKNOWN_KIND)
 

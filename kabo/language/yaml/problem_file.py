@@ -18,7 +18,7 @@ from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.domain_file import DomainReading, named, read_named_things, read_parsed
 from kabo.language.yaml.effects import read_effects
 from kabo.language.yaml.queries import read_formula
-from kabo.language.yaml.scene_file import SceneReading
+from kabo.language.yaml.scenes.scene_file import SceneReading
 from kabo.language.yaml.syntax import parse
 from kabo.language.yaml.values import Reader
 from kabo.options import OPTIONS, Option, SolveOptions

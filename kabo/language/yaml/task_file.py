@@ -13,9 +13,7 @@ from kabo.language.names import NAME, proper_name
 from kabo.language.source import SourceFile, UnreadableError, read_source
 from kabo.language.task_description import (
     KINDS,
-    Entries,
     Input,
-    Items,
     PropertyReference,
     StageDescription,
     TaskDescription,
@@ -25,6 +23,7 @@ from kabo.language.task_description import (
 )
 from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode, read_document
 from kabo.language.yaml.values import Reader
+from kabo.language.yaml.written_values import read_written
 
 TASK_KEYS = ("name", "properties", "max_solutions", "timeout", "stages")
 STAGE_KEYS = ("name", "stage", "stages", "wrapped", "monitors")
@@ -143,7 +142,7 @@ class _Reading:
 
     def value_of(self, node: YamlNode | None, kind: str | None, what: str) -> Value | Written:
         if kind == "any":
-            return None if node is None else self.written(node, what)
+            return None if node is None else read_written(node, what, self.findings, self.reference)
         if kind == "number":
             return self.number(node, what)
         if kind == "boolean":
@@ -228,27 +227,11 @@ class _Reading:
                 hint = f'write "{proper_name(key)}": names match [a-z][a-z0-9_]*'
                 self.findings.add(scalar.place, f'"{key[:60]}" cannot be the name of a property', hint)
                 continue
-            written = self.written(value, f'the property "{key}"')
+            written = read_written(value, f'the property "{key}"', self.findings, self.reference)
             places[key] = scalar.place
             if written is not None:
                 values[key] = written
         return values, places
-
-    # ---------------------------------------------------------------------------------------------------- values
-    def written(self, node: YamlNode, what: str) -> Written | None:
-        """The value of a node as it is written; None after a report."""
-        if isinstance(node, Sequence):
-            items = [self.written(item, f"every item of {what}") for item in node.items]
-            return Items(tuple(each for each in items if each is not None), node.place)
-        if isinstance(node, Mapping):
-            entries = {key: self.written(value, f'"{key}" of {what}') for key, (_, value) in node.entries.items()}
-            return Entries({key: value for key, value in entries.items() if value is not None}, node.place)
-        if not isinstance(node, Scalar) or node.refused:
-            return None
-        if node.empty:
-            self.findings.add(node.place, f"{what} has no value")
-            return None
-        return self.reference(node) or Word(node.text, bool(node.style), node.place)
 
     def reference(self, scalar: Scalar) -> PropertyReference | None:
         text = scalar.text.strip()

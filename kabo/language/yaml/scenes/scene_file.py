@@ -20,13 +20,13 @@ from kabo.language.scene_description import (
     RobotDescription,
     SceneDescription,
 )
-from kabo.language.yaml.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, PartialBody
-from kabo.language.yaml.constraints import ConstraintReader, Owner, Roles
 from kabo.language.yaml.documents import MAX_NODES, Mapping, Scalar, Sequence, YamlNode, size_of
-from kabo.language.yaml.features import given_features
 from kabo.language.yaml.paths import read_packages
-from kabo.language.yaml.poses import Framed, check_frames
-from kabo.language.yaml.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
+from kabo.language.yaml.scenes.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, PartialBody
+from kabo.language.yaml.scenes.constraints import ConstraintReader, Owner, Roles
+from kabo.language.yaml.scenes.features import given_features
+from kabo.language.yaml.scenes.poses import Framed, check_frames
+from kabo.language.yaml.scenes.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
 from kabo.language.yaml.values import Reader
 
 SCENE_KEYS = (

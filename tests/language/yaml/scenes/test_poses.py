@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.language import check_files, load_problem
-from kabo.language.yaml.poses import quaternion_of_rpy
+from kabo.language.yaml.scenes.poses import quaternion_of_rpy
 from tests.language.conftest import SCENE, Kitchen
 
 Matrix = list[list[float]]

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
-from kabo.language.yaml.bodies import BodyReader
-from kabo.language.yaml.constraints import Owner
 from kabo.language.yaml.documents import Mapping, YamlNode
-from kabo.language.yaml.features import read_features, sound_features
 from kabo.language.yaml.paths import read_file_path
-from kabo.language.yaml.poses import read_pose
+from kabo.language.yaml.scenes.bodies import BodyReader
+from kabo.language.yaml.scenes.constraints import Owner
+from kabo.language.yaml.scenes.features import read_features, sound_features
+from kabo.language.yaml.scenes.poses import read_pose
 from kabo.language.yaml.values import Reader
 
 ROBOT_MODEL_KEYS = (

@@ -17,11 +17,11 @@ from kabo.language.scene_description import (
     Shape,
     Stroke,
 )
-from kabo.language.yaml.constraints import ConstraintReader, Owner, Roles
 from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
-from kabo.language.yaml.features import WORLD_FEATURES, given_features, read_features, sound_features
 from kabo.language.yaml.paths import read_file_path
-from kabo.language.yaml.poses import read_pose
+from kabo.language.yaml.scenes.constraints import ConstraintReader, Owner, Roles
+from kabo.language.yaml.scenes.features import WORLD_FEATURES, given_features, read_features, sound_features
+from kabo.language.yaml.scenes.poses import read_pose
 from kabo.language.yaml.values import SMALLEST_SIZE, Reader
 
 SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kabo.language import load_problem
 from kabo.language.scene_description import Feature, Shape
-from kabo.language.yaml.features import WORLD_FEATURES, given_features
+from kabo.language.yaml.scenes.features import WORLD_FEATURES, given_features
 from tests.language.conftest import SCENE, Kitchen
 
 
@@ -55,7 +55,7 @@ def test_directions_are_normalised_however_small_or_large(direction: tuple[float
     from kabo.language.findings import Findings
     from kabo.language.source import SourceFile
     from kabo.language.yaml.documents import read_document
-    from kabo.language.yaml.features import read_features
+    from kabo.language.yaml.scenes.features import read_features
     from kabo.language.yaml.values import Reader
 
     text = f"f: {{line: {{through: [0, 0, 0], along: [{', '.join(map(repr, direction))}]}}}}"

@@ -1,0 +1,129 @@
+"""What to try next: where to begin, then the most informative of the parameters believed valid [T 4.3.1, e10]."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.exploration.candidates import around, spread_candidates
+from kabo.exploration.errors import NoParametersError
+from kabo.exploration.models import CaseModel
+from kabo.exploration.records import Case, Parameters, Trial
+from kabo.exploration.space import Space
+from kabo.streams import Key, stream_key, uniforms
+
+CANDIDATES = 2_000
+TRIES = 10  # trials around the start, all of them invalid, after which an exploration gives up
+MOST_CAUTIOUS = 4.0  # Φ(4) = 0.99997: no data ever say more
+
+
+def next_point(model: CaseModel, space: Space, key: Key, alpha: float) -> Array | None:
+    """The point (d,) of greatest entropy among candidates with V > alpha [T e10]; None if there is none."""
+    found = _admissible(
+        model, space, spread_candidates(key, CANDIDATES, model.valid_points, model.options.scale), alpha
+    )
+    if not len(found):  # what was valid once may be tried again
+        found = _admissible(model, space, model.valid_points, alpha)
+    return found[int(np.argmax(model.entropy(found)))] if len(found) else None
+
+
+def safest_point(model: CaseModel, space: Space, key: Key) -> Array:
+    """The point (d,) of greatest validity among candidates."""
+    drawn = spread_candidates(key, CANDIDATES, model.valid_points, model.options.scale)
+    points = space.rounded(np.vstack([model.valid_points, drawn]))[1]
+    best: Array = points[int(np.argmax(model.validity(points)))]
+    return best
+
+
+def first_parameters(
+    space: Space,
+    trials: Sequence[Trial],
+    start: Parameters | None,
+    retry: Mapping[str, Parameters],
+    scale: float,
+    key: Key,
+) -> dict[str, float]:
+    """Parameters to begin with, while none of the `trials` of a case is valid [T 4.3.1].
+
+    The first are `start`. After an invalid trial they change as `retry` says for its reason; where it says nothing, or
+    the bounds leave no change, they are drawn around the start.
+
+    Raises:
+        NoParametersError: `not_explored` without a start or trials, `nothing_valid` after too many invalid trials.
+    """
+    if start is None and not trials:
+        raise NoParametersError(
+            "not_explored", "there are no trials, and no start is given: tell one that is valid"
+        )
+    if start is None or len(trials) >= TRIES:
+        raise NoParametersError("nothing_valid", nothing_valid(trials))
+    if not trials:
+        return dict(start)
+    last = trials[-1]
+    change = retry.get(last.reason, {})
+    low_and_high = space.parameters
+    changed = {
+        name: min(max(value + change.get(name, 0.0), low_and_high[name][0]), low_and_high[name][1])
+        for name, value in last.parameters.items()
+    }
+    if changed != dict(last.parameters):
+        return changed
+    drawn = around(key, 0, 1, space.scaled([start]), scale)
+    return space.named(space.rounded(drawn)[0][0])
+
+
+def nothing_valid(trials: Sequence[Trial]) -> str:
+    """The sentence that none of the trials was valid, with their reasons."""
+    counts = Counter(each.reason or "without a reason" for each in trials).most_common()
+    told = ", ".join(f"{count} × {reason}" for reason, count in counts)
+    return f"none of {len(trials)} trials is valid: {told}; begin with other parameters"
+
+
+def caution(validities: Sequence[bool], first: float, budget: float) -> float:
+    """The level z after trials of these validities, where α = Φ(z), so that a share `budget` of trials is invalid.
+
+    The next parameters are sought at the border of the valid set, so α is no share of valid trials: after each trial z
+    moves by half of what it was more, or less, invalid than the budget permits.
+    """
+    level = first
+    for valid in validities:
+        level = min(max(level + 0.5 * ((not valid) - budget), 0.0), MOST_CAUTIOUS)
+    return level
+
+
+def case_order(
+    space: Space, cases: Sequence[Case], trials: Sequence[int], last: Case | None, key: Key
+) -> list[int]:
+    """The indices of the cases in the order in which to try them: a random one first, near the last, with few trials.
+
+    Args:
+        space: the space with the cases' variables.
+        cases: all cases.
+        trials: the number of trials of each.
+        last: the case of the last trial, or None.
+        key: the stream to draw from.
+    """
+    steps = np.array([0 if last is None else _steps(space, case, last) for case in cases])
+    weights = 1.0 / ((1.0 + steps) * (1.0 + np.array(trials)) ** 2)
+    # Exponential waiting times with the weights as rates: the first is drawn with probability proportional to its weight.
+    waiting = -np.log1p(-uniforms(key, 0, 1, len(cases))[0]) / weights
+    return [int(index) for index in np.argsort(waiting, kind="stable")]
+
+
+def trial_seed(seed: int, case: Case, number: int) -> int:
+    """The seed for the function of trial `number` (0, 1 …) of a case: below 2^53, as every language reads it."""
+    return int(
+        stream_key(seed, "trial", *(each for item in case.items() for each in item), number) >> np.uint64(11)
+    )
+
+
+def _steps(space: Space, case: Case, other: Case) -> int:
+    """How far two cases lie apart: steps along the values of their variables."""
+    return sum(abs(values.index(case[name]) - values.index(other[name])) for name, values in space.cases.items())
+
+
+def _admissible(model: CaseModel, space: Space, drawn: Array, alpha: float) -> Array:
+    points = space.rounded(drawn)[1]
+    found: Array = points[model.admissible(points, alpha)]
+    return found

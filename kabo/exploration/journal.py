@@ -1,0 +1,203 @@
+"""The journal of an exploration: a header and then each trial, a line of JSON each, appended before the next question.
+
+Whatever stops the program, all whole lines are kept; a torn last line is dropped.
+"""
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, NoReturn
+
+from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.exploration.errors import ExplorationError
+from kabo.exploration.exploration import Exploration
+from kabo.exploration.records import Case, Parameters, Trial, Validity
+from kabo.exploration.space import Space
+from kabo.exploration.text import FORMAT, line_of, trial_to_json
+
+HEADER = ("format", "name", "space", "outcomes", "validity", "invalid_budget", "start", "retry", "seed")
+TRIAL = ("case", "parameters", "valid", "outcomes", "reason")
+
+
+def load_exploration(path: str | PathLike[str], name: str | None = None) -> Exploration:
+    """The exploration in a journal, which messages call `name`; a torn last line is dropped.
+
+    Raises:
+        InputError: the file cannot be read, or is no journal, or a line of it is damaged; with its place.
+    """
+    return _read(Path(path), name or str(path))[0]
+
+
+class Journal:
+    """A journal that is open for appending, and the exploration that it holds."""
+
+    def __init__(self, path: Path, exploration: Exploration) -> None:
+        """The journal of an exploration in an existing file; use `create` or `resume`."""
+        self.path, self.exploration = path, exploration
+
+    @classmethod
+    def create(cls, path: str | PathLike[str], exploration: Exploration) -> "Journal":
+        """A new file with the exploration, which is the journal from now on.
+
+        Raises:
+            FileExistsError: there is such a file: trials are not to be lost.
+            OSError: the folder cannot be written.
+        """
+        path = Path(path)
+        if path.exists():
+            raise FileExistsError(17, "there is such a file already", str(path))
+        exploration.save(path)
+        return cls(path, exploration)
+
+    @classmethod
+    def resume(cls, path: str | PathLike[str]) -> "Journal":
+        """The journal in a file, to go on with; a torn last line is cut off.
+
+        Raises:
+            InputError: as `load_exploration`.
+            OSError: the file cannot be written.
+        """
+        path = Path(path)
+        exploration, whole, length = _read(path, str(path))
+        if whole < length:
+            os.truncate(path, whole)
+        return cls(path, exploration)
+
+    def tell(
+        self,
+        case: Case | None,
+        parameters: Parameters,
+        valid: bool,
+        outcomes: Mapping[str, float] | None = None,
+        reason: str = "",
+    ) -> Trial:
+        """Appends a trial to the file, and tells it to the exploration once it is there.
+
+        Raises:
+            ExplorationError: as `Exploration.tell`; nothing is written.
+            OSError: the file cannot be written.
+        """
+        trial = self.exploration.checked_trial(case, parameters, valid, outcomes, reason)
+        with self.path.open("ab") as file:
+            file.write(line_of(trial_to_json(trial)).encode())
+            file.flush()
+            os.fsync(file.fileno())
+        return self.exploration.tell(case, parameters, valid, outcomes, reason)
+
+
+def _read(path: Path, name: str) -> tuple[Exploration, int, int]:
+    """The exploration in a file, the length of its whole lines, and that of the file [bytes]."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError([Diagnostic(name, 1, 1, error.strerror or "it cannot be read")]) from error
+    whole = content.rfind(b"\n") + 1
+    lines = content[:whole].split(b"\n")[:-1]
+    reading = _Reading(name)
+    if not lines:
+        reading.fail(1, "this is no model of an exploration: it has no header", 'a model begins with {"format": …')
+    exploration = reading.header(lines[0])
+    for number, text in enumerate(lines[1:], 2):
+        reading.trial(exploration, number, text)
+    return exploration, whole, len(content)
+
+
+class _Reading:
+    """Reads the lines of one file; every fault is an InputError with its place."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def fail(self, line: int, message: str, hint: str | None = None, column: int = 1) -> NoReturn:
+        raise InputError([Diagnostic(self.name, line, column, message, hint)])
+
+    def header(self, text: bytes) -> Exploration:
+        given = self.object(1, text)
+        if given.get("format") != FORMAT:
+            told = f", its format is {given['format']!r:.60}" if "format" in given else ""
+            self.fail(1, f"this is no model of an exploration{told}", f'the format of a model is "{FORMAT}"')
+        self.keys(1, given, HEADER, HEADER)
+        found: Exploration = self.checked(1, lambda: _exploration(given))
+        return found
+
+    def trial(self, exploration: Exploration, number: int, text: bytes) -> None:
+        given = self.object(number, text)
+        valid: Any = given.get("valid")
+        self.keys(number, given, TRIAL, ("case", "parameters", "valid", "outcomes" if valid is True else "reason"))
+        self.checked(
+            number,
+            lambda: exploration.tell(
+                given["case"], given["parameters"], valid, given.get("outcomes"), given.get("reason", "")
+            ),
+        )
+
+    def object(self, number: int, text: bytes) -> dict[str, Any]:
+        try:
+            value = json.loads(text.decode(), object_pairs_hook=_once, parse_constant=_no_constant)
+        except UnicodeDecodeError as error:
+            self.fail(number, "this is no text in UTF-8", column=error.start + 1)
+        except json.JSONDecodeError as error:
+            self.fail(number, f"this is no JSON: {error.msg}", column=error.colno)
+        except RecursionError:
+            self.fail(number, "brackets are nested too deep")
+        except ValueError as error:
+            self.fail(number, str(error))
+        if not isinstance(value, dict):
+            self.fail(number, "a line must be an object in braces")
+        return value
+
+    def keys(self, number: int, given: Mapping[str, Any], known: tuple[str, ...], needed: tuple[str, ...]) -> None:
+        for key in given:
+            if key not in known:
+                self.fail(
+                    number, f'unknown key "{key}"', did_you_mean(key, known) or f"the keys are {', '.join(known)}"
+                )
+        for key in needed:
+            if key not in given:
+                self.fail(number, f'the key "{key}" is missing')
+
+    def checked(self, number: int, make: Callable[[], Any]) -> Any:
+        try:
+            return make()
+        except ExplorationError as error:
+            self.fail(number, str(error))
+        except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
+            self.fail(
+                number,
+                "the header is not what kabo writes" if number == 1 else "the trial is not what kabo writes",
+            )
+
+
+def _exploration(given: Mapping[str, Any]) -> Exploration:
+    space, outcomes, validity = given["space"], given["outcomes"], given["validity"]
+    parameters = space["parameters"]
+    return Exploration(
+        Space(
+            {name: (each["from"], each["to"]) for name, each in parameters.items()},
+            space["cases"],
+            {name: each["unit"] for name, each in parameters.items() if "unit" in each},
+        ),
+        outcomes,
+        seed=given["seed"],
+        validity=Validity(validity["scale"], validity["noise"], validity["alpha"]),
+        invalid_budget=given["invalid_budget"],
+        start=given["start"],
+        retry=given["retry"],
+        units={name: each["unit"] for name, each in outcomes.items() if "unit" in each},
+        name=given["name"],
+    )
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f'the key "{key}" stands here twice')
+        found[key] = value
+    return found
+
+
+def _no_constant(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number that a model may have")

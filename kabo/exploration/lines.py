@@ -1,0 +1,153 @@
+"""Straight reference lines fitted to contact points, and where to try next along them [T 4.3]."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.arrays import Array
+from kabo.exploration.errors import ExplorationError
+from kabo.streams import stream_key, uniforms
+
+HYPOTHESES = 400  # lines through two random points: enough to meet two good ones if one in five points is good
+ROUNDS = 10  # of least squares over the inliers; they settle after two or three
+PRIMES = (2, 3, 5, 7, 11, 13)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line segment through points, with the frame that motion along it refers to [T e1, e2].
+
+    Attributes:
+        origin: (3,) the end on the right (−y) and below, as a robot sees it that looks along x with z up [m].
+        direction: (3,) the unit vector from there to the other end.
+        length: the distance of the outermost inliers along the line [m].
+        inliers: (n,) which of the points the line was fitted to.
+    """
+
+    origin: Array
+    direction: Array
+    length: float
+    inliers: npt.NDArray[np.bool_]
+
+    @cached_property
+    def frame(self) -> Array:
+        """The pose (4, 4) at the origin: x along the line, z as far upward as that permits, y across it."""
+        up = np.array([0.0, 0.0, 1.0]) if abs(self.direction[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
+        across = np.cross(up, self.direction)
+        across /= np.linalg.norm(across)
+        pose = np.eye(4)
+        pose[:3, 0], pose[:3, 1], pose[:3, 2] = self.direction, across, np.cross(self.direction, across)
+        pose[:3, 3] = self.origin
+        return pose
+
+    def at(self, share: float) -> Array:
+        """The point (3,) at a share of the length from the origin."""
+        found: Array = self.origin + share * self.length * self.direction
+        return found
+
+    def distance(self, points: npt.ArrayLike) -> Array:
+        """The distances of points (n, 3) from the line, which counts as infinite here, as (n,) [m]."""
+        return _distances(np.asarray(points, float), self.origin, self.direction)
+
+
+def fit_line(points: npt.ArrayLike, tolerance: float = 0.01, seed: int = 0) -> Line:
+    """The line with the most points within the tolerance, by least squares over these points [T 4.3, RANSAC].
+
+    Args:
+        points: (n, 3), two at least [m].
+        tolerance: the greatest distance of an inlier [m].
+        seed: of the pairs of points that are tried.
+
+    Raises:
+        ExplorationError: there are fewer than two different points, or numbers are not finite.
+    """
+    known = np.asarray(points, float)
+    if known.ndim != 2 or known.shape[1:] != (3,) or len(known) < 2:  # noqa: PLR2004
+        raise ExplorationError(
+            f"a line is fitted to two points or more, as an array (n, 3), this is {known.shape}"
+        )
+    if not np.isfinite(known).all():
+        raise ExplorationError("the points of a line must be finite numbers")
+    if not (np.isfinite(tolerance) and tolerance > 0):
+        raise ExplorationError(f"the tolerance of a line must be a positive number, this is {tolerance!r}")
+    if float(np.ptp(known, axis=0).max()) == 0.0:
+        raise ExplorationError("all points of the line are the same")
+    inliers = _best_inliers(known, tolerance, seed)
+    for _ in range(ROUNDS):
+        centre, direction = _least_squares(known[inliers])
+        found = _distances(known, centre, direction) <= tolerance
+        if np.array_equal(found, inliers) or np.count_nonzero(found) < 2:  # noqa: PLR2004
+            break
+        inliers = found
+    centre, direction = _least_squares(known[inliers])
+    direction = _leftward(direction)
+    along = (known[inliers] - centre) @ direction
+    return Line(centre + along.min() * direction, direction, float(np.ptp(along)), inliers)
+
+
+def halton(index: int, dimensions: int = 1) -> Array:
+    """Point `index` (0, 1 …) of Halton's sequence in the unit cube, as (dimensions,): evenly spread from the first on.
+
+    Raises:
+        ExplorationError: the index is negative, or there are more than six dimensions.
+    """
+    if index < 0 or not 1 <= dimensions <= len(PRIMES):
+        raise ExplorationError(f"Halton's sequence has an index from 0 on and 1 to {len(PRIMES)} dimensions")
+    return np.array([_mirrored(index + 1, base) for base in PRIMES[:dimensions]])
+
+
+def _best_inliers(points: Array, tolerance: float, seed: int) -> npt.NDArray[np.bool_]:
+    """The points near the best of many lines through two of them: the most, then those with the least squares."""
+    n = len(points)
+    pairs = (
+        np.array([(i, j) for i in range(n) for j in range(i)])
+        if n * (n - 1) // 2 <= HYPOTHESES
+        else _pairs(n, seed)
+    )
+    best, found = (-1, 0.0), np.zeros(n, bool)
+    for i, j in pairs:
+        apart = points[i] - points[j]
+        length = float(np.linalg.norm(apart))
+        if length == 0.0:
+            continue
+        distances = _distances(points, points[j], apart / length)
+        near = distances <= tolerance
+        score = (int(near.sum()), -float((distances[near] ** 2).sum()))
+        if score > best:
+            best, found = score, near
+    return found
+
+
+def _pairs(n: int, seed: int) -> npt.NDArray[np.int64]:
+    drawn = uniforms(stream_key(seed, "line", n), 0, HYPOTHESES, 2)
+    first = (drawn[:, 0] * n).astype(np.int64)
+    return np.stack([first, (first + 1 + (drawn[:, 1] * (n - 1)).astype(np.int64)) % n], axis=1)
+
+
+def _least_squares(points: Array) -> tuple[Array, Array]:
+    centre = points.mean(axis=0)
+    return centre, np.linalg.svd(points - centre)[2][0]
+
+
+def _distances(points: Array, origin: Array, direction: Array) -> Array:
+    apart = points - origin
+    found: Array = np.linalg.norm(apart - np.outer(apart @ direction, direction), axis=1)
+    return found
+
+
+def _leftward(direction: Array) -> Array:
+    """The direction that leads left and up; if it leads nowhere of both, that which leads forward."""
+    side = direction[1] + direction[2]
+    forward = side > 0 if abs(side) > 0.1 else direction[0] > 0
+    return direction if forward else -direction
+
+
+def _mirrored(number: int, base: int) -> float:
+    """The digits of a number mirrored at the point: 6 = 110 in base 2 gives 0.011 = 3/8."""
+    value, digit = 0.0, 1.0 / base
+    while number:
+        number, rest = divmod(number, base)
+        value, digit = value + rest * digit, digit / base
+    return value

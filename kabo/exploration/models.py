@@ -1,0 +1,162 @@
+"""What is known of one case: which parameters are valid, and what comes of them [T e4, e8, e9]."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.arrays import Array
+from kabo.exploration.processes import Process
+from kabo.exploration.records import Trial, Validity
+from kabo.exploration.space import Space
+
+FIT_AT = (
+    20,
+    40,
+    80,
+    160,
+    320,
+)  # valid trials after which scale and noise of an outcome are fitted, to that many of them
+SCALES = (0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.57, 0.8)  # λ_d that are tried: shares of the bounds
+NOISES = (
+    0.05,
+    0.1,
+    0.2,
+    0.35,
+    0.6,
+)  # deviations of an observation that are tried: shares of the outcome's own deviation
+SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
+Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
+
+
+@dataclass(frozen=True)
+class OutcomeModel:
+    """A Gaussian process of one outcome over the valid trials, whose values are normalised.
+
+    Attributes:
+        process: over the normalised values.
+        centre, spread: mean and standard deviation of the values, in the outcome's unit.
+        lowest, highest: of the values.
+    """
+
+    process: Process
+    centre: float
+    spread: float
+    lowest: float
+    highest: float
+
+    @cached_property
+    def error_left_out(self) -> float:
+        """The mean absolute error where each value is predicted from all others, in the outcome's unit."""
+        return self.spread * float(np.mean(np.abs(self.process.left_out() - self.process.values)))
+
+    def predict(self, points: Array) -> tuple[Array, Array]:
+        """The expected outcome at points (n, d), and the standard deviation of the next observation; (n,) each [T e4]."""
+        mean, deviation = self.process.mean_and_deviation(points)
+        return self.centre + self.spread * mean, self.spread * np.hypot(deviation, self.process.noise)
+
+
+class CaseModel:
+    """The models of one case after some trials: validity, and each outcome. Cases share nothing [T 4.4].
+
+    Attributes:
+        points: (n, d) parameters of all trials in the unit cube.
+        valid: (n,) whether they were valid.
+    """
+
+    def __init__(
+        self, space: Space, trials: Sequence[Trial], outcomes: Sequence[str], options: Validity, fits: Fits
+    ) -> None:
+        """The models after `trials` of one case; `fits` keeps what was fitted for earlier ones of the same case."""
+        self.options, self._fits = options, fits
+        self.trials = tuple(trials)
+        self.points = space.scaled([each.parameters for each in trials])
+        self.valid = np.array([each.valid for each in trials], bool)
+        self._names = tuple(outcomes)
+
+    @property
+    def valid_points(self) -> Array:
+        """The points of valid trials, (m, d)."""
+        found: Array = self.points[self.valid]
+        return found
+
+    def validity(self, points: Array) -> Array:
+        """V, the probability that a trial at each of the points (n, d) is valid, as (n,) [T e9].
+
+        The thesis prints the probability of the contrary, and that of a positive expectation; meant is P(ν > 0), here
+        with the noise of a single answer.
+        """
+        from scipy.special import ndtr  # with scikit-learn
+
+        if not len(self.points):
+            return np.full(len(points), 0.5)
+        mean, deviation = self._validity.mean_and_deviation(points)
+        found: Array = ndtr(mean / np.hypot(deviation, self.options.noise))
+        return found
+
+    def admissible(self, points: Array, alpha: float) -> npt.NDArray[np.bool_]:
+        """Which of the points (n, d) have V > alpha, as (n,) booleans: the valid set Φ^α."""
+        from scipy.special import ndtri
+
+        level = float(ndtri(alpha))
+        mean = self._validity.mean(points)
+        # The deviation lies between the noise and that of an unknown point: most points are decided without it.
+        least, most = self.options.noise, float(np.hypot(1.0, self.options.noise))
+        low, high = (least, most) if level >= 0 else (most, least)
+        found: npt.NDArray[np.bool_] = mean > level * high
+        open_ = np.flatnonzero(~found & (mean > level * low))
+        found[open_] = self.validity(points[open_]) > alpha
+        return found
+
+    @cached_property
+    def outcomes(self) -> Mapping[str, OutcomeModel]:
+        """The model of each outcome; there are none before the first valid trial."""
+        valid = [each for each in self.trials if each.valid]
+        if not valid:
+            return {}
+        known = {name: [each.outcomes[name] for each in valid] for name in self._names}
+        return {name: _outcome_model(self.valid_points, known[name], self._fits, name) for name in self._names}
+
+    def entropy(self, points: Array) -> Array:
+        """The differential entropy of all outcomes at points (n, d), up to a constant, as (n,) [T e10]."""
+        total = np.zeros(len(points))
+        for model in self.outcomes.values():
+            total += np.log(np.maximum(model.process.mean_and_deviation(points)[1], 1e-12))
+        return total
+
+    @cached_property
+    def _validity(self) -> Process:
+        return Process(self.points, np.where(self.valid, 1.0, -1.0), self.options.scale, self.options.noise)
+
+
+def normalised(values: Sequence[float]) -> tuple[Array, float, float]:
+    """The values with zero mean and unit deviation, (n,), their mean, and their standard deviation (never zero)."""
+    known = np.array(values, float)
+    centre, spread = float(known.mean()), float(known.std())
+    least = 1e-9 * float(np.abs(known).max())
+    if len(known) == 1:  # nobody knows yet how far it varies
+        spread = abs(centre) or 1.0
+    elif spread <= least:  # all are equal but for rounding
+        spread = least or 1e-9
+    return (known - centre) / spread, centre, spread
+
+
+def _outcome_model(points: Array, values: Sequence[float], fits: Fits, name: str) -> OutcomeModel:
+    normal, centre, spread = normalised(values)
+    scale, noise = _fitted(points, values, fits, name)
+    process = Process(points, normal, scale, noise)
+    return OutcomeModel(process, centre, spread, float(min(values)), float(max(values)))
+
+
+def _fitted(points: Array, values: Sequence[float], fits: Fits, name: str) -> tuple[float, float]:
+    """The scale and the noise under which the first values are the most probable; it depends on nothing but these."""
+    count = max((each for each in FIT_AT if each <= len(values)), default=0)
+    if not count:
+        return SCALE, NOISE
+    if (name, count) not in fits:
+        first, known = points[:count], normalised(values[:count])[0]
+        options = [(scale, noise) for scale in SCALES for noise in NOISES]
+        fits[name, count] = max(options, key=lambda option: Process(first, known, *option).log_likelihood)
+    return fits[name, count]

@@ -1,0 +1,95 @@
+"""Gaussian processes with a fixed squared exponential kernel, conditioned on data [T 4.4, e8, e9].
+
+The regression is scikit-learn's. Its last bits depend on the number of threads of the linear algebra, and with them
+which candidate is the best of two that are nearly equal: so one thread does it.
+"""
+
+from contextlib import AbstractContextManager
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.errors import KaboError
+
+MISSING = 'exploration needs scikit-learn: install it with pip install "kabo[explore]"'
+
+
+class Process:
+    """A Gaussian process with zero mean and unit variance, given values with noise at points of the unit cube."""
+
+    def __init__(self, points: Array, values: Array, scale: float, noise: float) -> None:
+        """Conditions the process on (n, d) points and their (n,) values.
+
+        Args:
+            points, values: the data.
+            scale: the length λ of the kernel exp(−‖φ − φ′‖² / 2λ²).
+            noise: the standard deviation of each value.
+
+        Raises:
+            KaboError: scikit-learn is not installed.
+        """
+        self.values, self.noise = values, noise
+        with one_thread():
+            self._regressor = _regressor(scale, noise).fit(points, values)
+
+    @property
+    def log_likelihood(self) -> float:
+        """The logarithm of the probability density of the values."""
+        return float(self._regressor.log_marginal_likelihood_value_)
+
+    def mean(self, points: Array) -> Array:
+        """The expected values at points (n, d), as (n,)."""
+        with one_thread():
+            found: Array = self._regressor.predict(points)
+        return found
+
+    def mean_and_deviation(self, points: Array) -> tuple[Array, Array]:
+        """Expected values at points (n, d), and the standard deviations of the function without noise; (n,) each."""
+        if len(points) == 0:
+            return np.empty(0), np.empty(0)
+        with one_thread():
+            mean, deviation = self._regressor.predict(points, return_std=True)
+        return mean, deviation
+
+    def left_out(self) -> Array:
+        """At each of the n data, what the process expects there from all the others, (n,) [Rasmussen, Williams 5.12]."""
+        from scipy.linalg import cho_solve  # with scikit-learn
+
+        lower, weights = self._regressor.L_, self._regressor.alpha_
+        with one_thread():
+            inverse = cho_solve((lower, True), np.eye(len(lower)))
+        found: Array = self.values - weights / np.diag(inverse)
+        return found
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """A context in which linear algebra runs in one thread."""
+    limited: AbstractContextManager[Any] = _libraries().limit(limits=1, user_api="blas")
+    return limited
+
+
+@cache
+def _libraries() -> Any:
+    """The linear algebra libraries of this process, found once: the search takes longer than a question."""
+    _sklearn()
+    from threadpoolctl import ThreadpoolController  # comes with scikit-learn
+
+    return ThreadpoolController()
+
+
+@cache
+def _sklearn() -> Any:
+    try:
+        from sklearn import gaussian_process  # 0.7 s: only explorations pay for it
+    except ModuleNotFoundError as error:
+        if error.name != "sklearn":
+            raise
+        raise KaboError(MISSING) from error
+    return gaussian_process
+
+
+def _regressor(scale: float, noise: float) -> Any:
+    room = _sklearn()
+    return room.GaussianProcessRegressor(room.kernels.RBF(scale, "fixed"), alpha=noise**2, optimizer=None)
