@@ -3,14 +3,14 @@
 The result is a tree of recipes, from which any number of tasks can be made.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from kabo.errors import InputError
 from kabo.language import STAGE_KEYS, TASK_KEYS
-from kabo.language.findings import Findings
+from kabo.language.findings import Findings, spell_place
 from kabo.language.formulas import Place
 from kabo.language.source import UnreadableError, beside
 from kabo.language.task_description import (
@@ -26,8 +26,8 @@ from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Prope
 from kabo.tasks.core.model.properties import references
 from kabo.tasks.files import registry
 from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
-from kabo.tasks.files.values import NoValue, described, interface_references, parent_references, value_of
-from kabo.tasks.learned import open_model
+from kabo.tasks.files.values import NoValue, described, parent_references, value_of
+from kabo.tasks.learned import MisfitError, open_model
 
 _MAX_NAMES = 500  # similar names are searched for among at most so many
 ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
@@ -61,8 +61,6 @@ def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
     """The recipe of a task; None if it has errors, which are added to `findings`, those of all stages at once."""
     checking = _Checking(task, findings)
     recipe = checking.recipe(task.root, ())
-    if not findings.errors:
-        check_interface(task, recipe, findings)
     return None if findings.errors else recipe
 
 
@@ -141,9 +139,9 @@ class _Checking:
             if wanted.default is MISSING and name not in stage.keys:
                 hint = f"{stage.type} has {described(declared)}"
                 self.findings.add(stage.place, f'"{stage.name}" needs the property "{name}"', hint)
-        for fault in kind.misfits(values):
-            place = _place_of(stage.properties, fault.keys) or stage.place
-            self.findings.add(place, f'"{stage.name}": {fault.message}', fault.hint)
+        for misfit in kind.misfits(values):
+            place = _place_of(stage.properties, misfit.keys) or stage.place
+            self.findings.add(place, f'"{stage.name}": {misfit.message}', misfit.hint)
         return values
 
     def opened(
@@ -151,8 +149,8 @@ class _Checking:
     ) -> dict[str, Any]:
         """The value of a property that a file holds, by its name; empty if it cannot be opened, which is reported."""
         if not isinstance(written, Word):
-            hint = "what a plan depends on is known before planning: neither a reference nor a list"
-            self.findings.add(written.place, f'"{name}" of "{stage.name}" must be the path of a file', hint)
+            told = "a reference will not do: what a plan depends on is known before planning"
+            self.findings.add(written.place, f'"{name}" of "{stage.name}" must be the path of a file', told)
             return {}
         folder = str(self.task.source.path.parent)
         try:
@@ -161,8 +159,10 @@ class _Checking:
             hint = error.hint or self.findings.near_file(Path(beside(folder, written.text)))
             self.findings.add(written.place, f'"{written.text}": {error.message}', hint)
         except InputError as error:
+            named = f"named in {spell_place(written.place)}"
             for each in error.diagnostics:
-                self.findings.add(Place(each.file, each.line, each.column, each.length), each.message, each.hint)
+                hint = named if each.hint is None else f"{each.hint}; {named}"
+                self.findings.add(Place(each.file, each.line, each.column, each.length), each.message, hint)
         return {}
 
     def inherited(
@@ -296,6 +296,11 @@ class _Checking:
             value = {RISK: {**value[RISK], **opened}}
         try:
             return cost_of(value)
+        except MisfitError as error:
+            for each in error.misfits:
+                place = _place_of(stage.properties, ("cost", RISK, *each.keys)) or written.place
+                self.findings.add(place, f'`cost` of "{stage.name}": {each.message}', each.hint)
+            return None
         except NoCost as error:
             self.findings.add(written.place, f'`cost` of "{stage.name}": {error}', error.hint)
             return None
@@ -309,31 +314,6 @@ def _place_of(properties: Mapping[str, Written], keys: Sequence[str]) -> Place |
         here = here.values.get(key) if isinstance(here, Entries) else None
         place = place if here is None else here.place
     return place
-
-
-def check_interface(task: TaskDescription, recipe: Recipe, findings: Findings) -> None:
-    """Reports references to interface properties that no stage of the task may write.
-
-    Of stages that are not kabo's it is not known what they write; then nothing is reported.
-    """
-    recipes = list(_below(recipe))
-    if not all(each.kind.__module__.startswith("kabo.") for each in recipes):
-        return
-    known = {name for each in recipes for name in each.kind.writes(each.values)}
-    for stage in task.root.walk():
-        for key, written in stage.properties.items():
-            for name, place in interface_references(written, key):
-                if name not in known:
-                    hint = findings.near(name, known) or f"stages here write {', '.join(sorted(known)) or 'none'}"
-                    findings.add(
-                        place, f'no stage writes the interface property "{name}" ({key} of "{stage.name}")', hint
-                    )
-
-
-def _below(recipe: Recipe) -> Iterator[Recipe]:
-    yield recipe
-    for child in recipe.children:
-        yield from _below(child)
 
 
 def declared_by(kind: type[Stage]) -> dict[str, Property]:

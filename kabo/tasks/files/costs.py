@@ -14,7 +14,7 @@ from kabo.errors import did_you_mean
 from kabo.language.task_description import RISK
 from kabo.tasks.core import CostTerm, Solution, TaskError, constant, offset, uniform_random, weighted
 from kabo.tasks.core.model.stages import Told
-from kabo.tasks.learned import risk
+from kabo.tasks.learned import MisfitError, risk
 
 _ROBOTS = "kabo.tasks.robots"
 _OF_CORE: dict[str, tuple[Callable[..., Any], bool]] = {
@@ -79,6 +79,7 @@ def cost_of(written: Any) -> NamedCost:
 
     Raises:
         NoCost: the value describes no cost term.
+        MisfitError: the arguments of `risk` do not fit its model.
     """
     if isinstance(written, str):
         return NamedCost(_made(written, {}), written)
@@ -124,6 +125,8 @@ def _made(name: str, arguments: Mapping[str, Any]) -> CostTerm:
         raise NoCost(f"the cost term {name}: {error}", f"it is {name}{signature(term)}") from None
     try:
         made: CostTerm = term(**arguments)
+    except MisfitError:
+        raise
     except TaskError as error:
         raise NoCost(f"the cost term {name}: {error}") from None
     return made

@@ -91,7 +91,7 @@ class LearnedParameters(Propagator):
         try:
             model.exploration.space.part_of_case(where)
         except ExplorationError as error:  # a value that a reference stands for
-            return [Failure("not_explored", f"{model} knows nothing of it, {error}", proof=self.is_fixed)]
+            return [Failure("not_explored", f"by {model}: {error}", proof=self.is_fixed)]
         target, tolerance = _wanted(properties), properties["tolerance"]
         try:
             found = model.alternatives(
@@ -102,7 +102,8 @@ class LearnedParameters(Propagator):
                 properties["count"],
             )
         except NoParametersError as error:
-            return [Failure(error.reason, f"{model} has no parameters, {error}", proof=self.is_fixed)]
+            told = "".join(f", {name} {value}" for name, value in where.items())
+            return [Failure(error.reason, f"by {model}{told}: {error}", proof=self.is_fixed)]
         return [
             Result(
                 cost=-math.log(each.validity) + 0.0,

@@ -8,10 +8,19 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import did_you_mean
-from kabo.tasks.core import Misfit, Reference
+from kabo.tasks.core import Misfit, Reference, TaskError
 
 if TYPE_CHECKING:
     from kabo.tasks.learned.models import Model
+
+
+class MisfitError(TaskError):
+    """An error: values do not fit the model; the message has all `misfits`."""
+
+    def __init__(self, misfits: Iterable[Misfit]) -> None:
+        self.misfits = tuple(misfits)
+        told = (each.message if each.hint is None else f"{each.message}, {each.hint}" for each in self.misfits)
+        super().__init__("; ".join(told))
 
 
 def case_text(value: Any) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.tasks.core import Interface, Misfit, Reference, Solution, TaskError
 from kabo.tasks.core.model.stages import Told
 from kabo.tasks.learned.models import Model, model_of
-from kabo.tasks.learned.naming import case_misfits, case_text, is_number, no_probability, unknown
+from kabo.tasks.learned.naming import MisfitError, case_misfits, case_text, is_number, no_probability, unknown
 from kabo.tasks.learned.records import comment_of, record_of
 
 if TYPE_CHECKING:
@@ -30,14 +30,9 @@ class Risk:
         self, model: Model, where: Mapping[str, Any], alpha: float, parameters: Mapping[str, Any]
     ) -> None:
         self.model, self.where, self.alpha = model, dict(where), alpha
-        self.parameters = {name: parameters.get(name, Interface(name)) for name in model.exploration.space.names}
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The interface properties that are read without being written out in the task file."""
-        return tuple(
-            name for name, value in self.parameters.items() if isinstance(value, Reference) and value.name == name
-        )
+        names = model.exploration.space.names
+        self.implied = tuple(name for name in names if name not in parameters)
+        self.parameters = {name: parameters.get(name, Interface(name)) for name in names}
 
     def __call__(self, solution: Solution) -> Told:
         """The cost of a solution, a comment, and the record of its parameters."""
@@ -85,7 +80,8 @@ def risk(
 
     Raises:
         InputError: the file cannot be read.
-        TaskError: a name is unknown to the model, a variable of the case is missing, or a value is not usable.
+        MisfitError: a name is unknown to the model, a variable of the case is missing, or a value is not usable; lists all.
+        TaskError: `where` or `parameters` does not map names to values.
     """
     model = model_of(model)
     where, parameters = {} if where is None else where, {} if parameters is None else parameters
@@ -93,9 +89,7 @@ def risk(
         raise TaskError("it has a model, and `where` and `parameters` map names to values")
     faults = [*case_misfits(model, where), *_misfits(model, where, alpha, parameters)]
     if faults:
-        raise TaskError(
-            "; ".join(each.message if each.hint is None else f"{each.message}, {each.hint}" for each in faults)
-        )
+        raise MisfitError(faults)
     return Risk(model, where, alpha, parameters)
 
 
