@@ -46,15 +46,16 @@ def uniform_random(low: float = 0.0, high: float = 1.0, seed: int = 0) -> CostTe
 
 
 def weighted(*terms: tuple[CostTerm, float]) -> CostTerm:
-    """The weighted sum of terms, given as (term, weight); their comments are joined."""
+    """The weighted sum of terms, given as (term, weight); comments are joined, the record is that of the first with one."""
 
-    def cost(solution: Solution) -> tuple[float, str]:
-        value, comments = 0.0, []
+    def cost(solution: Solution) -> tuple[float, str, Any]:
+        value, comments, record = 0.0, [], None
         for term, weight in terms:
-            own, comment, _ = told(term(solution))
+            own, comment, details = told(term(solution))
             value += weight * own
             comments += [comment] if comment else []
-        return value, ", ".join(comments)
+            record = details if record is None else record
+        return value, ", ".join(comments), record
 
     return cost
 
