@@ -28,6 +28,7 @@ NOISES = (
     0.6,
 )  # deviations of an observation that are tried: shares of the outcome's own deviation
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
+LEAST_SPREAD = 1e-30  # of an outcome: the squares of what is divided by it are finite
 Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
 
 
@@ -144,11 +145,9 @@ def normalised(values: Sequence[float]) -> tuple[Array, float, float]:
     """The values with zero mean and unit deviation, (n,), their mean, and their standard deviation (never zero)."""
     known = np.array(values, float)
     centre, spread = float(known.mean()), float(known.std())
-    least = 1e-9 * float(np.abs(known).max())
     if len(known) == 1:  # nobody knows yet how far it varies
         spread = abs(centre) or 1.0
-    elif spread <= least:  # all are equal but for rounding
-        spread = least or 1e-9
+    spread = max(spread, 1e-12 * float(np.abs(known).max()), LEAST_SPREAD)  # all may be equal but for rounding
     return (known - centre) / spread, centre, spread
 
 
