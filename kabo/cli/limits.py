@@ -95,6 +95,12 @@ class Surrounding:
         with shown_text() as show:
             yield None if show is None else lambda progress: show(described(progress))
 
+    @contextmanager
+    def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
+        """As `reporting`, for progress that is text already; `doing` says what is cut off if it is."""
+        with shown_text() as show:
+            yield show
+
     def on_found(self) -> OnFound | None:
         """A callback that receives the answer and the plan file once a plan is found; None if not needed."""
         return None
@@ -112,6 +118,10 @@ class _ChildSurrounding(Surrounding):
             self._channel.send(("doing", progress.doing, described(progress)))
 
         yield report
+
+    @contextmanager
+    def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
+        yield lambda text: self._channel.send(("doing", doing, text))
 
     def on_found(self) -> OnFound | None:
         return lambda body, plan: self._channel.send(("found", body, plan))

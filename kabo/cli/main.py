@@ -10,7 +10,20 @@ from types import ModuleType
 from typing import NoReturn
 
 from kabo import __version__
-from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
+from kabo.cli import (
+    bound,
+    check,
+    decompose,
+    exit_codes,
+    explain,
+    explore,
+    generate,
+    request,
+    serve,
+    solve,
+    task,
+    verify,
+)
 from kabo.cli.argument_types import require_writable
 from kabo.cli.limits import limited
 from kabo.errors import CutOff, InputError, KaboError, ServiceError, missing_library
@@ -22,6 +35,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     check,
     generate,
     task,
+    explore,
     bound,
     decompose,
     serve,

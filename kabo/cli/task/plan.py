@@ -9,7 +9,7 @@ from kabo.budgets import StopFlag
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.task.own_stages import add_stages_argument, blamed, execute
+from kabo.cli.own_code import add_stages_argument, blamed, execute
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
 

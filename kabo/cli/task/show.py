@@ -5,7 +5,7 @@ from pathlib import Path
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
-from kabo.cli.task.own_stages import add_stages_argument
+from kabo.cli.own_code import add_stages_argument
 from kabo.cli.task.plan import read_task_file
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import Diagnostic, InputError

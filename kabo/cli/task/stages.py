@@ -3,7 +3,7 @@
 import argparse
 
 from kabo.cli import exit_codes, rooms
-from kabo.cli.task.own_stages import add_stages_argument, execute
+from kabo.cli.own_code import add_stages_argument, execute
 from kabo.cli.terminal import clean_standard_output, print_json
 from kabo.errors import Diagnostic, InputError
 

@@ -36,7 +36,7 @@ TRIAL_KEYS = ("task", "scene", "jobs", "max_solutions", "properties")
 PARAMETER_KEYS = ("from", "to", "unit")
 OUTCOME_KEYS = ("unit",)
 VALIDITY_KEYS = ("scale", "noise", "alpha")
-SMALLEST, LARGEST = 1e-3, 10.0  # of scale and noise of the model of validity
+SMALLEST, LARGEST = 0.01, 10.0  # of scale and noise of the model of validity
 _LONGEST_WORD = 80
 _LIKE_REFERENCE = re.compile(r"<[^<>]*>")
 

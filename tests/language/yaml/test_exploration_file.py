@@ -124,7 +124,7 @@ def test_a_trial_that_plans_a_task_has_paths_from_the_file_on_and_references() -
         ("outcomes: {loudness: {unit: dB}}", "outcomes: «{}»", "an exploration needs at least one outcome: {torque: {unit: Nm}}", None),
         ("{unit: dB}", "{«uint»: dB}", 'unknown key "uint" of the outcome "loudness"', 'did you mean "unit"?'),
         ("scale: 0.12", "scale: «0»", "`scale` of `validity` must be greater than 0", None),
-        ("noise: 0.15", "noise: «50»", "`noise` of `validity` must lie between 0.001 and 10, this is 50", None),
+        ("noise: 0.15", "noise: «50»", "`noise` of `validity` must lie between 0.01 and 10, this is 50", None),
         ("alpha: 0.7", "alpha: «1»", "`alpha` must be at least 0.5 and less than 1, this is 1", "only parameters that are more probably valid"),
         ("alpha: 0.7", "«alhpa»: 0.7", 'unknown key "alhpa" of `validity`', 'did you mean "alpha"?'),
         ("invalid_budget: 0.2", "invalid_budget: «1.5»", "`invalid_budget` must lie between 0 and 1, this is 1.5", "it is the share of invalid trials"),

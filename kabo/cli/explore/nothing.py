@@ -1,0 +1,17 @@
+"""The answer of `ask` and `infer` where there are no parameters to offer."""
+
+import argparse
+from typing import Literal
+
+from kabo.cli import exit_codes, rooms
+from kabo.cli.terminal import print_json, tell
+
+
+def answer_nothing(
+    options: argparse.Namespace, command: Literal["ask", "infer"], error: "rooms.NoParametersError"
+) -> int:
+    """Prints why there is nothing, with the nearest that can be had, and returns the exit code 4."""
+    tell(f"{options.model}: {error}")
+    if options.json:
+        print_json(rooms.nothing_answer(command, error))
+    return exit_codes.NO_PLAN

@@ -1,0 +1,157 @@
+"""`kabo explore run`: makes the trials that an exploration file describes, and writes each into the model."""
+
+import argparse
+from collections.abc import Callable
+from math import inf
+from pathlib import Path
+
+from kabo.budgets import StopFlag
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import natural, output_file, require_writable
+from kabo.cli.explore.arguments import finding, number
+from kabo.cli.limits import add_limits
+from kabo.cli.own_code import add_stages_argument, execute
+from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
+from kabo.errors import Diagnostic, InputError
+
+NAME = "run"
+HELP = "make the trials of an exploration file, and write each into a model"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments and options of `kabo explore run` to the parser."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="the exploration file")
+    parser.add_argument(
+        "--trials",
+        type=natural,
+        required=True,
+        metavar="N",
+        help="trials in all, those of a resumed model included",
+    )
+    add_stages_argument(parser)
+    parser.add_argument("--seed", type=natural, metavar="N", help="the seed of all random samples (default: 0)")
+    parser.add_argument(
+        "--invalid-budget",
+        metavar="B",
+        help="share of trials that may be invalid (default: the file's, else none)",
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on with MODEL, or begin it if there is no such file"
+    )
+    parser.add_argument(
+        "-o", dest="model", type=output_file, required=True, metavar="MODEL", help="the model, a journal of trials"
+    )
+    add_limits(parser)
+    parser.set_defaults(cut_off=_cut_off)
+    parser.add_argument("--json", action="store_true", help="print what came of it as one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Makes trials until the model holds as many as wanted, and returns the exit code: 4 if it ended before."""
+    require_writable(options.model)
+    with clean_standard_output():
+        execute(options.stages)
+        file = rooms.load_exploration_file(options.file)
+        exploration = _exploration(options, file)
+        with interruptible() as interrupted:
+            flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, interrupted)
+            ended = rooms.ExplorationRun("done", 0)
+            complete = len(exploration.trials) >= options.trials
+            trial = None if complete else rooms.trial_of(file, stop=flag)  # before anything is written
+            exists = options.model.exists()
+            journal = (
+                rooms.Journal.resume(options.model) if exists else rooms.Journal.create(options.model, exploration)
+            )
+            if trial is not None:
+                with options.surrounding.showing("trying") as show:
+                    report = None if show is None else _reporter(show)
+                    ended = rooms.run_exploration(journal, trial, options.trials, stop=flag, progress=report)
+    return _answer(options, journal.exploration, ended, flag)
+
+
+def _exploration(options: argparse.Namespace, file: "rooms.ExplorationDescription") -> "rooms.Exploration":
+    """The exploration to go on with: a new one, or with --resume that of the model if there is one.
+
+    Raises:
+        InputError: there is one and it is not to be resumed, or it is of another exploration.
+    """
+    budget = _budget(options.invalid_budget)
+    if not options.model.exists():
+        return rooms.exploration_of(file, seed=options.seed or 0, invalid_budget=budget)
+    if not options.resume:
+        message = "there is such a file already, and no trial is overwritten"
+        hint = "--resume goes on with its trials; or name another model with -o"
+        raise InputError([Diagnostic(str(options.model), 1, 1, message, hint)])
+    exploration = rooms.load_exploration(options.model)
+    rooms.require_same(file, exploration, seed=options.seed, invalid_budget=budget)
+    return exploration
+
+
+def _budget(text: str | None) -> float | None:
+    if text is None:
+        return None
+    value = number(text)
+    if value is None or not 0.0 < value < 1.0:
+        raise InputError([finding("--invalid-budget", "write a share above 0 and below 1, such as 0.2", text)])
+    return value
+
+
+def _reporter(show: Callable[[str], None]) -> "Callable[[rooms.TrialReport], None]":
+    """A function that shows a trial: `trial 12 of 60: string d4: valid` or the reason why it was not."""
+
+    def report(made: "rooms.TrialReport") -> None:
+        result = made.result
+        said = "valid" if isinstance(result, rooms.Valid) else result.reason
+        case = rooms.described_case(made.question.case)
+        show(
+            f"trial {made.number} of {made.trials}: {case}: {said}{f', {result.comment}' if result.comment else ''}"
+        )
+
+    return report
+
+
+def _answer(
+    options: argparse.Namespace, exploration: "rooms.Exploration", ended: "rooms.ExplorationRun", flag: StopFlag
+) -> int:
+    """Prints what came of the run, and returns the exit code."""
+    stopped, message = _stopped(ended, flag)
+    if options.json:
+        print_json(rooms.run_answer(exploration, options.model, ended.made, stopped, message))
+    else:
+        print(rooms.describe_exploration(exploration, rooms.summaries_of(exploration)))
+    if message is not None:
+        tell(f"{options.model}: {message}")
+    elif not options.json:
+        tell(f"{options.model}: {rooms.counted(ended.made, 'new trial')}; kabo explore show {options.model}")
+    return exit_codes.DONE if stopped is None else exit_codes.NO_PLAN
+
+
+def _stopped(ended: "rooms.ExplorationRun", flag: StopFlag) -> "tuple[rooms.Stopped | None, str | None]":
+    """Why a run ended before it had all trials, as a word and as a sentence; None if it had all."""
+    if ended.ended == "done":
+        return None, None
+    if ended.ended == "no_parameters":
+        case, error = ended.refusals[0]
+        return (
+            "not_explored" if error.reason == "not_explored" else "nothing_valid"
+        ), f"{rooms.described_case(case)}: {error}"
+    reason: rooms.Stopped = "interrupted" if flag.interrupted else "memory" if flag.spent == "memory" else "time"
+    said = "interrupted" if reason == "interrupted" else f"{reason} exhausted"
+    return reason, f"{said}; all trials are kept: --resume goes on"
+
+
+def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
+    """Reports that the command was ended by force, within a trial, and returns the exit code."""
+    if not options.model.exists():
+        tell(f"kabo: {message}; nothing was written")
+        if options.json:
+            print_json({"code": "cut_off", "message": message})
+        return exit_codes.NO_PLAN
+    exploration = rooms.load_exploration(options.model)
+    trials = rooms.counted(len(exploration.trials), "trial")
+    said = f"{message}; the model has {trials}, --resume goes on"
+    tell(f"{options.model}: {said}")
+    if options.json:
+        stopped: rooms.Stopped = "memory" if spent == "memory" else "time"
+        print_json(rooms.run_answer(exploration, options.model, None, stopped, said))
+    return exit_codes.NO_PLAN

@@ -1,0 +1,108 @@
+"""Calls a trial function: what it raises, and what it gives that is no result, is told at the function, with the trial."""
+
+import inspect
+import traceback
+from functools import partial
+from typing import Any
+
+from kabo.errors import CutOff, Diagnostic, InputError
+from kabo.exploration import Exploration, ExplorationError, Question
+from kabo.trials.errors import TrialError
+from kabo.trials.results import Invalid, TrialFunction, TrialResult, Valid
+
+_LONGEST_REASON = 200
+
+
+def call_trial(
+    trial: TrialFunction, exploration: Exploration, question: Question, number: int, seed: int
+) -> TrialResult:
+    """The result of a trial, which the exploration can be told.
+
+    Args:
+        trial: the function.
+        exploration: to know its outcomes; it is not told anything.
+        question: case and parameters.
+        number: of the trial, from 1, for messages.
+        seed: what is random in the trial follows from it.
+
+    Raises:
+        TrialError: the function raised an error, or gave no Valid with all outcomes and no Invalid with a reason.
+        CutOff: the trial was stopped before it had a result.
+    """
+    name = f"trial {number} ({named(question)})"
+
+    def fault(message: str, hint: str | None, place: tuple[str, int], cause: BaseException | None = None) -> TrialError:
+        error = TrialError(
+            [Diagnostic(*place, 1, f"{name} {message}", hint)], number, question.case, question.parameters
+        )
+        error.__cause__ = cause
+        return error
+
+    try:
+        result = trial(dict(question.case), dict(question.parameters), seed)
+    except CutOff:
+        raise
+    except InputError as error:
+        told = [_named(each, name) for each in error.diagnostics]
+        raise TrialError(told, number, question.case, question.parameters) from error
+    except Exception as error:
+        raise fault(
+            f"raised {type(error).__name__}: {error}",
+            f"its seed is {seed}; all trials before it are kept",
+            _place_of_error(error, trial),
+            error,
+        ) from error
+    problem = _fault_of_result(result, exploration, question)
+    if problem is not None:
+        names = ", ".join(f'"{each}": …' for each in exploration.outcomes)
+        hint = f'a trial gives Valid({{{names}}}) or Invalid("why")'
+        raise fault(problem, hint, _place_of(trial))
+    return result
+
+
+def named(question: Question) -> str:
+    """Case and parameters in one line: `bar steel; along 0.01, force 12`."""
+    case = ", ".join(f"{name} {value}" for name, value in question.case.items())
+    parameters = ", ".join(f"{name} {value:g}" for name, value in question.parameters.items())
+    return f"{case}; {parameters}" if case else parameters
+
+
+def _named(diagnostic: Diagnostic, name: str) -> Diagnostic:
+    return Diagnostic(
+        diagnostic.file, diagnostic.line, diagnostic.column, f"{name}: {diagnostic.message}", diagnostic.hint,
+        diagnostic.length, diagnostic.severity, diagnostic.source,
+    )  # fmt: skip
+
+
+def _fault_of_result(result: Any, exploration: Exploration, question: Question) -> str | None:
+    """What is wrong with the result of a trial; None if nothing is."""
+    if isinstance(result, Invalid):
+        reason: Any = result.reason
+        if not isinstance(reason, str) or not reason.strip() or reason != reason.strip():
+            return f"is invalid for the reason {reason!r:.80}, which is no word"
+        if not reason.isprintable() or len(reason) > _LONGEST_REASON:
+            return f"is invalid for the reason {reason!r:.80}: a reason is one line of at most {_LONGEST_REASON} characters"
+        return None
+    if not isinstance(result, Valid):
+        return f"gave {result!r:.80}, which is neither Valid nor Invalid"
+    try:
+        exploration.checked_trial(question.case, question.parameters, True, result.outcomes)
+    except ExplorationError as error:
+        return f"gave outcomes that cannot be used: {error}"
+    return None
+
+
+def _place_of_error(error: BaseException, trial: TrialFunction) -> tuple[str, int]:
+    """The last line of the function's file that an error passed through; where the function begins if there is none."""
+    file, line = _place_of(trial)
+    lines = [each.lineno for each in traceback.extract_tb(error.__traceback__) if each.filename == file]
+    return file, (lines[-1] if lines else None) or line
+
+
+def _place_of(trial: Any) -> tuple[str, int]:
+    """File and line of a function, or of the `__call__` of an object."""
+    while isinstance(trial, partial):
+        trial = trial.func
+    trial = inspect.unwrap(trial)
+    code = getattr(trial, "__code__", None) or getattr(getattr(type(trial), "__call__", None), "__code__", None)
+    return ("trial", 1) if code is None else (code.co_filename, code.co_firstlineno)

@@ -1,0 +1,82 @@
+"""Explorations of files: a new one, and whether a model that is to be gone on with is of the same file."""
+
+from kabo.errors import Diagnostic, InputError
+from kabo.exploration import Exploration, Space, Validity
+from kabo.language.exploration_description import ExplorationDescription
+from kabo.language.findings import Findings
+
+
+def exploration_of(
+    description: ExplorationDescription, *, seed: int = 0, invalid_budget: float | None = None
+) -> Exploration:
+    """A new exploration, without trials, as a file describes it.
+
+    A file that says how a trial is made, and gives no `start`, begins in the middle of the bounds. Where trials are
+    made elsewhere nothing is tried that nobody has named: without a start, the first trial must be told.
+
+    Args:
+        description: the file.
+        seed: of all random candidates and trials.
+        invalid_budget: the share of trials that may be invalid; None: as the file says.
+    """
+    default = Validity()
+    start = description.start
+    if start is None and description.trial is not None:
+        start = {each.name: each.lower + (each.upper - each.lower) / 2 for each in description.parameters}
+    return Exploration(
+        Space(
+            {each.name: (each.lower, each.upper) for each in description.parameters},
+            {each.name: each.values for each in description.cases},
+            {each.name: each.unit for each in description.parameters if each.unit},
+        ),
+        [each.name for each in description.outcomes],
+        seed=seed,
+        validity=Validity(
+            default.scale if description.scale is None else description.scale,
+            default.noise if description.noise is None else description.noise,
+            default.alpha if description.alpha is None else description.alpha,
+        ),
+        invalid_budget=description.invalid_budget if invalid_budget is None else invalid_budget,
+        start=start,
+        retry=description.retry,
+        units={each.name: each.unit for each in description.outcomes if each.unit},
+        name=description.name,
+    )
+
+
+def require_same(
+    description: ExplorationDescription,
+    exploration: Exploration,
+    *,
+    seed: int | None = None,
+    invalid_budget: float | None = None,
+) -> None:
+    """Checks that a model which is to be gone on with was made with the same file and options.
+
+    Args:
+        description: the file.
+        exploration: what the model holds.
+        seed, invalid_budget: None: those of the model are right.
+
+    Raises:
+        InputError: names everything that differs.
+    """
+    mine = exploration_of(
+        description,
+        seed=exploration.seed if seed is None else seed,
+        invalid_budget=exploration.invalid_budget if invalid_budget is None else invalid_budget,
+    ).header
+    theirs = exploration.header
+    if invalid_budget is None:
+        mine["invalid_budget"] = theirs["invalid_budget"]
+    different = [key for key in theirs if mine.get(key) != theirs[key]]
+    if different:
+        raise InputError([_of_another(description, f"{', '.join(different)}")])
+
+
+def _of_another(description: ExplorationDescription, what: str) -> Diagnostic:
+    findings = Findings()
+    findings.know(description.source)
+    hint = "trials of another exploration cannot be gone on with: write a new model"
+    findings.add(description.place, f"the model was made with another {what}", hint)
+    return findings.diagnostics[0]
