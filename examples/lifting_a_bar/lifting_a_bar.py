@@ -79,7 +79,8 @@ class Lifted:
     """What is sensed of one lift, without noise."""
 
     torque: float  # about y at the wrist; positive where the bar's heavier end is towards -x [Nm]
-    tilt: float  # of the bar [rad]
+    tilt: float  # of the bar, up at its +x end [rad]
+    middle: tuple[float, float]  # of the bar, x and z [m]
     raised: float  # how far the place between the pads has come up with the hand [m]
     pressed: float  # the greatest force on a pad [N]
 
@@ -99,13 +100,20 @@ def trial(bar: Bar, along: float, force: float, seed: int) -> Valid | Invalid:
     """A lift with the errors of a robot, which `seed` draws: of the place [m], of the force [N], of the reading [Nm]."""
     place, share, reading = np.random.default_rng(seed).normal(0.0, (ALONG_ERROR, FORCE_ERROR, TORQUE_ERROR))
     found = simulate(bar, along + place, force * (1.0 + share))
+    return fault(bar, found) or Valid(
+        {"torque": round(round((found.torque + reading) / RESOLUTION) * RESOLUTION, 6)}
+    )
+
+
+def fault(bar: Bar, found: Lifted) -> Invalid | None:
+    """Why a lift is not valid; None: the bar is whole, and held level."""
     if found.pressed > bar.bears:
         return Invalid("crushed", f"pressed with {found.pressed:.1f} N")
     if found.raised < DROPPED:
         return Invalid("dropped", f"raised by {1e3 * found.raised:.0f} mm")
     if abs(found.tilt) > HANGING:
         return Invalid("hanging", f"tilted by {np.degrees(abs(found.tilt)):.0f} deg")
-    return Valid({"torque": round(round((found.torque + reading) / RESOLUTION) * RESOLUTION, 6)})
+    return None
 
 
 def simulate(bar: Bar, along: float, force: float) -> Lifted:
@@ -123,11 +131,10 @@ def simulate(bar: Bar, along: float, force: float) -> Lifted:
         pressed = max(pressed, float(data.sensordata[3]))
         if time >= READING:
             torques.append(float(data.sensordata[1]))
-    turn = data.body("bar").xmat.reshape(3, 3)
-    raised = data.body("bar").xpos[2] + along * turn[2, 0] - HEIGHT / 2
-    return Lifted(
-        float(np.mean(torques)), float(np.arcsin(np.clip(turn[2, 0], -1.0, 1.0))), float(raised), pressed
-    )
+    axis, (x, _, z) = data.body("bar").xmat.reshape(3, 3)[:, 0], data.body("bar").xpos
+    raised = float(z + along * axis[2] - HEIGHT / 2)
+    tilt = float(np.arctan2(axis[2], axis[0]))
+    return Lifted(float(np.mean(torques)), tilt, (float(x), float(z)), raised, pressed)
 
 
 def _described(bar: Bar) -> str:

@@ -1,51 +1,73 @@
 """Checks of what an exploration is given: names, probabilities, outcomes, targets."""
 
 from collections.abc import Iterable, Mapping
+from numbers import Integral
+from reprlib import repr as shown
 from typing import Any
 
 from kabo.exploration.errors import ExplorationError
 from kabo.exploration.records import Inferred, Target, Validity
-from kabo.exploration.space import Space, finite, unknown
+from kabo.exploration.space import A_NUMBER, Space, faults_of_units, finite, is_text, unknown
 
 Tolerance = float | Mapping[str, float] | str | None  # a number for all outcomes, one for each, or `deviation`
 EXTREMES = ("least", "most")
 
 
-def checked_names(outcomes: Iterable[str]) -> tuple[str, ...]:
+def checked_names(outcomes: Any) -> tuple[str, ...]:
     """The names of outcomes; raises ExplorationError if there are none, or not only different texts."""
-    names = (outcomes,) if isinstance(outcomes, str) else tuple(outcomes)
-    if not names or any(not isinstance(each, str) or not each for each in names):
+    given = (outcomes,) if isinstance(outcomes, str) else outcomes
+    names = tuple(given) if isinstance(given, Iterable) else ()
+    if not names or not all(is_text(each) and each for each in names):
         raise ExplorationError(
-            f"an exploration has one outcome or more, each with a name, these are {list(names)!r}"
+            f"an exploration has one outcome or more, each with a name, these are {shown(outcomes)}"
         )
     if len(set(names)) < len(names):
-        raise ExplorationError(f"outcomes must differ, these are {', '.join(names)}")
+        raise ExplorationError(f"outcomes must differ, these are {shown(list(names))}")
     return names
 
 
-def checked_units(units: Mapping[str, str], outcomes: Iterable[str]) -> dict[str, str]:
-    """The units of outcomes; raises ExplorationError for an unknown outcome."""
-    for name in units:
-        if name not in outcomes:
-            raise ExplorationError(unknown("outcome", name, outcomes))
+def checked_units(units: Any, outcomes: Iterable[str]) -> dict[str, str]:
+    """The units of outcomes; raises ExplorationError for an unknown outcome, or a unit that is no text."""
+    if faults := faults_of_units(units, "outcome", outcomes):
+        raise ExplorationError("; ".join(faults))
     return dict(units)
+
+
+def checked_text(text: Any, what: str) -> str:
+    """The text; raises ExplorationError if it is none, or none that a file can hold."""
+    if not is_text(text):
+        raise ExplorationError(f"{what} must be a text, this is {shown(text)}")
+    return str(text)
+
+
+def checked_seed(seed: Any) -> int:
+    """The seed; raises ExplorationError if it is no whole number of 64 bits."""
+    if isinstance(seed, bool) or not isinstance(seed, Integral) or not -(2**63) <= int(seed) < 2**63:
+        raise ExplorationError(f"the seed must be a whole number of 64 bits, this is {shown(seed)}")
+    return int(seed)
 
 
 def checked_validity(options: Validity) -> Validity:
     """The options with plain numbers; raises ExplorationError for numbers that are no scale, noise or probability."""
-    scale, noise, alpha = map(finite, (options.scale, options.noise, options.alpha))
+    if not isinstance(options, Validity):
+        raise ExplorationError(f"validity must be a Validity, this is {shown(options)}")
+    scale, noise = finite(options.scale), finite(options.noise)
     if scale is None or not 0.01 <= scale <= 10:
-        raise ExplorationError(f"the scale of validity must be between 0.01 and 10, this is {options.scale!r}")
+        raise ExplorationError(
+            f"the scale of validity must be between 0.01 and 10, this is {shown(options.scale)}"
+        )
     if noise is None or not 0.01 <= noise <= 10:
-        raise ExplorationError(f"the noise of validity must be between 0.01 and 10, this is {options.noise!r}")
-    return Validity(scale, noise, checked_alpha(options.alpha if alpha is None else alpha))
+        raise ExplorationError(
+            f"the noise of validity must be between 0.01 and 10, this is {shown(options.noise)}"
+        )
+    return Validity(scale, noise, checked_alpha(options.alpha))
 
 
 def checked_alpha(alpha: Any) -> float:
     """The probability; raises ExplorationError if it is not above 0 and below 1."""
     number = finite(alpha)
     if number is None or not 0 < number < 1:
-        raise ExplorationError(f"alpha must be a probability above 0 and below 1, this is {alpha!r}")
+        raise ExplorationError(f"alpha must be a probability above 0 and below 1, this is {shown(alpha)}")
     return number
 
 
@@ -55,34 +77,28 @@ def checked_budget(budget: Any) -> float | None:
         return None
     number = finite(budget)
     if number is None or not 0 < number < 1:
-        raise ExplorationError(f"the budget of invalid trials must be above 0 and below 1, this is {budget!r}")
+        raise ExplorationError(
+            f"the budget of invalid trials must be above 0 and below 1, this is {shown(budget)}"
+        )
     return number
 
 
-def checked_change(space: Space, reason: str, change: Mapping[str, float]) -> dict[str, float]:
-    """By how much parameters change after a reason; raises ExplorationError for unknown ones, or no finite numbers."""
-    known = {}
-    for name, value in change.items():
-        number = finite(value)
-        if name not in space.parameters:
-            raise ExplorationError(f"retry after {reason}: {unknown('parameter', name, space.parameters)}")
-        if number is None:
-            raise ExplorationError(
-                f"retry after {reason}: {name} must change by a finite number, this is {value!r}"
-            )
-        known[name] = number
-    return known
+def checked_retry(space: Space, retry: Any) -> dict[str, dict[str, float]]:
+    """By how much parameters change after each reason; raises ExplorationError for unknown ones, or no numbers."""
+    if not isinstance(retry, Mapping):
+        raise ExplorationError(f"retry must map reasons to changes, this is {shown(retry)}")
+    return {checked_text(reason, "a reason"): _checked_change(space, reason, retry[reason]) for reason in retry}
 
 
 def checked_outcomes(given: Any, outcomes: Iterable[str]) -> dict[str, float]:
     """Every outcome of a valid trial; raises ExplorationError if one is unknown, missing or not finite."""
     if not isinstance(given, Mapping):
-        raise ExplorationError(f"outcomes must map names to numbers, this is {given!r}")
+        raise ExplorationError(f"outcomes must map names to numbers, this is {shown(given)}")
     numbers = {name: finite(given[name]) for name in outcomes if name in given}
     faults = [unknown("outcome", name, outcomes) for name in given if name not in numbers]
     faults += [f"a valid trial has an outcome, {name} is missing" for name in outcomes if name not in given]
     faults += [
-        f"{name} must be a finite number, this is {given[name]!r}" for name in numbers if numbers[name] is None
+        f"{name} must be {A_NUMBER}, this is {shown(given[name])}" for name in numbers if numbers[name] is None
     ]
     if faults:
         raise ExplorationError("; ".join(faults))
@@ -92,14 +108,14 @@ def checked_outcomes(given: Any, outcomes: Iterable[str]) -> dict[str, float]:
 def checked_target(target: Any, outcomes: Iterable[str]) -> Target:
     """What is wanted; raises ExplorationError for unknown outcomes, and for values that are no number, least or most."""
     if not isinstance(target, Mapping) or not target:
-        raise ExplorationError(f"a target maps one outcome or more to the wanted values, this is {target!r}")
+        raise ExplorationError(f"a target maps one outcome or more to the wanted values, this is {shown(target)}")
     wanted: dict[str, Any] = {}
     for name, value in target.items():
         if name not in outcomes:
             raise ExplorationError(unknown("outcome", name, outcomes))
         wanted[name] = value if isinstance(value, str) and value in EXTREMES else finite(value)
         if wanted[name] is None:
-            raise ExplorationError(f"{name} must be a finite number, least or most, this is {value!r}")
+            raise ExplorationError(f"{name} must be {A_NUMBER}, least or most, this is {shown(value)}")
     return wanted
 
 
@@ -114,7 +130,7 @@ def checked_tolerance(tolerance: Tolerance, outcomes: Iterable[str]) -> Toleranc
         if isinstance(tolerance, Mapping) and name not in outcomes:
             raise ExplorationError(unknown("outcome", name, outcomes))
         if number is None or number < 0:
-            raise ExplorationError(f"the tolerance must be a number from 0 on, this is {value!r}")
+            raise ExplorationError(f"the tolerance must be a number from 0 on, this is {shown(value)}")
         numbers[name] = number
     return numbers if isinstance(tolerance, Mapping) else numbers["tolerance"]
 
@@ -146,3 +162,21 @@ def out_of_range(nearest: Inferred, target: Target) -> str:
     )
     at = ", ".join(f"{name} {value:g}" for name, value in nearest.parameters.items())
     return f"{wanted} cannot be had: the nearest is {near}, at {at}"
+
+
+def _checked_change(space: Space, reason: str, change: Any) -> dict[str, float]:
+    if not isinstance(change, Mapping):
+        raise ExplorationError(
+            f"retry after {reason}: a change maps parameters to numbers, this is {shown(change)}"
+        )
+    known = {}
+    for name, value in change.items():
+        number = finite(value)
+        if name not in space.parameters:
+            raise ExplorationError(f"retry after {reason}: {unknown('parameter', name, space.parameters)}")
+        if number is None:
+            raise ExplorationError(
+                f"retry after {reason}: {name} must change by {A_NUMBER}, this is {shown(value)}"
+            )
+        known[name] = number
+    return known

@@ -47,7 +47,7 @@ def first_parameters(
     """Parameters to begin with, while none of the `trials` of a case is valid [T 4.3.1].
 
     The first are `start`. After an invalid trial they change as `retry` says for its reason; where it says nothing, or
-    the bounds leave no change, they are drawn around the start.
+    that leads to what has been tried, they are drawn around the start.
 
     Raises:
         NoParametersError: `not_explored` without a start or trials, `nothing_valid` after too many invalid trials.
@@ -62,12 +62,11 @@ def first_parameters(
         return dict(start)
     last = trials[-1]
     change = retry.get(last.reason, {})
-    low_and_high = space.parameters
     changed = {
-        name: min(max(value + change.get(name, 0.0), low_and_high[name][0]), low_and_high[name][1])
-        for name, value in last.parameters.items()
+        name: min(max(last.parameters[name] + change.get(name, 0.0), low), high)
+        for name, (low, high) in space.parameters.items()
     }
-    if changed != dict(last.parameters):
+    if all(changed != dict(each.parameters) for each in trials):
         return changed
     drawn = around(key, 0, 1, space.scaled([start]), scale)
     return space.named(space.rounded(drawn)[0][0])
@@ -80,16 +79,23 @@ def nothing_valid(trials: Sequence[Trial]) -> str:
     return f"none of {len(trials)} trials is valid: {told}; begin with other parameters"
 
 
-def caution(validities: Sequence[bool], first: float, budget: float) -> float:
-    """The level z after trials of these validities, where α = Φ(z), so that a share `budget` of trials is invalid.
+def caution(validities: Sequence[bool], alpha: float, budget: float) -> float:
+    """The probability α above which to try after trials of these validities, so that a share `budget` is invalid.
 
-    The next parameters are sought at the border of the valid set, so α is no share of valid trials: after each trial z
-    moves by half of what it was more, or less, invalid than the budget permits.
+    The next parameters are sought at the border of the valid set, so α is no share of valid trials. α = Φ(z), and after
+    each trial z moves by half of what it was more, or less, invalid than the budget permits. The first α is the given
+    one, or the share of trials that are to be valid if that is more.
     """
-    level = first
+    from scipy.special import ndtr, ndtri  # with scikit-learn
+
+    level = _bounded(float(ndtri(max(alpha, 1.0 - budget))))
     for valid in validities:
-        level = min(max(level + 0.5 * ((not valid) - budget), 0.0), MOST_CAUTIOUS)
-    return level
+        level = _bounded(level + 0.5 * ((not valid) - budget))
+    return float(ndtr(level))
+
+
+def _bounded(level: float) -> float:
+    return min(max(level, 0.0), MOST_CAUTIOUS)
 
 
 def case_order(

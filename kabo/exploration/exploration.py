@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from reprlib import repr as shown
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,12 @@ from kabo.exploration.arguments import (
     Tolerance,
     checked_alpha,
     checked_budget,
-    checked_change,
     checked_names,
     checked_outcomes,
+    checked_retry,
+    checked_seed,
     checked_target,
+    checked_text,
     checked_tolerance,
     checked_units,
     checked_validity,
@@ -69,13 +72,13 @@ class Exploration:
         Raises:
             ExplorationError: a name is unknown, or a number is outside its bounds.
         """
-        self.space, self.seed, self.name = space, int(seed), name
+        self.space, self.seed, self.name = space, checked_seed(seed), checked_text(name, "the name")
         self.outcomes = checked_names(outcomes)
-        self.units = checked_units(units or {}, self.outcomes)
+        self.units = checked_units({} if units is None else units, self.outcomes)
         self.validity_options = checked_validity(validity)
         self.invalid_budget = checked_budget(invalid_budget)
         self.start = None if start is None else space.checked(start)
-        self.retry = {reason: checked_change(space, reason, change) for reason, change in (retry or {}).items()}
+        self.retry = checked_retry(space, {} if retry is None else retry)
         self._trials: list[Trial] = []
         self._by_case: dict[Key, list[Trial]] = {tuple(case.values()): [] for case in space.all_cases}
         self._models: dict[Key, CaseModel] = {}
@@ -129,14 +132,13 @@ class Exploration:
     ) -> Trial:
         """The trial that `tell` would add; raises ExplorationError as it does."""
         if not isinstance(valid, (bool, np.bool_)):
-            raise ExplorationError(f"a trial is valid or not: True or False, this is {valid!r}")
-        if not isinstance(reason, str):
-            raise ExplorationError(f"the reason must be a word, this is {reason!r}")
+            raise ExplorationError(f"a trial is valid or not: True or False, this is {shown(valid)}")
+        checked_text(reason, "the reason")
         if valid and reason:
-            raise ExplorationError(f'a valid trial has no reason, this one has "{reason}"')
-        if not valid and outcomes:
+            raise ExplorationError(f"a valid trial has no reason, this one has {shown(reason)}")
+        if not valid and outcomes is not None and not (isinstance(outcomes, Mapping) and not outcomes):
             raise ExplorationError("an invalid trial has no outcome: nothing comes of it that a model may learn")
-        known = checked_outcomes(outcomes or {}, self.outcomes) if valid else {}
+        known = checked_outcomes({} if outcomes is None else outcomes, self.outcomes) if valid else {}
         return Trial(self.space.case(case), self.space.checked(parameters), bool(valid), known, reason)
 
     # ----------------------------------------------------------------------------------------------- questions
@@ -184,9 +186,7 @@ class Exploration:
             point = safest_point(model, self.space, stream)
         if point is None:
             wanted = self.alpha(case) if alpha is None else alpha
-            raise NoParametersError(
-                "nothing_valid", f"no parameters are valid with a probability above {wanted:g}"
-            )
+            raise NoParametersError("nothing_valid", f"no parameters are valid with a probability above {wanted}")
         row = point[None]
         return Question(case, self.space.named(self.space.rounded(row)[0][0]), float(model.validity(row)[0]))
 
@@ -194,10 +194,8 @@ class Exploration:
         """The probability of being valid above which parameters of the case may be tried now."""
         if self.invalid_budget is None:
             return self.validity_options.alpha
-        from scipy.special import ndtr, ndtri  # with scikit-learn
-
         known = [each.valid for each in self._by_case[self._key(case)]]
-        return float(ndtr(caution(known, float(ndtri(self.validity_options.alpha)), self.invalid_budget)))
+        return caution(known, self.validity_options.alpha, self.invalid_budget)
 
     # ------------------------------------------------------------------------------------------------- answers
     def validity(self, case: Case | None, points: Sequence[Parameters]) -> Array:
@@ -261,13 +259,13 @@ class Exploration:
         alpha = checked_alpha(alpha)
         permitted = checked_tolerance(tolerance, self.outcomes)
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise ExplorationError(f"count must be a positive whole number, this is {count!r}")
+            raise ExplorationError(f"count must be a positive whole number, this is {shown(count)}")
         cases = self.space.matching(where)
         models = [self._model(tuple(case.values())) for case in cases]
         self._require_valid(models)
         found = Asked(self.space, cases, models, target, alpha, self.seed).best(count)
         if not found:
-            raise NoParametersError("nothing_valid", f"no parameters are valid with a probability above {alpha:g}")
+            raise NoParametersError("nothing_valid", f"no parameters are valid with a probability above {alpha}")
         near = tuple(each for each in found if not too_far(each, target, permitted))
         if not near:
             raise NoParametersError("out_of_range", out_of_range(found[0], target), found[0])

@@ -3,18 +3,20 @@
 Whatever stops the program, all whole lines are kept; a torn last line is dropped.
 """
 
+import errno
 import json
 import os
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
+from reprlib import repr as shown
 from typing import Any, NoReturn
 
-from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.errors import Diagnostic, InputError
 from kabo.exploration.errors import ExplorationError
 from kabo.exploration.exploration import Exploration
 from kabo.exploration.records import Case, Parameters, Trial, Validity
-from kabo.exploration.space import Space
+from kabo.exploration.space import Space, unknown
 from kabo.exploration.text import FORMAT, line_of, trial_to_json
 
 HEADER = ("format", "name", "space", "outcomes", "validity", "invalid_budget", "start", "retry", "seed")
@@ -80,11 +82,26 @@ class Journal:
             OSError: the file cannot be written.
         """
         trial = self.exploration.checked_trial(case, parameters, valid, outcomes, reason)
-        with self.path.open("ab") as file:
-            file.write(line_of(trial_to_json(trial)).encode())
-            file.flush()
-            os.fsync(file.fileno())
+        _append(self.path, line_of(trial_to_json(trial)).encode())
         return self.exploration.tell(case, parameters, valid, outcomes, reason)
+
+
+def _append(path: Path, line: bytes) -> None:
+    """Adds a line at the end of a file, whole or not at all, and waits until the disk has it; raises OSError."""
+    with open(path, "ab", buffering=0, opener=_existing) as file:  # noqa: PTH123 - Path.open takes no opener
+        length = file.tell()
+        try:
+            if file.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+            os.fsync(file.fileno())
+        except OSError:
+            file.truncate(length)
+            raise
+
+
+def _existing(path: str, flags: int) -> int:
+    """Opens a file that exists: a new one would be a journal without its header."""
+    return os.open(path, flags & ~os.O_CREAT)
 
 
 def _read(path: Path, name: str) -> tuple[Exploration, int, int]:
@@ -116,26 +133,33 @@ class _Reading:
     def header(self, text: bytes) -> Exploration:
         given = self.object(1, text)
         if given.get("format") != FORMAT:
-            told = f", its format is {given['format']!r:.60}" if "format" in given else ""
+            told = f", its format is {shown(given['format'])}" if "format" in given else ""
             self.fail(1, f"this is no model of an exploration{told}", f'the format of a model is "{FORMAT}"')
         self.keys(1, given, HEADER, HEADER)
         found: Exploration = self.checked(1, lambda: _exploration(given))
+        for key, value in found.header.items():
+            if given[key] != value:
+                self.fail(1, f'"{key}" is not what kabo writes', f"that would be {shown(value)}")
         return found
 
     def trial(self, exploration: Exploration, number: int, text: bytes) -> None:
         given = self.object(number, text)
         valid: Any = given.get("valid")
         self.keys(number, given, TRIAL, ("case", "parameters", "valid", "outcomes" if valid is True else "reason"))
-        self.checked(
+        told = self.checked(
             number,
             lambda: exploration.tell(
                 given["case"], given["parameters"], valid, given.get("outcomes"), given.get("reason", "")
             ),
         )
+        if trial_to_json(told) != given:
+            self.fail(number, "the trial is not what kabo writes")
 
     def object(self, number: int, text: bytes) -> dict[str, Any]:
         try:
-            value = json.loads(text.decode(), object_pairs_hook=_once, parse_constant=_no_constant)
+            value = json.loads(
+                text.decode(), object_pairs_hook=_once, parse_int=_whole, parse_constant=_no_constant
+            )
         except UnicodeDecodeError as error:
             self.fail(number, "this is no text in UTF-8", column=error.start + 1)
         except json.JSONDecodeError as error:
@@ -151,9 +175,7 @@ class _Reading:
     def keys(self, number: int, given: Mapping[str, Any], known: tuple[str, ...], needed: tuple[str, ...]) -> None:
         for key in given:
             if key not in known:
-                self.fail(
-                    number, f'unknown key "{key}"', did_you_mean(key, known) or f"the keys are {', '.join(known)}"
-                )
+                self.fail(number, unknown("key", key, known))
         for key in needed:
             if key not in given:
                 self.fail(number, f'the key "{key}" is missing')
@@ -194,10 +216,15 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise ValueError(f'the key "{key}" stands here twice')
+            raise ValueError(f"the key {shown(key)} stands here twice")
         found[key] = value
     return found
 
 
 def _no_constant(text: str) -> NoReturn:
     raise ValueError(f"{text} is no number that a model may have")
+
+
+def _whole(text: str) -> float:
+    """The number; Python reads whole numbers of any length very slowly, and none of them is needed."""
+    return int(text) if len(text) < 40 else float(text)  # noqa: PLR2004

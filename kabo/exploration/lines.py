@@ -2,12 +2,15 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
+from reprlib import repr as shown
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.exploration.errors import ExplorationError
+from kabo.exploration.space import A_NUMBER, LARGEST, finite
 from kabo.streams import stream_key, uniforms
 
 HYPOTHESES = 400  # lines through two random points: enough to meet two good ones if one in five points is good
@@ -34,7 +37,8 @@ class Line:
     @cached_property
     def frame(self) -> Array:
         """The pose (4, 4) at the origin: x along the line, z as far upward as that permits, y across it."""
-        up = np.array([0.0, 0.0, 1.0]) if abs(self.direction[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
+        steep = np.hypot(self.direction[0], self.direction[1]) < 1e-6  # noqa: PLR2004 - nothing of z is left across it
+        up = np.array([1.0, 0.0, 0.0] if steep else [0.0, 0.0, 1.0])
         across = np.cross(up, self.direction)
         across /= np.linalg.norm(across)
         pose = np.eye(4)
@@ -68,13 +72,13 @@ def fit_line(points: npt.ArrayLike, tolerance: float = 0.01, seed: int = 0) -> L
         raise ExplorationError(
             f"a line is fitted to two points or more, as an array (n, 3), this is {known.shape}"
         )
-    if not np.isfinite(known).all():
-        raise ExplorationError("the points of a line must be finite numbers")
-    if not (np.isfinite(tolerance) and tolerance > 0):
-        raise ExplorationError(f"the tolerance of a line must be a positive number, this is {tolerance!r}")
-    if float(np.ptp(known, axis=0).max()) == 0.0:
-        raise ExplorationError("all points of the line are the same")
+    if not (np.abs(known) <= LARGEST).all():
+        raise ExplorationError(f"each coordinate of a line's points must be {A_NUMBER}")
+    if not (finite(tolerance) or 0.0) > 0:
+        raise ExplorationError(f"the tolerance of a line must be a positive number, this is {shown(tolerance)}")
     inliers = _best_inliers(known, tolerance, seed)
+    if not inliers.any():
+        raise ExplorationError("all points of the line are the same")
     for _ in range(ROUNDS):
         centre, direction = _least_squares(known[inliers])
         found = _distances(known, centre, direction) <= tolerance
@@ -93,27 +97,32 @@ def halton(index: int, dimensions: int = 1) -> Array:
     Raises:
         ExplorationError: the index is negative, or there are more than six dimensions.
     """
-    if index < 0 or not 1 <= dimensions <= len(PRIMES):
+    if not isinstance(index, Integral) or index < 0 or dimensions not in range(1, len(PRIMES) + 1):
         raise ExplorationError(f"Halton's sequence has an index from 0 on and 1 to {len(PRIMES)} dimensions")
-    return np.array([_mirrored(index + 1, base) for base in PRIMES[:dimensions]])
+    return np.array([_mirrored(int(index) + 1, base) for base in PRIMES[:dimensions]])
 
 
 def _best_inliers(points: Array, tolerance: float, seed: int) -> npt.NDArray[np.bool_]:
-    """The points near the best of many lines through two of them: the most, then those with the least squares."""
+    """The points near the best of many lines through two of them: the most, then those with the least squares.
+
+    There are two at least, or none if all points are the same.
+    """
     n = len(points)
+    farthest = int(np.argmax(np.linalg.norm(points - points[0], axis=1)))  # the random pairs may all be duplicates
     pairs = (
         np.array([(i, j) for i in range(n) for j in range(i)])
         if n * (n - 1) // 2 <= HYPOTHESES
         else _pairs(n, seed)
     )
     best, found = (-1, 0.0), np.zeros(n, bool)
-    for i, j in pairs:
+    for i, j in [(farthest, 0), *pairs]:
         apart = points[i] - points[j]
         length = float(np.linalg.norm(apart))
         if length == 0.0:
             continue
         distances = _distances(points, points[j], apart / length)
         near = distances <= tolerance
+        near[[i, j]] = True  # but for rounding
         score = (int(near.sum()), -float((distances[near] ** 2).sum()))
         if score > best:
             best, found = score, near

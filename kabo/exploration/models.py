@@ -28,6 +28,7 @@ NOISES = (
     0.6,
 )  # deviations of an observation that are tried: shares of the outcome's own deviation
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
+LEAST_SPREAD = 1e-30  # of an outcome: the squares of what is divided by it are finite
 Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
 
 
@@ -37,11 +38,13 @@ class OutcomeModel:
 
     Attributes:
         process: over the normalised values.
+        scale: λ_d, the length of its kernel.
         centre, spread: mean and standard deviation of the values, in the outcome's unit.
         lowest, highest: of the values.
     """
 
     process: Process
+    scale: float
     centre: float
     spread: float
     lowest: float
@@ -120,10 +123,17 @@ class CaseModel:
         return {name: _outcome_model(self.valid_points, known[name], self._fits, name) for name in self._names}
 
     def entropy(self, points: Array) -> Array:
-        """The differential entropy of all outcomes at points (n, d), up to a constant, as (n,) [T e10]."""
+        """The differential entropy of all outcomes at points (n, d), up to a constant, as (n,) [T e10].
+
+        It is that of processes whose scale is λ_v at most. An outcome that varies slowly is known everywhere between the
+        trials, and least at the border of what is valid: with its own λ_d nearly every question would be asked there.
+        """
         total = np.zeros(len(points))
         for model in self.outcomes.values():
-            total += np.log(np.maximum(model.process.mean_and_deviation(points)[1], 1e-12))
+            process, scale = model.process, self.options.scale
+            if model.scale > scale:
+                process = Process(self.valid_points, process.values, scale, process.noise)
+            total += np.log(np.maximum(process.mean_and_deviation(points)[1], 1e-12))
         return total
 
     @cached_property
@@ -135,11 +145,9 @@ def normalised(values: Sequence[float]) -> tuple[Array, float, float]:
     """The values with zero mean and unit deviation, (n,), their mean, and their standard deviation (never zero)."""
     known = np.array(values, float)
     centre, spread = float(known.mean()), float(known.std())
-    least = 1e-9 * float(np.abs(known).max())
     if len(known) == 1:  # nobody knows yet how far it varies
         spread = abs(centre) or 1.0
-    elif spread <= least:  # all are equal but for rounding
-        spread = least or 1e-9
+    spread = max(spread, 1e-12 * float(np.abs(known).max()), LEAST_SPREAD)  # all may be equal but for rounding
     return (known - centre) / spread, centre, spread
 
 
@@ -147,7 +155,7 @@ def _outcome_model(points: Array, values: Sequence[float], fits: Fits, name: str
     normal, centre, spread = normalised(values)
     scale, noise = _fitted(points, values, fits, name)
     process = Process(points, normal, scale, noise)
-    return OutcomeModel(process, centre, spread, float(min(values)), float(max(values)))
+    return OutcomeModel(process, scale, centre, spread, float(min(values)), float(max(values)))
 
 
 def _fitted(points: Array, values: Sequence[float], fits: Fits, name: str) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from numbers import Real
+from reprlib import repr as shown  # of values in messages: they may be long, or nested deep
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,11 @@ from kabo.errors import did_you_mean
 from kabo.exploration.errors import ExplorationError
 from kabo.exploration.records import Case, Parameters
 
+LARGEST = 1e100  # of all numbers: their squares are finite
+A_NUMBER = f"a finite number up to {LARGEST:g}"
+MOST_CASES = 10_000  # their number is a product, and each has models of its own
 MOST_PARAMETERS = 6  # beyond, trials that can be made are too few for a process with one scale
+LONGEST = 80  # characters of an unknown name that a message repeats
 DIGITS = 6  # of proposed parameters, as a share of their range: journals stay readable, and no robot is more exact
 
 
@@ -38,9 +43,7 @@ class Space:
     def __post_init__(self) -> None:
         """Checks bounds and names, and keeps them as plain numbers and texts."""
         faults = [*_faults_of_parameters(self.parameters), *_faults_of_cases(self.cases)]
-        faults += [
-            unknown("parameter", name, self.parameters) for name in self.units if name not in self.parameters
-        ]
+        faults = faults or faults_of_units(self.units, "parameter", self.parameters)
         if faults:
             raise ExplorationError("; ".join(faults))
         bounds = {name: (float(low), float(high)) for name, (low, high) in self.parameters.items()}
@@ -113,7 +116,7 @@ class Space:
             if name in parameters:
                 number = finite(parameters[name])
                 if number is None:
-                    faults.append(f"{name} must be a finite number, this is {parameters[name]!r}")
+                    faults.append(f"{name} must be {A_NUMBER}, this is {shown(parameters[name])}")
                 elif not low <= number <= high:
                     faults.append(f"{name} is {number:g}, outside its bounds {low:g} to {high:g}")
                 else:
@@ -128,48 +131,78 @@ class Space:
         Raises:
             ExplorationError: as `checked`.
         """
+        if isinstance(points, (Mapping, str)) or not isinstance(points, Iterable):
+            raise ExplorationError(f"points must be a list of parameters, this is {shown(points)}")
         rows = [list(self.checked(each).values()) for each in points]
-        low, span = self._low_and_span()
-        return (np.array(rows, float).reshape(len(rows), len(self.parameters)) - low) / span
+        low, high = self._bounds()
+        return (np.array(rows, float).reshape(len(rows), len(self.parameters)) - low) / (high - low)
 
     def rounded(self, cube: Array) -> tuple[Array, Array]:
         """Points of the unit cube (n, d) moved to the nearest parameters that a person would write: (parameters, points).
 
         Points outside the cube are moved to its surface.
         """
-        low, span = self._low_and_span()
-        digits = np.array([DIGITS - 1 - math.floor(math.log10(each)) for each in span])
+        low, high = self._bounds()
+        span = high - low
         wanted = low + np.clip(cube, 0.0, 1.0) * span
-        columns = [_rounded(wanted[:, k], int(digits[k])) for k in range(len(span))]
-        parameters = np.clip(np.stack(columns, axis=1), low, low + span)
+        digits = [DIGITS - 1 - math.floor(math.log10(each)) for each in span]
+        columns = [_rounded(wanted[:, k], digits[k]) for k in range(len(span))]
+        parameters = np.clip(np.stack(columns, axis=1), low, high)  # low + span may be above high, by rounding
         return parameters, (parameters - low) / span
 
     def named(self, values: Array) -> dict[str, float]:
         """A row of parameters (d,) by name."""
         return {name: float(value) for name, value in zip(self.parameters, values, strict=True)}
 
-    def _low_and_span(self) -> tuple[Array, Array]:
+    def _bounds(self) -> tuple[Array, Array]:
         bounds = np.array(list(self.parameters.values()), float)
-        low: Array = bounds[:, 0]
-        return low, bounds[:, 1] - low
+        return bounds[:, 0], bounds[:, 1]
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:
     """The sentence about an unknown name, with the nearest known one, else all of them."""
     names = list(known)
-    hint = did_you_mean(str(name), names) or f"there is {', '.join(names) or 'none'}"
-    return f'unknown {kind} "{name}": {hint}'
+    text = name if isinstance(name, str) and len(name) <= LONGEST and name.isprintable() else shown(name)
+    hint = did_you_mean(text, names) or f"there is {', '.join(names) or 'none'}"
+    return f'unknown {kind} "{text}": {hint}'
 
 
 def finite(value: Any) -> float | None:
-    """The value as a number, or None if it is no finite number."""
-    if isinstance(value, bool) or not isinstance(value, (Real, np.number)):
+    """The value as a number, or None if it is no finite number up to LARGEST."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Real):
         return None
     try:
         number = float(value)
     except OverflowError:
         return None
-    return number if math.isfinite(number) else None
+    return number if abs(number) <= LARGEST else None
+
+
+def is_text(value: Any) -> bool:
+    """Whether the value is a text that a file can hold."""
+    if not isinstance(value, str):
+        return False
+    try:
+        value.encode()
+    except UnicodeEncodeError:  # half of a pair of surrogates
+        return False
+    return True
+
+
+def faults_of_units(units: Any, kind: str, names: Iterable[str]) -> list[str]:
+    """What is wrong with the units of parameters or outcomes, a sentence each."""
+    if not isinstance(units, Mapping):
+        return [f"units must map names to texts, this is {shown(units)}"]
+    faults = [unknown(kind, name, names) for name in units if name not in names]
+    return faults + [
+        f"the unit of {name} must be a text, this is {shown(unit)}"
+        for name, unit in units.items()
+        if not is_text(unit)
+    ]
+
+
+def _is_name(value: Any) -> bool:
+    return is_text(value) and value != ""
 
 
 def _rounded(values: Array, digits: int) -> Array:
@@ -181,7 +214,7 @@ def _mapping(given: Any, what: str) -> Mapping[str, Any]:
     if given is None:
         return {}
     if not isinstance(given, Mapping):
-        raise ExplorationError(f"{what} must map names to values, this is {given!r}")
+        raise ExplorationError(f"{what} must map names to values, this is {shown(given)}")
     return given
 
 
@@ -192,33 +225,33 @@ def _faults_of_parameters(parameters: Any) -> list[str]:
 
 
 def _faults_of_bounds(name: Any, bounds: Any) -> list[str]:
-    if not isinstance(name, str) or not name:
-        return [f"a parameter must have a name, this is {name!r}"]
+    if not _is_name(name):
+        return [f"a parameter must have a name, this is {shown(name)}"]
     if not isinstance(bounds, Sequence) or isinstance(bounds, str) or len(bounds) != 2:  # noqa: PLR2004
-        return [f"the bounds of {name} must be two numbers, this is {bounds!r}"]
+        return [f"the bounds of {name} must be two numbers, this is {shown(bounds)}"]
     low, high = map(finite, bounds)
     if low is None or high is None:
-        return [f"the bounds of {name} must be finite numbers, these are {bounds[0]!r} and {bounds[1]!r}"]
+        return [f"each bound of {name} must be {A_NUMBER}, these are {shown(bounds[0])} and {shown(bounds[1])}"]
     if low == high:
         return [f"the bounds of {name} are equal: {low:g}; a parameter that does not vary is none"]
     if low > high:
         return [f"the bounds of {name} are the wrong way round: from {low:g} to {high:g}"]
-    if not math.isfinite(high - low):
-        return [f"the bounds of {name} are too far apart"]
     return []
 
 
 def _faults_of_cases(cases: Any) -> list[str]:
     if not isinstance(cases, Mapping):
-        return [f"cases must map variables to their values, this is {cases!r}"]
+        return [f"cases must map variables to their values, this is {shown(cases)}"]
     faults = []
     for name, values in cases.items():
-        if not isinstance(name, str) or not name:
-            faults.append(f"a variable of the cases must have a name, this is {name!r}")
+        if not _is_name(name):
+            faults.append(f"a variable of the cases must have a name, this is {shown(name)}")
         elif isinstance(values, str) or not isinstance(values, Sequence) or not values:
-            faults.append(f"the values of {name} must be a list of names, this is {values!r}")
-        elif any(not isinstance(each, str) or not each for each in values):
-            faults.append(f"the values of {name} must be names, these are {list(values)!r}")
+            faults.append(f"the values of {name} must be a list of names, this is {shown(values)}")
+        elif not all(map(_is_name, values)):
+            faults.append(f"the values of {name} must be names, these are {shown(list(values))}")
         elif len(set(values)) < len(values):
-            faults.append(f"the values of {name} must differ, these are {', '.join(values)}")
+            faults.append(f"the values of {name} must differ, these are {shown(list(values))}")
+    if not faults and (count := math.prod(map(len, cases.values()))) > MOST_CASES:
+        faults.append(f"there are {count} cases, and at most {MOST_CASES} are possible")
     return faults

@@ -5,12 +5,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
-from kabo.plan import Segment
+from kabo.plan import Learned, Segment
 from kabo.scene import Component
 
 Pair = tuple[str, str]
 
-REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family")  # why a procedure may be refused
+LEARNED_REASONS = (
+    "not_explored",
+    "nothing_valid",
+    "out_of_range",
+)  # why no parameters can be inferred from a model
+# Why a procedure may be refused.
+REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family", *LEARNED_REASONS)
 
 MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the one before
 
@@ -20,12 +26,14 @@ class Success:
     """A motion that is proven free, and the components that have new values after it.
 
     `reads` names the components that blocked earlier samples: if these components had other values, an earlier
-    sample might have been the answer.
+    sample might have been the answer. `learned` are the learned parameters that the motion uses; their models are named by
+    the paths at which they were opened.
     """
 
     motion: tuple[Segment, ...]
     changes: Mapping[str, Component]
     reads: frozenset[str] = frozenset()
+    learned: tuple[Learned, ...] = ()
 
 
 class Askable(Protocol):

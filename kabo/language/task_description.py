@@ -14,6 +14,7 @@ from kabo.language.source import SourceFile
 
 THINGS = ("robot", "body", "region")  # of the scene
 FAMILIES = ("grasp", "placement", "motion_constraint")  # names that the scene gives
+LEARNED_PARAMETERS, RISK = "LearnedParameters", "risk"  # the stage and the cost term that read models
 KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean", "any")  # of a task's declared properties
 
 
@@ -119,6 +120,20 @@ class TaskDescription:
     max_solutions: int | None = None
     timeout: float | None = None
     source: SourceFile = field(default_factory=lambda: SourceFile(Path(), "", ""))
+
+
+def model_of_risk(stage: StageDescription) -> Written | None:
+    """What a stage's cost term `risk` names as its model; None if it has no such term, or the term names none."""
+    cost = stage.properties.get("cost")
+    risk = cost.values.get(RISK) if isinstance(cost, Entries) else None
+    return risk.values.get("model") if isinstance(risk, Entries) else None
+
+
+def models_named(task: TaskDescription) -> Iterator[Word]:
+    """The paths of models that a task names, relative to its file: of stages that infer parameters, and of cost terms."""
+    for stage in task.root.walk():
+        own = stage.properties.get("model") if stage.type == LEARNED_PARAMETERS else None
+        yield from (each for each in (own, model_of_risk(stage)) if isinstance(each, Word))
 
 
 @dataclass(frozen=True)

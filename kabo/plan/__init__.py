@@ -9,6 +9,7 @@ from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, 
 from kabo.plan.description import describe
 from kabo.plan.plan import (
     Grant,
+    Learned,
     Node,
     ObjectPose,
     Plan,
@@ -21,7 +22,7 @@ from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
 from kabo.plan.unfolding import unfold
-from kabo.plan.writing import plan_hash, plan_to_json, write_plan
+from kabo.plan.writing import learned_json, plan_hash, plan_to_json, write_plan
 
 __all__ = [
     "BodyParts",
@@ -29,6 +30,7 @@ __all__ = [
     "Clearance",
     "Decision",
     "Grant",
+    "Learned",
     "Node",
     "ObjectPose",
     "Observation",
@@ -42,6 +44,7 @@ __all__ = [
     "StretchProof",
     "ValueOf",
     "describe",
+    "learned_json",
     "load_plan",
     "plan_from_json",
     "plan_hash",

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from kabo.plan.plan import Node, Plan, ValueOf
+from kabo.plan.plan import Learned, Node, Plan, ValueOf
 
 
 def describe(plan: Plan) -> str:
@@ -57,7 +57,13 @@ def _line(node: Node) -> str:
     if node.motion:
         seconds = f"{max(segment.times[-1] for segment in node.motion):.1f} s"
         text += f"  [{seconds}, begins {node.overlap:.1f} s early]" if node.overlap else f"  [{seconds}]"
-    return text
+    return text + "".join(f"  [{_learned(each)}]" for each in node.learned)
+
+
+def _learned(learned: Learned) -> str:
+    """What was learned as text: `learned along=0.01, valid at 0.97`."""
+    parameters = ", ".join(f"{name}={value:.4g}" for name, value in learned.parameters.items())
+    return f"learned {parameters}, valid at {learned.validity:.3g}"
 
 
 def _value(value: str | float | ValueOf) -> str:

@@ -75,6 +75,21 @@ class Segment:
 
 
 @dataclass(frozen=True)
+class Learned:
+    """Parameters that the motion of a node uses and that were learned by trying, not derived from geometry.
+
+    `model` is the file of the model, relative to the problem. `validity` is the probability that the parameters are
+    valid in this case, by the model, and `expected` has the expected outcomes.
+    """
+
+    model: str
+    case: Mapping[str, str]
+    parameters: Mapping[str, float]
+    validity: float
+    expected: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Node:
     """A node of a plan; `kind` decides which fields are set.
 
@@ -93,6 +108,7 @@ class Node:
     motion: tuple[Segment, ...] = ()
     after: StateChange | None = None
     overlap: float = 0.0  # [s] by which its motion begins before the motion of its only predecessor ends
+    learned: tuple[Learned, ...] = ()
 
     @property
     def successors(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import JsonValue, read_checked
 from kabo.plan.plan import (
     Grant,
+    Learned,
     Node,
     ObjectPose,
     Plan,
@@ -24,7 +25,7 @@ from kabo.plan.writing import FORMAT
 _ID = re.compile(r"n(0|[1-9][0-9]*)")
 _HASH = re.compile(r"sha256:[0-9a-f]{64}")
 _SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
-_MOVING = ("motion", "after", "overlap")
+_MOVING = ("motion", "after", "overlap", "learned")
 _FIRST_OPTIONS = ("search", "seed", "epsilon", "geometry")  # of every plan; plans of older kabos have no others
 
 
@@ -145,7 +146,32 @@ def _acting(fields) -> dict:  # type: ignore[no-untyped-def, type-arg]
         "motion": tuple(_segment(entry) for entry in fields["motion"].items(1)) if "motion" in fields else (),
         "after": _state(fields["after"], ()) if "after" in fields else None,
         "overlap": _overlap(fields) if "overlap" in fields else 0.0,
+        "learned": learned_from_json(fields["learned"]) if "learned" in fields else (),
     }
+
+
+def learned_from_json(place: JsonValue) -> tuple[Learned, ...]:
+    """The records of learned parameters: one object, or a list of two or more."""
+    return tuple(map(_learned, place.items(2))) if isinstance(place.value, list) else (_learned(place),)
+
+
+def _learned(place: JsonValue) -> Learned:
+    fields = place.fields(("model", "case", "parameters", "validity", "expected"))
+    model, validity = fields["model"].text(), fields["validity"].number()
+    if "model" in fields and not model and isinstance(fields["model"].value, str):
+        fields["model"].add_finding("expected the path of a model file")
+    if not 0.0 < validity <= 1.0 and "validity" in fields:
+        fields["validity"].add_finding("a validity is a probability above 0")
+    parameters = {name: value.number() for name, value in fields["parameters"].mapping().items()}
+    if not parameters and isinstance(fields["parameters"].value, dict):
+        fields["parameters"].add_finding("expected at least one parameter")
+    return Learned(
+        model,
+        {name: value.text() for name, value in fields["case"].mapping().items()},
+        parameters,
+        validity,
+        {name: value.number() for name, value in fields["expected"].mapping().items()},
+    )
 
 
 def _overlap(fields) -> float:  # type: ignore[no-untyped-def]

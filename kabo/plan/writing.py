@@ -8,17 +8,17 @@ is verified, so that the verifier reads the same numbers as executors.
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from kabo.plan.certificate_json import certificate_to_json
-from kabo.plan.plan import Node, ObjectPose, Plan, Segment, StateChange, ValueOf
+from kabo.plan.plan import Learned, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
 from kabo.whole_files import write_atomically
 
 FORMAT = "kabo-plan/1"
-JOINT_DECIMALS, TIME_DECIMALS = 9, 6
+JOINT_DECIMALS, TIME_DECIMALS, LEARNED_DIGITS = 9, 6, 9
 
 
 def plan_to_json(plan: Plan) -> bytes:
@@ -51,7 +51,8 @@ def rounded(node: Node) -> Node:
     after = None if node.after is None else rounded_state(node.after)
     arguments = {name: _argument(value) for name, value in node.arguments.items()}
     motion, overlap = tuple(map(_rounded_segment, node.motion)), _number(node.overlap, TIME_DECIMALS)
-    return replace(node, motion=motion, after=after, arguments=arguments, overlap=overlap)
+    learned = tuple(map(rounded_learned, node.learned))
+    return replace(node, motion=motion, after=after, arguments=arguments, overlap=overlap, learned=learned)
 
 
 def rounded_state(state: StateChange) -> StateChange:
@@ -82,7 +83,32 @@ def node_to_json(node: Node) -> dict[str, Any]:
         result["after"] = _change_json(node.after)
     if node.overlap > 0.0:
         result["overlap"] = node.overlap
+    if node.learned:
+        result["learned"] = learned_json(node.learned)
     return result
+
+
+def rounded_learned(learned: Learned) -> Learned:
+    """The record with validity and expected outcomes rounded to 9 digits, and no negative zeros."""
+    parameters = {name: _number(value) for name, value in learned.parameters.items()}
+    expected = {name: _number(float(f"{value:.{LEARNED_DIGITS}g}")) for name, value in learned.expected.items()}
+    validity = _number(learned.validity, LEARNED_DIGITS)
+    return replace(learned, parameters=parameters, expected=expected, validity=validity)
+
+
+def learned_json(learned: Sequence[Learned]) -> Any:
+    """Records of learned parameters as JSON: one as an object, several as a list."""
+    made = [
+        {
+            "model": each.model,
+            "case": dict(each.case),
+            "parameters": dict(each.parameters),
+            "validity": each.validity,
+            "expected": dict(each.expected),
+        }
+        for each in map(rounded_learned, learned)
+    ]
+    return made[0] if len(made) == 1 else made
 
 
 def _number(value: float, decimals: int | None = None) -> float:

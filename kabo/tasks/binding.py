@@ -16,6 +16,7 @@ from kabo.scene import Scene
 from kabo.tasks.core import Generator, InitialisationError
 from kabo.tasks.core.model.stages import Connector
 from kabo.tasks.files import TaskFile, load_task_file
+from kabo.tasks.learned import LearnedParameters
 from kabo.tasks.robots import RobotStage, check_meaning, check_names
 from kabo.tasks.robots.stages.states import CurrentState
 
@@ -61,6 +62,7 @@ class _InspectedTask:
         self._file, self._task = file, file.task(partly=True)
         self._stages = tuple(stage for stage in self._task.walk() if isinstance(stage, RobotStage))
         self._refuting = tuple(stage for stage in self._stages if _may_refute(type(stage)))
+        self._learned = tuple(stage for stage in self._task.walk() if isinstance(stage, LearnedParameters))
         self._arguments: Mapping[str, Any] = {}
 
     def stages(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
@@ -91,6 +93,11 @@ class _InspectedTask:
         """The stages that may refute a call, or foresee its failure, before any search."""
         self.stages(arguments)
         return self._refuting
+
+    def learned(self, arguments: Mapping[str, Any]) -> tuple[LearnedParameters, ...]:
+        """The stages that infer parameters from models, with the arguments bound."""
+        self.stages(arguments)
+        return self._learned
 
 
 def _may_refute(kind: type[RobotStage]) -> bool:
@@ -138,6 +145,11 @@ class Bindings:
         """The stages of a call's task that may prove, or predict, before any search that the call fails."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
+
+    def learned(self, call: GroundCall) -> tuple[LearnedParameters, ...]:
+        """The stages of a call's task that infer parameters from models; they, too, may prove that the call fails."""
+        arguments = self.bind(call).arguments
+        return self._looked[call.procedure].learned(arguments)
 
     def _file(self, name: str) -> TaskFile:
         if name not in self._files:

@@ -16,11 +16,14 @@ from pathlib import Path
 
 from kabo.geometry_server import Answer, GeometryServer, GeometryStatistics, Refusal, Situation, Stream, Success
 from kabo.language.formulas import GroundCall
+from kabo.language.source import beside
+from kabo.plan import Learned
 from kabo.scene import GeometricState, Scene
 from kabo.tasks.binding import Bindings, TaskCall
-from kabo.tasks.core import InitialisationError, Stage, Task
+from kabo.tasks.core import InitialisationError, Solution, Stage, Task
 from kabo.tasks.core.model.results import Refused
 from kabo.tasks.files.running import located_at_stage
+from kabo.tasks.learned import learned_in
 from kabo.tasks.records import FORESEEN, Records
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
@@ -193,7 +196,9 @@ class GeometricProcedures:
             del self._asked[next(iter(self._asked))]
         for solution in found[len(asked.successes) :]:
             motion = segments(solution, self.scene, call.procedure)
-            asked.successes.append(Success(motion, changed(solution), asked.refusals.movable(self.scene)))
+            movable = asked.refusals.movable(self.scene)
+            learned = _opened(solution, self.bind(call))
+            asked.successes.append(Success(motion, changed(solution), movable, learned))
         return asked
 
     def _refusal(self, call: GroundCall, situation: Situation, refusals: Refusals, again: bool) -> Refusal:
@@ -242,7 +247,11 @@ class GeometricProcedures:
         return [stream for stage in self.stages(call) for stream in stage.wanted(context, situation)]
 
     # ------------------------------------------------------------------------------------------------- proofs
-    def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, Refusal] | None:
+    def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, Refused] | None:
+        for learned in self._bindings.learned(call):
+            failure = learned.refute()
+            if failure is not None:
+                return learned, failure
         context = self.server.context()
         for stage in self._bindings.refuting(call):
             refusal = stage.refute(context, situation)
@@ -268,3 +277,9 @@ class GeometricProcedures:
         refusal = refusals.total(bound.sentence, frozenset(), self.scene)
         self.records.note(call, start, 0, FORESEEN, refusal)
         return refusal
+
+
+def _opened(solution: Solution, bound: TaskCall) -> tuple[Learned, ...]:
+    """The learned parameters of a solution, their models named by the paths at which they were opened."""
+    folder = str(bound.file.description.source.path.parent)
+    return tuple(replace(each, model=beside(folder, each.model)) for each in learned_in(solution))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from kabo.geometry_server import REASONS, Pair, Refusal, owners
 from kabo.scene import Scene
-from kabo.tasks.core import Stage
+from kabo.tasks.core import Failure, Stage
 from kabo.tasks.core.model.results import Refused
 
 
@@ -17,8 +17,12 @@ def refusal_of(failure: Refused) -> Refusal:
     """
     if isinstance(failure, Refusal) and failure.reason in REASONS:
         return failure
-    known = failure if isinstance(failure, Refusal) else Refusal(failure.reason, failure.comment)
+    known = failure if isinstance(failure, Refusal) else _refusal(failure)
     return replace(known, reason=known.reason if known.reason in REASONS else "constraint")
+
+
+def _refusal(failure: Refused) -> Refusal:
+    return Refusal(failure.reason, failure.comment, proof=isinstance(failure, Failure) and failure.proof)
 
 
 @dataclass

@@ -25,8 +25,17 @@ def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -
             yield Finding(None, f"made for other files: {path} does not exist any more")
         elif now != recorded:
             yield Finding(None, f"made for other files: {path} has changed since")
+    yield from _models(plan)
     for path in sorted(files.keys() - plan.files.keys()):
         yield Finding(None, f"made for other files: {path} is not recorded in the plan")
+
+
+def _models(plan: Plan) -> Iterator[Finding]:
+    """Findings about parameters that were learned from a model whose hash the plan does not record."""
+    for name, node in plan.nodes.items():
+        for each in node.learned:
+            if each.model not in plan.files:
+                yield Finding(name, f"learned from {each.model}, which is not recorded in the plan")
 
 
 def _hash(path: Path) -> str | None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
+from kabo.plan import Learned, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
 
 HASHES = {"domain.yaml": "sha256:" + "a" * 64, "problem.yaml": "sha256:" + "b" * 64}
 OPTIONS = {"search": "greedy", "seed": 3, "epsilon": 0.02, "geometry": "bounding", "max_expansions": None}
@@ -33,7 +33,8 @@ def plan() -> Plan:
     )
     pose = ObjectPose("arm.tool", (0.0, 0.1, 0.2), (0.0, 0.0, 0.0, 1.0))
     after = StateChange({"arm": {"j1": 0.5, "j2": 1.25}}, {"cup": pose})
-    pick = Node("action", "pick", {"o": "cup"}, next=read, motion=(segment(),), after=after)
+    learned = Learned("model.jsonl", {"cup": "tin"}, {"along": 0.01, "force": 8.0}, 0.97, {"torque": -0.002})
+    pick = Node("action", "pick", {"o": "cup"}, next=read, motion=(segment(),), after=after, learned=(learned,))
     look = builder.add(Node("sense", "look", {}, on="dark", branches={"true": goal, "false": builder.add(pick)}))
     start = StateChange(
         {"arm": {"j1": 0.0, "j2": 1.0}}, {"cup": ObjectPose("world", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}

@@ -6,7 +6,7 @@ from kabo.plan import describe, plan_statistics
 def test_the_tree_shows_branches_indented_and_calls_with_their_arguments(plan):
     text = describe(plan)
     assert text.splitlines()[0] == "n0  look()  senses dark"
-    assert "n1    pick(o=cup)  [0.5 s]" in text
+    assert "n1    pick(o=cup)  [0.5 s]  [learned along=0.01, force=8, valid at 0.97]" in text
     assert "n2    read(s=vault)  delivers combination(vault), open(vault)" in text
     assert "dial(c=value of combination(vault), n=2)" in text
     assert text.index("false:") < text.index("true:")

@@ -6,7 +6,7 @@ import pytest
 from kabo.errors import InputError
 from kabo.plan import plan_from_json, plan_to_json, schema
 
-MOTION = "$.nodes.n1.motion[0]"
+MOTION, LEARNED = "$.nodes.n1.motion[0]", "$.nodes.n1.learned"
 
 
 def spoiled(plan, *path, to=None, drop=False) -> bytes:
@@ -51,6 +51,25 @@ CASES = [
     (("nodes", "n1", "motion", 0, "speed"), 1, 'unknown key "speed"'),
     (("nodes", "n1", "overlap"), 0, "$.nodes.n1.overlap: an overlap is a span of time above 0"),
     (("nodes", "n3", "overlap"), 1.0, "$.nodes.n3: unknown key"),
+    (("nodes", "n1", "learned"), [], "$.nodes.n1.learned: expected at least 2, found 0"),
+    (("nodes", "n1", "learned"), 3, "$.nodes.n1.learned: expected an object, found 3"),
+    (("nodes", "n1", "learned", "model"), "", f"{LEARNED}.model: expected the path of a model file"),
+    (("nodes", "n1", "learned", "validity"), 0, f"{LEARNED}.validity: a validity is a probability above 0"),
+    (("nodes", "n1", "learned", "validity"), 1.01, f"{LEARNED}.validity: a validity is a probability above 0"),
+    (("nodes", "n1", "learned", "parameters"), {}, f"{LEARNED}.parameters: expected at least one parameter"),
+    (
+        ("nodes", "n1", "learned", "parameters", "along"),
+        "1",
+        f"{LEARNED}.parameters.along: expected a finite number",
+    ),
+    (
+        ("nodes", "n1", "learned", "expected", "torque"),
+        None,
+        f"{LEARNED}.expected.torque: expected a finite number",
+    ),
+    (("nodes", "n1", "learned", "case", "cup"), 3, f"{LEARNED}.case.cup: expected a text, found 3"),
+    (("nodes", "n1", "learned", "trials"), 60, 'unknown key "trials"'),
+    (("nodes", "n3", "learned"), {}, '$.nodes.n3: unknown key "learned"'),
     (("nodes", "n1", "after"), {}, "$.nodes.n1.after: nothing changes"),
     (("nodes", "n1", "after", "objects", "cup", "quaternion"), [0, 0, 0, 2], "has length 1"),
     (("nodes", "n0", "branches"), {}, "$.nodes.n0.branches: a node that branches has at least one branch"),
@@ -68,7 +87,11 @@ def test_what_is_wrong_is_said_with_its_path(plan, path, value, message):
     assert message in said(spoiled(plan, *path, to=value))
 
 
-@pytest.mark.parametrize("path", [("root",), ("nodes", "n1", "next"), ("nodes", "n1", "motion", 0, "constraint")])
+MISSING = [("root",), ("nodes", "n1", "next"), ("nodes", "n1", "motion", 0, "constraint")]
+MISSING += [("nodes", "n1", "learned", key) for key in ("model", "case", "parameters", "validity", "expected")]
+
+
+@pytest.mark.parametrize("path", MISSING)
 def test_missing_keys_are_named(plan, path):
     assert f'"{path[-1]}" is missing' in said(spoiled(plan, *path, drop=True))
 

@@ -43,6 +43,22 @@ def test_numbers_are_rounded_and_never_negative_zero(plan):
     assert b"-0.0," not in content and b"-0.0]" not in content
 
 
+def test_one_record_of_what_was_learned_is_an_object_and_several_are_a_list(plan):
+    node = plan.nodes["n1"]
+    assert json.loads(plan_to_json(plan))["nodes"]["n1"]["learned"]["validity"] == 0.97
+    other = replace(
+        node.learned[0], validity=0.1 + 0.2, parameters={"along": -0.0}, expected={"torque": 1e-20 / 3}
+    )
+    two = replace(plan, nodes={**plan.nodes, "n1": replace(node, learned=(*node.learned, other))})
+    jsonschema.validate(json.loads(plan_to_json(two)), schema("kabo-plan-1"))
+    assert b'"parameters":{"along":0.0},"validity":0.3}' in plan_to_json(two)
+    assert b'"torque":3.33333333e-21' in plan_to_json(two)
+    again = plan_from_json(plan_to_json(two))
+    assert plan_to_json(again) == plan_to_json(two) and len(again.nodes["n1"].learned) == 2
+    none = replace(plan, nodes={**plan.nodes, "n1": replace(node, learned=())})
+    assert b"learned" not in plan_to_json(none)
+
+
 def test_numbers_that_are_not_finite_are_refused(plan):
     for wrong in (float("nan"), float("inf")):
         with pytest.raises(ValueError):

@@ -14,6 +14,7 @@ from kabo.scene import load_scene
 from kabo.service import pack_problem, problem_for
 from kabo.service.inline import Forbidden, below, safe_name, unpack_problem
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
+from tests.support.bars import write_domain
 
 REPOSITORY = Path(__file__).parents[2]
 BARTENDER = REPOSITORY / "domains" / "bartender" / "four_bottles.yaml"
@@ -39,6 +40,15 @@ def test_a_packed_scene_has_every_file_that_loading_it_reads(tmp_path):
     for mesh in moved.files:
         stored = BARTENDER.parents[2] / mesh.resolve().relative_to(tmp_path.resolve())
         assert stored.with_name(stored.name + ".parts").exists() == mesh.with_name(mesh.name + ".parts").exists()
+
+
+def test_models_of_tasks_are_packed_and_solved_with_elsewhere(tmp_path):
+    here = write_domain(tmp_path / "here")
+    packed = pack_problem(here)
+    assert set(packed["files"]) > {"model.jsonl", "tasks/aim.yaml"}
+    there = unpacked(packed, tmp_path / "there")
+    answers = [solve_file(path, SolveOptions(), within=path.parent) for path in (here, there)]
+    assert answers[0].plan is not None and answers[0].plan == answers[1].plan
 
 
 def test_files_come_back_byte_for_byte(tmp_path):

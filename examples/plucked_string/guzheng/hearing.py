@@ -15,7 +15,7 @@ LOWEST, SEMITONES = 38, 72  # from D2 to D6, and two octaves of harmonics
 LAG = 4  # frames between which flux is measured
 APART = 0.1  # a second onset within this time is one [s]
 MARGIN = 2.0  # standard deviations of a band's rise in silence that count for nothing
-LOUDER = 1.2  # than the largest flux of silence: an onset
+LOUDER = 1.4  # than the largest flux of silence: an onset
 NOTICED = 0.46  # where in its window a sound begins that raises flux most
 RELATIVE = 0.1  # of the largest flux of a recording: an onset
 HARMONICS = ((0, 1.0), (12, 0.8), (19, 0.6), (24, 0.5), (28, 0.4), (31, 0.3))  # semitones up, weight
@@ -36,12 +36,10 @@ class Ear:
 
     def __init__(self, seed: int = 0) -> None:
         silence = noise(30 * RATE, np.random.default_rng(seed))
-        self._bank = _bank()
-        self._floor = _frames(silence, WINDOW, HOP) @ self._bank.T
-        self._floor = self._floor.mean(0)
+        self._floor = _semitones(_frames(silence, WINDOW, HOP)).mean(0)
         self._noise = self._rises(silence).std(0)
         self._threshold = LOUDER * self._flux(silence).max()
-        self._long_floor = _semitones(_frames(silence, LONG, LONG).mean(0))
+        self._long_floor = _semitones(_frames(silence, LONG, LONG)).mean(0)
 
     def onsets(self, sound: np.ndarray) -> list[Onset]:
         """The onsets of a recording in the order of time."""
@@ -66,13 +64,13 @@ class Ear:
 
     def _rises(self, sound: np.ndarray) -> np.ndarray:
         """How much each band rises within LAG frames (N, SEMITONES), in nepers."""
-        levels = np.log1p(_frames(sound, WINDOW, HOP) @ self._bank.T / self._floor)
+        levels = np.log1p(_semitones(_frames(sound, WINDOW, HOP)) / self._floor)
         return np.asarray(levels[LAG:] - levels[:-LAG])
 
     def _onset(self, sound: np.ndarray, time: float) -> Onset:
         """The onset at a time, heard for as long as its window, or to the end of the recording."""
         first = min(int(time * RATE), len(sound) - LONG)
-        bands = _semitones(_frames(sound[first : first + LONG], LONG, LONG)[0]) / self._long_floor
+        bands = _semitones(_frames(sound[first : first + LONG], LONG, LONG))[0] / self._long_floor
         notes = _notes(bands)
         return Onset(time, notes, float(20.0 * np.log10(bands[notes[0] - LOWEST])) + a_weight(notes[0]))
 
@@ -90,19 +88,14 @@ def _frames(sound: np.ndarray, window: int, hop: int) -> np.ndarray:
     return np.abs(np.fft.rfft(pieces * np.hanning(window), axis=1))
 
 
-def _bank() -> np.ndarray:
-    """Triangles (SEMITONES, WINDOW / 2 + 1) around each semitone; low ones are as wide as the window can tell apart."""
-    f = np.fft.rfftfreq(WINDOW, 1.0 / RATE)
-    centres = 440.0 * 2.0 ** ((np.arange(LOWEST, LOWEST + SEMITONES) - 69) / 12)
-    widths = np.maximum(centres * (2.0 ** (1 / 12) - 1.0), 1.5 * f[1])
-    return np.maximum(0.0, 1.0 - np.abs(f - centres[:, None]) / widths[:, None])
+def _semitones(spectra: np.ndarray) -> np.ndarray:
+    """The largest magnitudes (N, SEMITONES) within half a semitone of each note, of spectra (N, window / 2 + 1).
 
-
-def _semitones(spectrum: np.ndarray) -> np.ndarray:
-    """The largest magnitude (SEMITONES,) of a long window's spectrum within half a semitone of each note."""
+    Where a window cannot tell low notes apart, they share a magnitude.
+    """
     edges = 440.0 * 2.0 ** ((np.arange(LOWEST, LOWEST + SEMITONES + 1) - 69.5) / 12)
-    bins = np.rint(edges / (RATE / LONG)).astype(int)
-    return np.asarray(np.maximum.reduceat(spectrum[: bins[-1]], bins[:-1]))
+    bins = np.rint(edges / (RATE / 2) * (spectra.shape[1] - 1)).astype(int)
+    return np.asarray(np.maximum.reduceat(spectra[:, : bins[-1]], bins[:-1], axis=1))
 
 
 def _notes(bands: np.ndarray) -> tuple[int, ...]:

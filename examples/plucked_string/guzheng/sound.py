@@ -55,8 +55,11 @@ def _knock(rng: np.random.Generator, samples: int) -> np.ndarray:
 
 
 def _modes(strengths: np.ndarray, frequencies: np.ndarray, dampings: np.ndarray, samples: int) -> np.ndarray:
-    """The sum (N,) of damped sines, as one product of matrices: sample q b + r of a mode is z^(q b) z^r."""
+    """The sum (N,) of damped sines: sample q b + r of a mode is z^(q b) z^r, so that few powers are computed.
+
+    The product is numpy's own: one by BLAS would depend on the number of its threads.
+    """
     z = (2j * np.pi * frequencies - dampings) / RATE
     blocks = np.exp(np.outer(np.arange(-(-samples // _BLOCK)) * _BLOCK, z)) * strengths
     within = np.exp(np.outer(z, np.arange(_BLOCK)))
-    return (blocks @ within).imag.ravel()[:samples]
+    return np.einsum("qn,nr->qr", blocks, within).imag.ravel()[:samples]

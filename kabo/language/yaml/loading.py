@@ -78,7 +78,7 @@ class _Loading:
     def note(self, reading: DomainReading) -> None:
         """Records the task files that a domain has read as files of this reading."""
         digests = reading.tasks.digests
-        self.digests |= digests
+        self.digests |= digests | reading.tasks.models
         self.tasks.update(digests)
 
     def _scene(self, root: Mapping, folder: str) -> SceneReading | None:

@@ -11,11 +11,12 @@ from pathlib import Path
 
 from kabo.language.findings import Findings
 from kabo.language.names import NAME
-from kabo.language.source import UnreadableError, read_source
-from kabo.language.task_description import ProcedureProperty, Signature, TaskDescription
+from kabo.language.source import UnreadableError, beside, read_source
+from kabo.language.task_description import ProcedureProperty, Signature, TaskDescription, Word, models_named
 from kabo.language.yaml.task_file import read_task_text
 
 TASK_FOLDER = "tasks"
+MOST_MODEL_BYTES = 100_000_000
 TASK_LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
 
 
@@ -34,7 +35,8 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
         self._folder = None if folder is None else os.path.join(folder, TASK_FOLDER)
         self._findings, self._within = findings or Findings(), within
         self._read: dict[str, Signature | None] = {}
-        self.digests: dict[str, str] = {}  # of the files beside the domain that were read, by their paths
+        self.digests: dict[str, str] = {}  # of the task files beside the domain that were read, by their paths
+        self.models: dict[str, str] = {}  # the same of the models that these name
 
     def __getitem__(self, name: str) -> Signature | None:
         if name not in self._read:
@@ -77,7 +79,18 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
             self._findings.add(error.place(path), error.message, error.hint)
             return None
         self.digests[path] = source.digest
-        return read_task_text(source, self._findings)
+        task = read_task_text(source, self._findings)
+        for word in () if task is None else models_named(task):
+            self._note_model(word, beside(os.path.dirname(path), word.text))
+        return task
+
+    def _note_model(self, word: Word, path: str) -> None:
+        """Records a model that a task names, as a file that solving reads."""
+        try:
+            self.models[path] = read_source(Path(path), path, MOST_MODEL_BYTES, within=self._within).digest
+        except UnreadableError as error:
+            hint = error.hint or self._findings.near_file(Path(path), self._within)
+            self._findings.add(word.place, f'"{word.text}": {error.message}', hint)
 
 
 def _names(folder: str | Path | None) -> list[str]:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.knowledge.actions import GroundAction, RunTimeArgument
 from kabo.language.problem import Problem
-from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
+from kabo.plan import Learned, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import SkeletonNode
@@ -32,7 +33,18 @@ def assemble(
         else whole_state(server.scene, {**server.scene.start.robots, **server.scene.start.objects})
     )
     root = handles[variants[0]]
-    return builder.build(root, problem=problem.name, files=files, options=options, start=start)
+    plan = builder.build(root, problem=problem.name, files=files, options=options, start=start)
+    nodes = {name: _with_relative_models(node, problem.path.parent) for name, node in plan.nodes.items()}
+    return replace(plan, nodes=nodes)
+
+
+def _with_relative_models(node: Node, folder: Path) -> Node:
+    """The node with the models of its learned parameters named as the plan's files are: relative to a folder."""
+    if not node.learned:
+        return node
+    paths = (Path(os.path.relpath(each.model, folder)).as_posix() for each in node.learned)
+    renamed = tuple(replace(each, model=path) for each, path in zip(node.learned, paths, strict=True))
+    return replace(node, learned=renamed)
 
 
 def handles_of(
@@ -71,9 +83,10 @@ def _add(
     answer = variant.answer
     motion: tuple[Segment, ...] = ()
     moved: tuple[object, ...] = ()
+    learned: tuple[Learned, ...] = ()
     after = None
     if isinstance(answer, Success) and server is not None and action.call is not None:
-        motion = answer.motion
+        motion, learned = answer.motion, answer.learned
         single = server.single(action.call, variant.situation)
         moved = tuple((name, variant.situation.values(name)) for name in single)
         changes = {n: v for n, v in answer.changes.items() if variant.situation.values(n) != (v,)}
@@ -83,6 +96,7 @@ def _add(
         "arguments": _arguments(action),
         "motion": motion,
         "after": after,
+        "learned": learned,
     }
     common |= {"overlap": variant.overlap if motion else 0.0}
     if node.on is not None:

@@ -111,7 +111,9 @@ def _refine(stretch: Sequence[Stop], server: GeometricProcedures) -> None:
     made = joined(context, start, acts, Effort(), pinned=pinned)
     situation = start
     for stop, act in zip(stretch, made, strict=True):
-        stop.keep(situation, None if stop.answer is None else Success(act.motion, act.changes))
+        answer = stop.answer
+        kept = None if answer is None else Success(act.motion, act.changes, learned=answer.learned)
+        stop.keep(situation, kept)
         situation = situation.replace(act.changes)
 
 

@@ -21,7 +21,7 @@ from kabo.tasks.core.model.interfaces import arrows, directions, shown, tree
 from kabo.tasks.core.model.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
 from kabo.tasks.core.model.results import SAME, Failure, Result
 from kabo.tasks.core.model.solutions import Solution, State
-from kabo.tasks.core.model.stages import Connector, CostTerm, Generator, Monitor, Propagator, Stage
+from kabo.tasks.core.model.stages import Connector, CostTerm, Generator, Misfit, Monitor, Propagator, Stage
 from kabo.tasks.core.run.explanation import Explanation
 from kabo.tasks.core.run.nodes import StageStatistics
 from kabo.tasks.core.task import Task
@@ -42,6 +42,7 @@ __all__ = [
     "Limit",
     "MISSING",
     "Merger",
+    "Misfit",
     "Monitor",
     "PARENT",
     "Parallel",

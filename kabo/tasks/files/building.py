@@ -12,6 +12,7 @@ from kabo.language.formulas import Place
 from kabo.language.task_description import Entries, Input, Items, PropertyReference, TaskDescription, Word
 from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
 from kabo.tasks.files.checking import Recipe, check_task
+from kabo.tasks.files.interface_names import check_interface
 from kabo.tasks.files.kinds import KIND_TYPES
 from kabo.tasks.files.values import NoValue, value_of, wanted
 
@@ -166,6 +167,9 @@ def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None
         return None
     recipe = check_task(description, findings)
     if recipe is None:
+        return None
+    check_interface(description, recipe, findings)
+    if findings.errors:
         return None
     return TaskFile(
         description, recipe, tuple(each for each in findings.diagnostics if each.severity == "warning")

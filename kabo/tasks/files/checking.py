@@ -3,19 +3,31 @@
 The result is a tree of recipes, from which any number of tasks can be made.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+from kabo.errors import InputError
 from kabo.language import STAGE_KEYS, TASK_KEYS
-from kabo.language.findings import Findings
+from kabo.language.findings import Findings, spell_place
 from kabo.language.formulas import Place
-from kabo.language.task_description import StageDescription, TaskDescription, Word
+from kabo.language.source import UnreadableError, beside
+from kabo.language.task_description import (
+    RISK,
+    Entries,
+    StageDescription,
+    TaskDescription,
+    Word,
+    Written,
+    model_of_risk,
+)
 from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Property, Serial, Stage, Wrapper
 from kabo.tasks.core.model.properties import references
 from kabo.tasks.files import registry
 from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of
+from kabo.tasks.learned import MisfitError, open_model
 
 _MAX_NAMES = 500  # similar names are searched for among at most so many
 ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
@@ -111,6 +123,9 @@ class _Checking:
                 self.unknown(stage, name, declared)
                 continue
             wanted = declared.get(name, Property())
+            if wanted.opens is not None:
+                values |= self.opened(stage, name, written, wanted.opens)
+                continue
             try:
                 values[name] = value_of(written, wanted)
             except NoValue as error:
@@ -124,7 +139,31 @@ class _Checking:
             if wanted.default is MISSING and name not in stage.keys:
                 hint = f"{stage.type} has {described(declared)}"
                 self.findings.add(stage.place, f'"{stage.name}" needs the property "{name}"', hint)
+        for misfit in kind.misfits(values):
+            place = _place_of(stage.properties, misfit.keys) or stage.place
+            self.findings.add(place, f'"{stage.name}": {misfit.message}', misfit.hint)
         return values
+
+    def opened(
+        self, stage: StageDescription, name: str, written: Written, opens: Callable[[str, str], Any]
+    ) -> dict[str, Any]:
+        """The value of a property that a file holds, by its name; empty if it cannot be opened, which is reported."""
+        if not isinstance(written, Word):
+            told = "a reference will not do: what a plan depends on is known before planning"
+            self.findings.add(written.place, f'"{name}" of "{stage.name}" must be the path of a file', told)
+            return {}
+        folder = str(self.task.source.path.parent)
+        try:
+            return {name: opens(written.text, folder)}
+        except UnreadableError as error:
+            hint = error.hint or self.findings.near_file(Path(beside(folder, written.text)))
+            self.findings.add(written.place, f'"{written.text}": {error.message}', hint)
+        except InputError as error:
+            named = f"named in {spell_place(written.place)}"
+            for each in error.diagnostics:
+                hint = named if each.hint is None else f"{each.hint}; {named}"
+                self.findings.add(Place(each.file, each.line, each.column, each.length), each.message, hint)
+        return {}
 
     def inherited(
         self, stage: StageDescription, declared: Mapping[str, Property], above: tuple[_Holder, ...]
@@ -249,11 +288,32 @@ class _Checking:
         written = stage.properties.get("cost")
         if written is None or "cost" in declared:
             return None
+        value, model = value_of(written, Property()), model_of_risk(stage)
+        if model is not None:
+            opened = self.opened(stage, "model", model, open_model)
+            if not opened:
+                return None
+            value = {RISK: {**value[RISK], **opened}}
         try:
-            return cost_of(value_of(written, Property()))
+            return cost_of(value)
+        except MisfitError as error:
+            for each in error.misfits:
+                place = _place_of(stage.properties, ("cost", RISK, *each.keys)) or written.place
+                self.findings.add(place, f'`cost` of "{stage.name}": {each.message}', each.hint)
+            return None
         except NoCost as error:
             self.findings.add(written.place, f'`cost` of "{stage.name}": {error}', error.hint)
             return None
+
+
+def _place_of(properties: Mapping[str, Written], keys: Sequence[str]) -> Place | None:
+    """The place of the innermost value to which the keys lead; None if they lead to none."""
+    place = None
+    here: Written | None = Entries(properties, Place("", 1, 1)) if keys else None
+    for key in keys:
+        here = here.values.get(key) if isinstance(here, Entries) else None
+        place = place if here is None else here.place
+    return place
 
 
 def declared_by(kind: type[Stage]) -> dict[str, Property]:

@@ -11,13 +11,17 @@ from inspect import signature
 from typing import Any
 
 from kabo.errors import did_you_mean
+from kabo.language.task_description import RISK
 from kabo.tasks.core import CostTerm, Solution, TaskError, constant, offset, uniform_random, weighted
+from kabo.tasks.core.model.stages import Told
+from kabo.tasks.learned import MisfitError, risk
 
 _ROBOTS = "kabo.tasks.robots"
 _OF_CORE: dict[str, tuple[Callable[..., Any], bool]] = {
     "constant": (constant, True),
     "offset": (offset, True),
     "uniform_random": (uniform_random, True),
+    RISK: (risk, True),
 }
 _OF_ROBOTS = {"path_length": False, "duration": False, "tool_distance": False, "clearance": True,
               "distance_to_reference": True}  # fmt: skip
@@ -31,8 +35,8 @@ class NamedCost:
     def __init__(self, term: CostTerm, written: Any) -> None:
         self.term, self.written = term, written
 
-    def __call__(self, solution: Solution) -> float | tuple[float, str]:
-        """The cost of a solution, possibly with a comment."""
+    def __call__(self, solution: Solution) -> Told:
+        """The cost of a solution, possibly with a comment and a record for programs."""
         return self.term(solution)
 
 
@@ -75,6 +79,7 @@ def cost_of(written: Any) -> NamedCost:
 
     Raises:
         NoCost: the value describes no cost term.
+        MisfitError: the arguments of `risk` do not fit its model.
     """
     if isinstance(written, str):
         return NamedCost(_made(written, {}), written)
@@ -118,7 +123,12 @@ def _made(name: str, arguments: Mapping[str, Any]) -> CostTerm:
         signature(term).bind(**arguments)
     except TypeError as error:
         raise NoCost(f"the cost term {name}: {error}", f"it is {name}{signature(term)}") from None
-    made: CostTerm = term(**arguments)
+    try:
+        made: CostTerm = term(**arguments)
+    except MisfitError:
+        raise
+    except TaskError as error:
+        raise NoCost(f"the cost term {name}: {error}") from None
     return made
 
 

@@ -5,16 +5,20 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 from kabo.errors import did_you_mean
+from kabo.language.task_description import LEARNED_PARAMETERS
 from kabo.lazy import names_of
 from kabo.tasks.core import Alternatives, Fallbacks, Limit, Serial, Stage, TaskError
+from kabo.tasks.learned import LearnedParameters
 
 _Kind = TypeVar("_Kind", bound=type[Stage])
 _ROBOTS = "kabo.tasks.robots"
-_CONTAINERS: dict[str, type[Stage]] = {
+# Stages without robots, which load no kernels.
+_LIGHT: dict[str, type[Stage]] = {
     "SerialContainer": Serial,
     "Alternatives": Alternatives,
     "Fallbacks": Fallbacks,
     "Limit": Limit,
+    LEARNED_PARAMETERS: LearnedParameters,
 }
 _registered: dict[str, type[Stage]] = {}
 
@@ -44,13 +48,13 @@ def find(name: str) -> type[Stage] | None:
 
     Robot stages, which load compiled kernels, are imported only when needed.
     """
-    found = _registered.get(name) or _CONTAINERS.get(name)
+    found = _registered.get(name) or _LIGHT.get(name)
     return found if found is not None or name not in _robot_names() else _robot_stages()[name]
 
 
 def names() -> list[str]:
     """The names of all stages, sorted."""
-    return sorted({*_CONTAINERS, *_registered, *_robot_names()})
+    return sorted({*_LIGHT, *_registered, *_robot_names()})
 
 
 def _robot_names() -> list[str]:
@@ -63,7 +67,7 @@ def _robot_stages() -> dict[str, type[Stage]]:
 
 def name_of(kind: type[Stage]) -> str | None:
     """The name of a stage class in task files; None if it is not registered."""
-    known = [*_registered.items(), *_CONTAINERS.items()]
+    known = [*_registered.items(), *_LIGHT.items()]
     if kind.__module__.startswith(f"{_ROBOTS}."):
         known += _robot_stages().items()
     return next((name for name, each in known if each is kind), None)

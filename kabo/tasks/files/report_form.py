@@ -1,5 +1,6 @@
 """The format of reports, `kabo-task/1`: the keys of each object, and the check of a file against them."""
 
+import math
 from collections.abc import Iterator
 from typing import Any, Literal, TypedDict
 
@@ -12,6 +13,7 @@ MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a 
 # The names in the published schema of objects whose classes are called otherwise here.
 _SCHEMA_NAMES = {
     "FailureReport": "Refusal",
+    "LearnedReport": "Learned",
     "PhaseReport": "Part",
     "SolutionTime": "Found",
     "StageFigures": "Figures",
@@ -19,7 +21,21 @@ _SCHEMA_NAMES = {
 MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
 
-class Told(TypedDict):
+class LearnedReport(TypedDict):
+    """Learned parameters: the model as the task names it, the case, the validity, and the outcomes that are expected."""
+
+    model: str
+    case: dict[str, str]
+    parameters: dict[str, float]
+    validity: float
+    expected: dict[str, float]
+
+
+class _Learning(TypedDict, total=False):
+    learned: LearnedReport | list[LearnedReport]  # only where parameters were learned; a list if there are several
+
+
+class Told(_Learning):
     """A solution of one stage: what it says, what it costs, what it changes in the scene, a line each."""
 
     comment: str
@@ -35,7 +51,7 @@ class FailureReport(TypedDict):
     changes: list[str]
 
 
-class PhaseReport(TypedDict):
+class PhaseReport(_Learning):
     """One phase of a whole solution, in order of time."""
 
     stage: str
@@ -143,6 +159,8 @@ def read_report(content: bytes, file: str) -> Report:
         if not 0 <= count <= most:
             message = f"this is no report of planning: {where} is not from 0 to {most}"
             raise InputError([Diagnostic(file, 1, 1, message, hint)])
+    for where, fault in _unlearned(found):
+        raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {where} {fault}", hint)])
     paths = {stage["path"] for stage in found["stages"]}
     for number, run in enumerate(found["runs"]):
         if run["stages"].keys() != paths:
@@ -162,6 +180,21 @@ def _counts(report: Report) -> Iterator[tuple[str, int, int]]:
             tables = (figures["failures"], figures["mismatches"])
             for count in (figures["calls"], figures["successes"], *(n for each in tables for n in each.values())):
                 yield f'a count of runs[{number}] for "{path[:MAX_PATH_CHARACTERS]}"', count, MAX_COUNT
+
+
+def _unlearned(report: Report) -> Iterator[tuple[str, str]]:
+    """Every record of learned parameters that can be none: where it is, and what is wrong."""
+    for number, run in enumerate(report["runs"]):
+        parts = [part for whole in run["solutions"] for part in whole["parts"]]
+        told = [each for figures in run["stages"].values() for each in figures["solutions"]]
+        for holder in (*parts, *told):
+            records = holder.get("learned", [])
+            for record in records if isinstance(records, list) else [records]:
+                numbers = (*record["parameters"].values(), *record["expected"].values())
+                if not 0.0 < record["validity"] <= 1.0:
+                    yield f"learned of runs[{number}]", "has a validity that is no probability above 0"
+                if not all(map(math.isfinite, numbers)):
+                    yield f"learned of runs[{number}]", "has a number that is not finite"
 
 
 def schema() -> dict[str, Any]:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from kabo.plan import learned_json
 from kabo.tasks.core import (
     Alternatives,
     Fallbacks,
@@ -34,6 +35,7 @@ from kabo.tasks.files.report_form import (
     Why,
 )
 from kabo.tasks.files.running import TaskRun
+from kabo.tasks.learned import learned_by, learned_in
 
 MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
 
@@ -155,11 +157,23 @@ def counted(counts: Mapping[str, int]) -> dict[str, int]:
 
 
 def _solution(solution: Solution) -> Told:
-    return {"comment": solution.comment, "cost": float(solution.cost), "changes": scene_change(solution)}
+    told: Told = {"comment": solution.comment, "cost": float(solution.cost), "changes": scene_change(solution)}
+    learned = learned_by(solution)
+    if learned is not None:
+        told["learned"] = learned_json((learned,))
+    return told
+
+
+def _phase(part: Solution, path: str) -> PhaseReport:
+    made: PhaseReport = {"stage": path, **_solution(part)}
+    learned = learned_in(part)
+    if learned:
+        made["learned"] = learned_json(learned)
+    return made
 
 
 def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
-    parts: list[PhaseReport] = [{"stage": paths[id(part.stage)], **_solution(part)} for part in phases(solution)]
+    parts = [_phase(part, paths[id(part.stage)]) for part in phases(solution)]
     return {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
 
 

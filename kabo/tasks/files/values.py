@@ -8,9 +8,11 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from kabo.language.formulas import Place
 from kabo.language.task_description import Entries, Items, PropertyReference, Word, Written
 from kabo.tasks.core import Interface, Parent, Property
 from kabo.tasks.files.kinds import BodyName, GraspName, MotionConstraintName, PlacementName, RegionName, RobotName
+from kabo.tasks.learned import Model
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
@@ -19,7 +21,7 @@ _WORDS: dict[Any, str] = {
     Any: "anything", type(None): "none", dict: "a mapping", Mapping: "a mapping", Sequence: "a list",
     RobotName: "the name of a robot", BodyName: "the name of a body", RegionName: "the name of a region",
     GraspName: "the name of a grasp family", PlacementName: "the name of a placement",
-    MotionConstraintName: "the name of a motion constraint",
+    MotionConstraintName: "the name of a motion constraint", Model: "the path of a model",
 }  # fmt: skip
 _TRUTH = {"true": True, "false": False}
 
@@ -107,6 +109,17 @@ def parent_references(written: Written, name: str) -> list[tuple[str, PropertyRe
         return [found for item in written.values for found in parent_references(item, name)]
     if isinstance(written, Entries):
         return [found for key, value in written.values.items() for found in parent_references(value, key)]
+    return []
+
+
+def interface_references(written: Written, name: str) -> list[tuple[str, Place]]:
+    """Every reference to the interface in the value of property `name`: the interface property, and its place."""
+    if isinstance(written, PropertyReference):
+        return [(written.name or name, written.place)] if written.source == "INTERFACE" else []
+    if isinstance(written, Items):
+        return [found for item in written.values for found in interface_references(item, name)]
+    if isinstance(written, Entries):
+        return [found for key, value in written.values.items() for found in interface_references(value, key)]
     return []
 
 

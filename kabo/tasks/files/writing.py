@@ -1,6 +1,7 @@
 """Writes a task as a task file: YAML that loads to the same tree of stages [T 3.7]."""
 
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from kabo.tasks.files.costs import written_as
 from kabo.tasks.files.kinds import kind_of
 from kabo.tasks.files.registry import name_of
 from kabo.tasks.files.values import number_of
+from kabo.tasks.learned import Model
 from kabo.whole_files import write_atomically
 
 _PLAIN = re.compile(r"[A-Za-z0-9_./-](?:[A-Za-z0-9_./ +-]*[A-Za-z0-9_./+-])?")
@@ -30,8 +32,13 @@ def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float
     Raises:
         TaskError: lists all parts that files cannot represent: functions, Python objects, unregistered stages.
     """
-    writer = _Writer()
-    lines = list(writer.task(task, {"max_solutions": max_solutions, "timeout": timeout}))
+    return _text_of(task, {"max_solutions": max_solutions, "timeout": timeout}, None)
+
+
+def _text_of(task: Task, limits: Mapping[str, float | None], folder: Path | None) -> str:
+    """The text of a task file that will lie in a folder; None: models are named as they were."""
+    writer = _Writer(folder)
+    lines = list(writer.task(task, limits))
     if writer.problems:
         listed = "\n".join(f"  - {problem}" for problem in writer.problems)
         raise TaskError(f"the task {task.name!r} cannot be written as a file:\n{listed}")
@@ -47,13 +54,14 @@ def dump_task(
         TaskError: lists all parts that files cannot represent: functions, Python objects, unregistered stages.
         OSError: the file cannot be written.
     """
-    text = task_to_yaml(task, max_solutions=max_solutions, timeout=timeout)
+    text = _text_of(task, {"max_solutions": max_solutions, "timeout": timeout}, Path(path).parent)
     write_atomically(Path(path), text.encode())
 
 
 class _Writer:
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None) -> None:
         self.problems: list[str] = []
+        self.folder = folder
 
     def task(self, task: Task, limits: Mapping[str, float | None]) -> Iterator[str]:
         yield f"name: {self.text(task.name)}"
@@ -147,6 +155,8 @@ class _Writer:
             return "{" + ", ".join(inner) + "}"
         if isinstance(value, Sequence):
             return "[" + ", ".join(self.value(stage, name, each) for each in value) + "]"
+        if isinstance(value, Model) and value.path:
+            return self.text(value.written if self.folder is None else os.path.relpath(value.path, self.folder))
         return self.refuse(stage, name, f"a value of type {type(value).__name__}")
 
     def number(self, stage: Stage, name: str, value: float) -> str:

@@ -374,3 +374,14 @@ def test_solutions_of_inverse_kinematics_are_free_apart_and_no_more_than_asked_f
         assert all(np.abs(q - other.scene.configuration("right")).sum() >= apart for other in found[:i])
         at = one.properties["target_pose"] @ np.array([*tcp, 1.0])
         assert at[:2] == pytest.approx(scene.pose("bottle_4")[:2, 3], abs=1e-5), "on the axis of the bottle"
+
+
+def test_stages_declare_every_interface_property_that_they_write(first_scene: First) -> None:
+    start = first_scene(BARTENDER)
+    picked = solve(start, "pick", robot="right", object="bottle_4")[0]
+    placed = solve(end(picked), "place", robot="right", object="bottle_4", region="dishwasher")[0]
+    for solution in (picked, placed):
+        written = {name for part in solution.walk() for name in part.properties}
+        stages = {part.stage for part in solution.walk()}
+        declared = {name for stage in stages if isinstance(stage, Stage) for name in stage.writes({})}
+        assert written and written <= declared

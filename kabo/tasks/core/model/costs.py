@@ -1,13 +1,21 @@
 """Cost terms that need no robot: constants, offsets, random costs and sums [T 3.5].
 
-A cost term is a function of a solution that returns a cost, or a cost and a comment; it replaces the stage's own cost.
-An infinite cost turns the solution into a failure.
+A cost term is a function of a solution that returns a cost, or a cost and a comment, or these and a record for programs;
+it replaces the stage's own cost. An infinite cost turns the solution into a failure.
 """
 
 from random import Random
+from typing import Any
 
 from kabo.tasks.core.model.solutions import Solution
-from kabo.tasks.core.model.stages import CostTerm
+from kabo.tasks.core.model.stages import CostTerm, Told
+
+
+def told(answer: Told) -> tuple[float, str, Any]:
+    """The answer of a cost term as cost, comment (empty if there is none) and record (None if there is none)."""
+    if not isinstance(answer, tuple):
+        return answer, "", None
+    return answer if len(answer) == 3 else (*answer, None)
 
 
 def constant(value: float) -> CostTerm:
@@ -38,16 +46,16 @@ def uniform_random(low: float = 0.0, high: float = 1.0, seed: int = 0) -> CostTe
 
 
 def weighted(*terms: tuple[CostTerm, float]) -> CostTerm:
-    """The weighted sum of terms, given as (term, weight); their comments are joined."""
+    """The weighted sum of terms, given as (term, weight); comments are joined, the record is that of the first with one."""
 
-    def cost(solution: Solution) -> tuple[float, str]:
-        value, comments = 0.0, []
+    def cost(solution: Solution) -> tuple[float, str, Any]:
+        value, comments, record = 0.0, [], None
         for term, weight in terms:
-            found = term(solution)
-            own, comment = found if isinstance(found, tuple) else (found, "")
+            own, comment, details = told(term(solution))
             value += weight * own
             comments += [comment] if comment else []
-        return value, ", ".join(comments)
+            record = details if record is None else record
+        return value, ", ".join(comments), record
 
     return cost
 

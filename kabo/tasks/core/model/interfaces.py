@@ -159,6 +159,7 @@ def resolve(task: Serial) -> Mapping[Stage, Flow]:
     flows, errors = directions(task)
     for stage in task.walk():
         errors.extend(stage.properties.problems())
+        errors.extend(f"{stage.path!r}: {each.message}" for each in stage.misfits(stage.properties.given))
         if isinstance(stage, Monitor):
             try:
                 errors.extend(_unheard(task, stage))

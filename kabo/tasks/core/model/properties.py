@@ -29,13 +29,15 @@ class Property:
     """A declared property of a stage; a property without a default must be given a value.
 
     `wrong` returns why a value of the right type is invalid, or None; invalid values are refused as soon as they are
-    known, in task files with their place. `doc` says what an empty value means where it is allowed.
+    known, in task files with their place. `doc` says what an empty value means where it is allowed. `opens` makes the value
+    of a path and of the folder that it is relative to: task files give the path, always as text.
     """
 
     type: Any = Any
     default: Any = MISSING
     doc: str = ""
     wrong: "Callable[[Any], str | None] | None" = None
+    opens: "Callable[[str, str], Any] | None" = None
 
     def accepts(self, value: Any) -> bool:
         """Whether a value has the declared type; integers are accepted as numbers."""
@@ -237,6 +239,14 @@ class Properties:
         raise UndeclaredProperty(
             f"no ancestor declares {name!r}, wanted by {' for '.join(_trail_texts(trail))} (searched: {where})"
         )
+
+    def resolved(self, value: Any, name: str, interface: Mapping[str, Any]) -> Any:
+        """A value that is not set on the stage, such as an argument of its cost term, with references resolved.
+
+        Raises:
+            UndeclaredProperty, UndefinedProperty: a reference leads nowhere.
+        """
+        return self._resolved(value, name, interface, ((name, self._stage),))
 
     def reads_interface(self, name: str) -> bool:
         """Whether the value of a property depends on the interface state, directly or through its ancestors."""

@@ -30,6 +30,7 @@ class Result:
         motion: the motion in order of time; the core does not interpret it.
         properties: interface properties that are added to those inherited by the new state.
         start: for wrappers of generators, the scene before the wrapper, if it is not `scene`.
+        details: a record for programs; it becomes the solution's `details`.
     """
 
     scene: Any = None
@@ -38,6 +39,7 @@ class Result:
     motion: Any = None
     properties: Mapping[str, Any] = field(default_factory=dict)
     start: Any = SAME
+    details: Any = None
 
 
 @runtime_checkable
@@ -55,11 +57,15 @@ class Refused(Protocol):
 
 @dataclass(frozen=True)
 class Failure:
-    """A failed attempt: `reason` is a short key under which failures are counted, `details` are for programs."""
+    """A failed attempt: `reason` is a short key under which failures are counted, `details` are for programs.
+
+    `proof`: the same properties fail in every scene and with every seed.
+    """
 
     reason: str
     comment: str = ""
     details: Any = None
+    proof: bool = False
 
 
 Answer = Result | Refused

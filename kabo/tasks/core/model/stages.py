@@ -4,7 +4,8 @@ A generator writes the states on both sides; a propagator computes the state on 
 connector joins two states; a monitoring generator is triggered by each solution of another stage.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from kabo.tasks.core.model.errors import TaskError
@@ -13,8 +14,18 @@ from kabo.tasks.core.model.properties import Properties, Property
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.solutions import Solution
 
-CostTerm = Callable[[Solution], float | tuple[float, str]]
+Told = float | tuple[float, str] | tuple[float, str, Any]  # cost, comment, a record for programs
+CostTerm = Callable[[Solution], Told]
 Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """A value that does not fit the others of its stage: the keys that lead to it, what is wrong, and the remedy."""
+
+    keys: tuple[str, ...]
+    message: str
+    hint: str | None = None
 
 
 class Stage:
@@ -23,6 +34,7 @@ class Stage:
     PROPERTIES: ClassVar[Mapping[str, Property]] = {}
     OPEN: ClassVar[bool] = False  # whether any property may be set without declaring it
     TRANSPARENT: ClassVar[bool] = False  # whether parts of its solutions are found without its name
+    WRITES: ClassVar[Collection[str]] = ()  # the interface properties that it may write
 
     def __init__(self, name: str, /, *, cost: CostTerm | None = None, **properties: Any) -> None:
         declared: dict[str, Property] = {}
@@ -56,6 +68,16 @@ class Stage:
     def flows(self) -> Flows:
         """The flows that this stage permits; of several, the neighbouring stages determine one."""
         raise NotImplementedError
+
+    @classmethod
+    def writes(cls, values: Values) -> Collection[str]:
+        """The interface properties that a stage with these values may write."""
+        return cls.WRITES
+
+    @classmethod
+    def misfits(cls, values: Values) -> Iterable[Misfit]:
+        """Faults of values that were set on a stage, in each other's light; references in them are unresolved."""
+        return ()
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.name!r})"

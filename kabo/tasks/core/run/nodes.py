@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from kabo.tasks.core.model.costs import told
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.properties import PropertyResolver
@@ -198,10 +199,10 @@ class StageNode:
         """
         term = self.stage.cost
         if term is not None and not solution.failed:
-            answer = term(solution)
-            cost, comment = answer if isinstance(answer, tuple) else (answer, "")
+            cost, comment, details = told(term(solution))
             solution.cost = float(cost)
             solution.comment = ", ".join(text for text in (solution.comment, comment) if text)
+            solution.details = solution.details if details is None else details
         if not solution.cost < INFINITE:
             comment = solution.comment or (
                 "infinite cost" if solution.cost == INFINITE else "the cost is no number"
@@ -272,8 +273,9 @@ class StageNode:
         self, start: State | None, end: State | None, result: Result, parts: tuple[Solution, ...] = ()
     ) -> Solution:
         """A new solution of this node's stage between two states, with a result's cost, comment and motion."""
-        number = self.planning.count()
-        return Solution(self.stage, start, end, result.cost, result.comment, result.motion, parts, number)
+        number, details = self.planning.count(), result.details
+        cost, comment, motion = result.cost, result.comment, result.motion
+        return Solution(self.stage, start, end, cost, comment, motion, parts, number, details=details)
 
 
 class Level:

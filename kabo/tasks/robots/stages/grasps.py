@@ -29,6 +29,14 @@ from kabo.tasks.robots.scenes import TaskScene
 # Stroke by which an object is lifted if no family says otherwise.
 LIFT = Stroke(FeatureName("world", "up"), 1, 0.05, 0.10)
 ANY = "any"
+OF_GRASPS = (
+    "grasp",
+    "approach",
+    "lift",
+    "fingers",
+    "lower",
+    "retreat",
+)  # the interface properties of a grasp family
 
 
 def grasp_properties(robot: Robot, name: str, family: GraspFamily) -> dict[str, Any]:
@@ -52,6 +60,7 @@ class SampleGrasp(RobotStage, Monitor):
     """
 
     READS = ("object",)
+    WRITES = ("target", *OF_GRASPS)
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
@@ -163,6 +172,7 @@ class RecogniseGrasp(RobotStage, Propagator):
     """Recognises the family by which a robot holds an object; writes `grasp`, `approach`, `lift`, `lower`, `retreat`."""
 
     READS = ("object",)
+    WRITES = OF_GRASPS
     PROPERTIES = {"robot": ROBOT, "object": OBJECT}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

@@ -101,6 +101,7 @@ class SampleMeeting(RobotStage, Monitor):
     """
 
     READS = ("object", "part")
+    WRITES = ("target",)
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,

@@ -27,7 +27,7 @@ from kabo.tasks.robots.motion.directions import Direction
 from kabo.tasks.robots.motion.mating import mate_target
 from kabo.tasks.robots.motion.targets import PlacementTarget
 from kabo.tasks.robots.scenes import TaskScene
-from kabo.tasks.robots.stages.grasps import ANY, family_faults, held_properties
+from kabo.tasks.robots.stages.grasps import ANY, OF_GRASPS, family_faults, held_properties
 
 
 class SamplePlacement(RobotStage, Monitor):
@@ -38,6 +38,7 @@ class SamplePlacement(RobotStage, Monitor):
     """
 
     READS = ("object", "support")
+    WRITES = ("target", "placement", "support", *OF_GRASPS)
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
@@ -143,6 +144,7 @@ class SampleMate(RobotStage, Monitor):
     """
 
     READS = ("object", "onto")
+    WRITES = ("target", "mate", "insertion", *OF_GRASPS)
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,

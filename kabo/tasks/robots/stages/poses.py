@@ -88,6 +88,7 @@ def from_rpy(angles: Sequence[float]) -> Array:
 
 
 class _Poses(RobotStage):
+    WRITES = ("target", "target_pose")
     PROPERTIES = {
         "robot": ROBOT,
         "poses": Property(

@@ -25,6 +25,7 @@ class ComputeIK(RobotStage, Wrapper):
     """
 
     MOVES = ("robot",)
+    WRITES = ("target_pose",)
     PROPERTIES = {
         "robot": ROBOT,
         "target": Property(Any, INTERFACE, "the target, as a sampler writes it"),

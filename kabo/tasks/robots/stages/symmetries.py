@@ -22,7 +22,7 @@ from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
-from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
+from kabo.tasks.robots.stages.grasps import OF_GRASPS, family_faults, grasp_properties
 from kabo.tasks.robots.stages.poses import local_pose, pose_of
 
 AUTO = "auto"
@@ -37,6 +37,7 @@ class GraspPoses(RobotStage, Monitor):
     """
 
     READS = ("object",)
+    WRITES = ("target", "target_pose", *OF_GRASPS)
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
@@ -99,6 +100,7 @@ class PlacePoses(RobotStage, Monitor):
     """
 
     READS = ("object",)
+    WRITES = ("target", "object_pose")
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
