@@ -12,7 +12,7 @@ import pytest
 from kabo.exploration import fit_line
 from kabo.trials import Invalid, Valid
 
-sys.path.append(str(Path(__file__).resolve().parents[3] / "examples" / "plucked_string"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "examples" / "plucked_string"))
 
 import plucked_string
 import string_lines
