@@ -16,6 +16,7 @@ from exploration_plucks import (
     overlap,
     truth,
 )
+from exploration_senses import senses
 from plucked_string import pluck_string
 from table import Table
 
@@ -149,10 +150,11 @@ def explored(string: str, seed: int, options: argparse.Namespace) -> Explored:
 
 
 def tables(options: argparse.Namespace) -> list[Table]:
-    """A row for each string, the mean curves, and the figures that must be reached."""
+    """The senses, a row for each string, the mean curves, and the figures that must be reached."""
     strings = STRINGS[:1] if options.small else STRINGS
+    heard = senses(200 if options.small else 4000)
     found = [explored(string, seed, options) for string in strings for seed in range(options.seeds)]
-    return [_by_string(strings, found), _curves(found), _must(strings, found, options.small)]
+    return [heard, _by_string(strings, found), _curves(found), _must(strings, found, options.small)]
 
 
 def _by_string(strings: Sequence[str], found: Sequence[Explored]) -> Table:
