@@ -31,7 +31,9 @@ def call_trial(
     """
     name = f"trial {number} ({named(question)})"
 
-    def fault(message: str, hint: str | None, place: tuple[str, int], cause: BaseException | None = None) -> TrialError:
+    def fault(
+        message: str, hint: str | None, place: tuple[str, int], cause: BaseException | None = None
+    ) -> TrialError:
         error = TrialError(
             [Diagnostic(*place, 1, f"{name} {message}", hint)], number, question.case, question.parameters
         )

@@ -15,9 +15,7 @@ class TrialError(InputError):
         parameters: what was tried.
     """
 
-    def __init__(
-        self, diagnostics: Iterable[Diagnostic], number: int, case: Case, parameters: Parameters
-    ) -> None:
+    def __init__(self, diagnostics: Iterable[Diagnostic], number: int, case: Case, parameters: Parameters) -> None:
         self.number, self.case, self.parameters = number, dict(case), dict(parameters)
         super().__init__(diagnostics)
 

@@ -6,6 +6,7 @@ from types import NoneType
 from typing import Any
 
 from kabo.tasks.core import (
+    Agreed,
     Alternatives,
     Failure,
     Fallbacks,
@@ -108,7 +109,7 @@ class LearnedParameters(Propagator):
             Result(
                 cost=-math.log(each.validity) + 0.0,
                 comment=comment_of(model, each),
-                properties=dict(each.parameters),
+                properties={**each.parameters, f"other parameters by {self.path}": Agreed(each.parameters)},
                 details=record_of(model, each),
             )
             for each in found
