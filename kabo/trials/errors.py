@@ -19,6 +19,6 @@ class TrialError(InputError):
         self.number, self.case, self.parameters = number, dict(case), dict(parameters)
         super().__init__(diagnostics)
 
-    def __reduce__(self) -> tuple[type["TrialError"], tuple[object, ...]]:
+    def __reduce__(self) -> tuple[type["TrialError"], tuple[object, ...]]:  # type: ignore[override]
         """Another process gets the findings and the trial, not their text."""
         return type(self), (self.diagnostics, self.number, self.case, self.parameters)
