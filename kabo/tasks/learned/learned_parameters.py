@@ -129,12 +129,12 @@ class LearnedParameters(Propagator):
             if isinstance(above, Alternatives | Fallbacks):
                 return None
             above = above.parent
-        if not self.is_fixed:
-            return None
         try:
             values = {name: self.properties.value(name) for name in self.properties.declared}
             answers = self.forward(None, values, 0)
-        except (UndefinedProperty, ExplorationError):  # planning says where
+        except UndefinedProperty:  # it reads what earlier stages write
+            return None
+        except ExplorationError:  # planning says where
             return None
         return next((each for each in answers if isinstance(each, Failure)), None)
 

@@ -7,7 +7,7 @@ from itertools import combinations
 import pytest
 
 from kabo.exploration import Exploration, ExplorationError
-from kabo.tasks.core import Fallbacks, Flow, InitialisationError, Interface, Parent, Solution, Task
+from kabo.tasks.core import Failure, Fallbacks, Flow, InitialisationError, Interface, Parent, Solution, Task
 from kabo.tasks.learned import LearnedParameters, learned_by
 from tests.support.bars import BALANCE, torque
 from tests.tasks.files.conftest import Near, Points, Start, Step, Way
@@ -108,6 +108,9 @@ def test_only_a_failure_that_every_solution_must_meet_refutes_the_task(known: Ex
     refuted = alone.refute()
     assert refuted is not None and refuted.reason == "out_of_range" and refuted.proof
     assert fine.refute() is None and chosen.refute() is None and earlier.refute() is None
+    values = {name: alone.properties.value(name) for name in alone.properties.declared}
+    (failure,) = earlier.forward(None, values, 0)
+    assert isinstance(failure, Failure) and failure.reason == "out_of_range" and not failure.proof
 
 
 def test_in_python_wrong_names_are_told_before_planning(known: Exploration) -> None:
