@@ -31,7 +31,9 @@ def call_trial(
     """
     name = f"trial {number} ({named(question)})"
 
-    def fault(message: str, hint: str | None, place: tuple[str, int], cause: BaseException | None = None) -> TrialError:
+    def fault(
+        message: str, hint: str | None, place: tuple[str, int], cause: BaseException | None = None
+    ) -> TrialError:
         error = TrialError(
             [Diagnostic(*place, 1, f"{name} {message}", hint)], number, question.case, question.parameters
         )
@@ -104,5 +106,6 @@ def _place_of(trial: Any) -> tuple[str, int]:
     while isinstance(trial, partial):
         trial = trial.func
     trial = inspect.unwrap(trial)
-    code = getattr(trial, "__code__", None) or getattr(getattr(type(trial), "__call__", None), "__code__", None)
+    function = trial if hasattr(trial, "__code__") else vars(type(trial)).get("__call__")
+    code = getattr(function, "__code__", None)
     return ("trial", 1) if code is None else (code.co_filename, code.co_firstlineno)

@@ -15,12 +15,10 @@ class TrialError(InputError):
         parameters: what was tried.
     """
 
-    def __init__(
-        self, diagnostics: Iterable[Diagnostic], number: int, case: Case, parameters: Parameters
-    ) -> None:
+    def __init__(self, diagnostics: Iterable[Diagnostic], number: int, case: Case, parameters: Parameters) -> None:
         self.number, self.case, self.parameters = number, dict(case), dict(parameters)
         super().__init__(diagnostics)
 
-    def __reduce__(self) -> tuple[type["TrialError"], tuple[object, ...]]:
+    def __reduce__(self) -> tuple[type["TrialError"], tuple[object, ...]]:  # type: ignore[override]
         """Another process gets the findings and the trial, not their text."""
         return type(self), (self.diagnostics, self.number, self.case, self.parameters)

@@ -1,0 +1,92 @@
+"""Trials that plan a task: valid if there is a solution within a number of jobs, with its costs as outcomes."""
+
+from collections.abc import Callable, Mapping
+
+from kabo.errors import CutOff
+from kabo.tasks.core import Explanation, InitialisationError, Solution, Task
+from kabo.tasks.files.running import located_at_stage
+from kabo.trials.preparing import PreparedTask
+from kabo.trials.results import Invalid, TrialResult, Valid
+from kabo.trials.running import never
+
+JOBS_SPENT = "jobs spent"  # the reason if no stage is to blame
+NOTHING_FOUND = "nothing found"
+
+
+class PlannedTrial:
+    """The trial function that plans a task.
+
+    A job is one call of one stage. How many are executed until there is a solution depends on the task, its properties
+    and the seed alone, not on the clock, the machine, or the number of workers; so does the result.
+    """
+
+    def __init__(
+        self, prepared: PreparedTask, *, stop: Callable[[], bool] = never, workers: int | None = None
+    ) -> None:
+        """The trial function of a prepared task.
+
+        Args:
+            prepared: task, scene and properties.
+            stop: called while planning; True ends the trial without a result.
+            workers: processes that plan; results do not depend on their number.
+        """
+        self.prepared, self.stop, self.workers = prepared, stop, workers
+
+    def __call__(self, case: Mapping[str, str], parameters: Mapping[str, float], seed: int) -> TrialResult:
+        """The result of one trial.
+
+        Raises:
+            CutOff: it was stopped.
+            InputError: the stages refuse these parameters; located in the task file.
+        """
+        prepared = self.prepared
+        task = prepared.file.task(prepared.arguments(case, parameters), seed=seed)
+        try:
+            solutions = self._plan(task, seed)
+        except (InitialisationError, ValueError) as error:
+            told = located_at_stage(prepared.file, task, error)
+            if told is None:
+                raise
+            raise told from error
+        finally:
+            task.close()
+        if not solutions:
+            return _invalid(task, prepared.trial.jobs)
+        best = min(solutions, key=lambda each: each.cost)
+        outcomes = {name: _cost(best, prepared, name) for name in prepared.terms}
+        return Valid(outcomes, f"{len(solutions)} solutions" if len(solutions) > 1 else "")
+
+    def _plan(self, task: Task, seed: int) -> list[Solution]:
+        """The solutions found within the jobs of the trial; raises CutOff if it was stopped before."""
+        trial, scene = self.prepared.trial, self.prepared.scene
+        first = None
+        if scene is not None:
+            from kabo.tasks.files.first_scenes import check_against_scene, first_scene  # loads kernels
+
+            first = first_scene(scene, seed, self.stop)
+            check_against_scene(task, first)
+        solutions = task.plan(first, trial.max_solutions, jobs=trial.jobs, stop=self.stop, workers=self.workers)
+        if len(solutions) < trial.max_solutions and self.stop():
+            raise CutOff  # with more time there might be more solutions
+        return solutions[: trial.max_solutions]
+
+
+def _cost(solution: Solution, prepared: PreparedTask, name: str) -> float:
+    term = prepared.terms[name]
+    cost = solution.cost if term is None else term(solution)
+    return float(cost[0] if isinstance(cost, tuple) else cost)
+
+
+def _invalid(task: Task, jobs: int) -> Invalid:
+    """Why there is no solution: the stage that is to blame, and its most frequent reason."""
+    found = task.explain()
+    limit = "everything was tried" if task.exhausted else f"{jobs} jobs are spent"
+    comment = f"{found.text} ({limit})"
+    if found.stage is None:
+        return Invalid(JOBS_SPENT if not task.exhausted else NOTHING_FOUND, comment)
+    return Invalid(f"{found.stage.name}: {_most_frequent(found)}", comment)
+
+
+def _most_frequent(found: Explanation) -> str:
+    reasons = found.failures or found.mismatches
+    return next(iter(reasons), NOTHING_FOUND)
