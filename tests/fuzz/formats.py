@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tests.fuzz import commands, formulas
+from tests.fuzz import commands, explorations, formulas
 from tests.fuzz.mutations import mutated
 
 HOME = Path(__file__).resolve().parents[2]
@@ -277,6 +277,14 @@ def _tasks() -> tuple[Seed, ...]:
     return (*_corpus("task.yaml"), *seeds)
 
 
+def _explorations() -> tuple[Seed, ...]:
+    files = sorted([*(HOME / "examples").glob("*/exploration.yaml"), HOME / "examples/pick_and_place/reach.yaml"])
+    return (
+        *_corpus("exploration.yaml"),
+        *(Seed(path.relative_to(HOME), path.relative_to(HOME)) for path in files),
+    )
+
+
 def _scenes() -> tuple[Seed, ...]:
     scenes = [
         Path("domains") / name / "scene.yaml" for name in ("bartender", "stacked", "force_sensing", "assembly")
@@ -293,6 +301,8 @@ FORMATS: Mapping[str, Format] = {
         Format("scene", _scenes(), _description, 0.06),
         Format("opened", _corpus(*OPENED, main="scene.yaml"), _opened, 0.03),
         Format("task", _tasks(), _task, 0.1),
+        Format("exploration", _explorations(), explorations.file, 0.035),
+        Format("model", _corpus("model.jsonl"), explorations.model, 0.035),
         Format("pddl", _corpus("logistics.pddl", "clg.pddl"), _problem, 0.08),
         Format("pks", _corpus("pks_typed.xml", "pks_untyped.xml"), _problem, 0.08),
         Format("mesh", _corpus(*MESHES), _mesh, 0.16),

@@ -92,7 +92,7 @@ def test_a_page_of_many_cases_shows_those_with_trials():
 def test_a_page_without_trials_and_with_equal_outcomes_can_be_made():
     empty = Exploration(Space({"a": (0.0, 1.0)}), ["x"])
     assert "1 case without trials" in exploration_page(empty, "m.jsonl")
-    for value in (0.0, 1e300, -1e-300):
+    for value in (0.0, 1e100, -1e-300):
         made = Exploration(Space({"a": (-1e-9, 1e9), "b": (5.0, 6.0)}), ["x"])
         for k in range(3):
             made.tell({}, {"a": 0.1 * k, "b": 5.5}, True, {"x": value})
