@@ -4,10 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from kabo.errors import CutOff, Diagnostic, InputError
-from kabo.exploration import trial_seed
+from kabo.exploration import Question, trial_seed
 from kabo.language.exploration_description import ExplorationDescription
 from kabo.tasks.core import Explanation, InitialisationError, Solution, Task
 from kabo.tasks.files.running import located_at_stage
+from kabo.trials.calling import call_trial
+from kabo.trials.explorations import exploration_of
 from kabo.trials.preparing import PreparedTask, usual_examples
 from kabo.trials.results import Invalid, TrialResult, Valid
 from kabo.trials.running import never
@@ -81,9 +83,10 @@ def findings_in_trials(prepared: PreparedTask, description: ExplorationDescripti
     Some values are looked at by a stage only while it plans, so a few jobs of each trial are executed.
     """
     few = replace(prepared, trial=replace(prepared.trial, jobs=min(prepared.trial.jobs, PROBED_JOBS)))
+    exploration = exploration_of(description)
     for case, parameters in usual_examples(description)[:PROBED_TRIALS]:
         try:
-            PlannedTrial(few)(case, parameters, trial_seed(0, case, 0))
+            call_trial(PlannedTrial(few), exploration, Question(case, parameters, 0.5), 1, trial_seed(0, case, 0))
         except InputError as error:
             return error.diagnostics
     return ()

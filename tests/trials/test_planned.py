@@ -6,8 +6,17 @@ import pytest
 
 from kabo.errors import CutOff
 from kabo.exploration import Journal
-from kabo.trials import Invalid, Valid, exploration_of, load_exploration_file, run_exploration, trial_of
-from tests.trials.conftest import JUMPS
+from kabo.trials import (
+    Invalid,
+    Valid,
+    exploration_of,
+    load_exploration_file,
+    run_exploration,
+    trial_findings,
+    trial_of,
+)
+from tests.trials import conftest
+from tests.trials.conftest import JUMPS, Jump
 
 GRASS = {"ground": "grass"}
 
@@ -62,6 +71,13 @@ def test_an_exploration_of_a_task_finds_where_it_can_be_solved(jumps: Path, tmp_
     near, far = ({"far": 1.0, "side": 0.0}, {"far": 3.0, "side": 0.0})
     assert list(journal.exploration.validity(GRASS, [near, far]) > 0.5) == [True, False]
     assert {each.reason for each in journal.exploration.trials} == {"", "jump: beside", "jump: too_short"}
+
+
+def test_an_error_of_a_stage_of_ones_own_is_told_at_its_line_and_names_the_trial(jumps: Path) -> None:
+    jumps.write_text(JUMPS.replace("landing: {at:", "landing: {on:"))
+    (one,) = trial_findings(load_exploration_file(jumps))
+    assert one.message == "trial 1 (ground grass; far 0.5, side 0) raised KeyError: 'at'"
+    assert (one.file, one.line) == (conftest.__file__, Jump.forward.__code__.co_firstlineno + 1)
 
 
 @pytest.mark.parametrize("jobs", [5, 17, 30])
