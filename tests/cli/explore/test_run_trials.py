@@ -112,6 +112,7 @@ def test_a_model_of_another_exploration_is_refused_with_what_differs(kabo, discs
         (["--invalid-budget", "nan"], "--invalid-budget:1:1: write a share above 0 and below 1"),
         (["--invalid-budget", "1.5"], "--invalid-budget:1:1"),
         (["--seed", "-1"], "'-1' is not a whole number"),
+        (["--seed", 10**30], "--seed:1:1: the seed must be a whole number of 64 bits"),
         (["--trials", "x"], "'x' is not a whole number"),
         (["-o", "nowhere/m.jsonl"], "is no file in a folder that exists"),
         (["--stages", "none.py"], "none.py:1:1: this is no Python file"),
@@ -160,6 +161,14 @@ def test_what_is_no_result_ends_the_run(kabo, discs, given):
     said = run(kabo, 5)
     assert said.code == 2 and "disc.py:5:1: trial 1 (bar " in said.err and "Traceback" not in said.err
     assert load_exploration("m.jsonl").trials == ()
+
+
+def test_a_name_that_is_registered_twice_is_told_at_its_line(kabo, discs):
+    other = "\ndef other(case, parameters, seed): ...\n\nregister(other, 'tests/Twice')\n"
+    (discs / "twice.py").write_text(STAGES.replace("tests/Disc", "tests/Twice") + other)
+    said = kabo("explore", "run", "disc.yaml", "--stages", "twice.py", "--trials", 1, "-o", "m.jsonl")
+    assert said.code == 2 and "twice.py:15:1: ExplorationError: the name 'tests/Twice'" in said.err
+    assert not (discs / "m.jsonl").exists()
 
 
 def test_where_nothing_is_valid_the_run_ends_and_says_why(kabo, discs):
