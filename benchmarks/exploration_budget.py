@@ -9,7 +9,10 @@ from table import Table
 
 TRIALS = 120
 BUDGETS = (None, 0.1, 0.2, 0.3)
-MORE, LEAST = 0.06, 0.6  # how much the share of invalid trials may exceed a budget, and the overlap there has to be
+MORE, LEAST = (
+    0.06,
+    0.6,
+)  # how much the share of invalid trials may exceed a budget, and the overlap there has to be
 LEVEL = 0.75
 
 

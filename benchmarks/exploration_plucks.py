@@ -81,11 +81,11 @@ def truth(string: str, direction: str, side: int, repeats: int) -> Truth:
     points = [
         {"eta": float(x), "deflection": float(LOWEST + y * (HIGHEST - LOWEST))} for x in places for y in places
     ]
+    case = {"string": string, "direction": direction}
     share, loudness = np.zeros(len(points)), np.full(len(points), np.nan)
     for index, point in enumerate(points):
         results = [
-            pluck_string({"string": string, "direction": direction}, point, 10**9 + index * repeats + repeat)
-            for repeat in range(repeats)
+            pluck_string(case, point, trial_seed(-1, case, index * repeats + repeat)) for repeat in range(repeats)
         ]
         valid = [result.outcomes["loudness"] for result in results if isinstance(result, Valid)]
         share[index] = len(valid) / repeats

@@ -19,7 +19,7 @@ from exploration_plucks import (
 from plucked_string import pluck_string
 from table import Table
 
-from kabo.exploration import Exploration, Trial
+from kabo.exploration import Exploration, Trial, trial_seed
 from kabo.trials import Valid
 
 LEVEL = 0.75  # of the sets that are compared [T Fig. 4.7]
@@ -106,7 +106,7 @@ def played(known: Exploration, string: str) -> Played:
     for number, target in enumerate(np.linspace(low, high, TARGETS)):
         asked = known.infer({"loudness": float(target)}, {"string": string}, alpha=0.95)
         for repeat in range(REPEATS):
-            seed = 2 * 10**9 + known.seed * 1000 + number * REPEATS + repeat
+            seed = trial_seed(known.seed, {"played": string}, number * REPEATS + repeat)
             result = pluck_string(asked.case, asked.parameters, seed)
             targets.append(float(target))
             heard.append(result.outcomes["loudness"] if isinstance(result, Valid) else float("nan"))

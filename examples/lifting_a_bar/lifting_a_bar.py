@@ -92,7 +92,14 @@ BARS = {
 
 
 def lift(case: Mapping[str, str], parameters: Mapping[str, float], seed: int) -> Valid | Invalid:
-    """The torque at the wrist [Nm] of a bar that is held level, or the reason why it is not."""
+    """The torque at the wrist [Nm] of a bar that is held level, or the reason why it is not.
+
+    Raises:
+        ValueError: there is no such bar.
+        ImportError: MuJoCo is not installed.
+    """
+    if case["bar"] not in BARS:
+        raise ValueError(f'there is no bar "{case["bar"]}"; there are {", ".join(BARS)}')
     return trial(BARS[case["bar"]], parameters["along"], parameters["force"], seed)
 
 

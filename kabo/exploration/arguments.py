@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from numbers import Integral
-from reprlib import repr as shown
 from typing import Any
 
-from kabo.exploration.errors import ExplorationError
+from kabo.exploration.errors import ExplorationError, shown
 from kabo.exploration.records import Inferred, Target, Validity
 from kabo.exploration.space import A_NUMBER, Space, faults_of_units, finite, is_text, unknown
 

@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from reprlib import repr as shown
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from kabo.exploration.arguments import (
     too_far,
 )
 from kabo.exploration.asking import case_order, caution, first_parameters, next_point, nothing_valid, safest_point
-from kabo.exploration.errors import ExplorationError, NoParametersError
+from kabo.exploration.errors import ExplorationError, NoParametersError, shown
 from kabo.exploration.inverse import Asked
 from kabo.exploration.models import CaseModel, Fits
 from kabo.exploration.records import Case, Inferred, Parameters, Question, Target, Trial, Validity

@@ -9,11 +9,10 @@ import os
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
-from reprlib import repr as shown
 from typing import Any, NoReturn
 
 from kabo.errors import Diagnostic, InputError
-from kabo.exploration.errors import ExplorationError
+from kabo.exploration.errors import ExplorationError, shown
 from kabo.exploration.exploration import Exploration
 from kabo.exploration.records import Case, Parameters, Trial, Validity
 from kabo.exploration.space import Space, unknown

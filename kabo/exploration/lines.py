@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
-from reprlib import repr as shown
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.exploration.errors import ExplorationError
+from kabo.exploration.errors import ExplorationError, shown
 from kabo.exploration.space import A_NUMBER, LARGEST, finite
 from kabo.streams import stream_key, uniforms
 

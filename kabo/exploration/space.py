@@ -5,14 +5,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from numbers import Real
-from reprlib import repr as shown  # of values in messages: they may be long, or nested deep
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
-from kabo.exploration.errors import ExplorationError
+from kabo.exploration.errors import ExplorationError, shown
 from kabo.exploration.records import Case, Parameters
 
 LARGEST = 1e100  # of all numbers: their squares are finite
