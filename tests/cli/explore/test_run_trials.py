@@ -87,14 +87,19 @@ def test_a_torn_last_line_is_cut_off_and_made_again(kabo, discs):
 @pytest.mark.parametrize(
     ("change", "options", "differs"),
     [
-        (("to: 0.08", "to: 0.09"), (), "space"),
-        (("bar: [steel, wood]", "bar: [steel]"), (), "space"),
-        (("torque: {unit: Nm}", "twist: {unit: Nm}"), (), "outcomes"),
-        (("force: 20}", "force: 21}"), (), "start"),
-        (("dropped: {force: 2}", "dropped: {force: 3}"), (), "retry"),
-        (("exploration: disc", "exploration: disk"), (), "name"),
-        (("", ""), ("--seed", 1), "seed"),
-        (("", ""), ("--invalid-budget", 0.3), "invalid_budget"),
+        (("to: 0.08", "to: 0.09"), (), "space parameters along to is 0.09, in the model 0.08"),
+        (("bar: [steel, wood]", "bar: [steel]"), (), "space cases bar is steel, in the model steel, wood"),
+        (
+            ("torque: {unit: Nm}", "twist: {unit: Nm}"),
+            (),
+            "outcomes twist is not in the model; outcomes torque is only",
+        ),
+        (("force: 20}", "force: 21}"), (), "start force is 21.0, in the model 20.0"),
+        (("dropped: {force: 2}", "dropped: {force: 3}"), (), "retry dropped force is 3.0, in the model 2.0"),
+        (("start: {along: 0.0, force: 20}", ""), (), "start force is 20.5, in the model 20.0"),
+        (("exploration: disc", "exploration: disk"), (), "name is disk, in the model disc"),
+        (("", ""), ("--seed", 1), "seed is 1, in the model 0"),
+        (("", ""), ("--invalid-budget", 0.3), "invalid_budget is 0.3, in the model not given"),
     ],
 )
 def test_a_model_of_another_exploration_is_refused_with_what_differs(kabo, discs, change, options, differs):
