@@ -102,19 +102,21 @@ def test_a_point_whose_validity_is_alpha_itself_is_not_in_the_valid_set():
         assert known.admissible(point, alpha - 1e-9)[0]
 
 
-def test_entropy_is_that_of_the_outcome_not_of_validity():
-    explored = exploration()
+@pytest.mark.parametrize("scale", [0.1, 0.12, 0.5])
+def test_entropy_is_that_of_the_outcome_with_a_scale_of_at_most_that_of_validity(scale):
+    explored = exploration(validity=Validity(scale=scale))
     tell_random(explored, 30)
-    known = model(explored)
     at = np.random.default_rng(3).random((200, 2))
     valid = [each for each in explored.trials if each.valid]
+    assert len(valid) < FIT_AT[0]
     points = oracles.scaled(explored, [each.parameters for each in valid])
-    deviation = oracles.Gaussian(points, np.zeros(len(valid)), SCALE, NOISE).mean_and_deviation(at)[1]
-    np.testing.assert_allclose(known.entropy(at), np.log(deviation), atol=1e-6)
+    process = oracles.Gaussian(points, np.zeros(len(valid)), min(SCALE, scale), NOISE)
+    expected = process.mean_and_deviation(at)[1]
+    np.testing.assert_allclose(model(explored).entropy(at), np.log(expected), atol=1e-6)
 
 
 def test_the_entropy_of_several_outcomes_is_their_sum():
-    explored = exploration(outcomes=("torque", "noise"))
+    explored = exploration(outcomes=("torque", "noise"), validity=Validity(scale=1.0))
     tell_random(explored, 60, spread=0.5)
     known = model(explored)
     at = np.random.default_rng(3).random((50, 2))
