@@ -28,6 +28,7 @@ NOISES = (
     0.6,
 )  # deviations of an observation that are tried: shares of the outcome's own deviation
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
+ROUNDING = 1e-9  # of an expected answer, with a wide margin
 LEAST_SPREAD = 1e-30  # of an outcome: the squares of what is divided by it are finite
 Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
 
@@ -114,8 +115,8 @@ class CaseModel:
         # The deviation lies between the noise and that of an unknown point: most points are decided without it.
         least, most = self.options.noise, float(np.hypot(1.0, self.options.noise))
         low, high = (least, most) if level >= 0 else (most, least)
-        found: npt.NDArray[np.bool_] = mean > level * high
-        open_ = np.flatnonzero(~found & (mean > level * low))
+        found: npt.NDArray[np.bool_] = mean > level * high + ROUNDING
+        open_ = np.flatnonzero(~found & (mean > level * low - ROUNDING))
         found[open_] = self.validity(points[open_]) > alpha
         return found
 

@@ -102,6 +102,15 @@ def test_a_point_whose_validity_is_alpha_itself_is_not_in_the_valid_set():
         assert known.admissible(point, alpha - 1e-9)[0]
 
 
+def test_far_from_all_trials_validity_is_one_half_and_not_greater():
+    explored = exploration(1, validity=Validity(scale=0.0625, noise=1.0))
+    explored.tell({}, {"a": 0.0}, True, {"torque": 1.0})
+    points = np.linspace(0.0, 1.0, 400)[:, None]
+    known = model(explored)
+    assert (known.validity(points) == 0.5).any()
+    np.testing.assert_array_equal(known.admissible(points, 0.5), known.validity(points) > 0.5)
+
+
 @pytest.mark.parametrize("scale", [0.1, 0.12, 0.5])
 def test_entropy_is_that_of_the_outcome_with_a_scale_of_at_most_that_of_validity(scale):
     explored = exploration(validity=Validity(scale=scale))
