@@ -51,6 +51,7 @@ REMEMBERED = {
     "kabo/tasks/files/costs.py": {"_registered"},  # by modules that a person names on the command line
     "kabo/tasks/files/registry.py": {"_registered"},
     "kabo/tasks/learned/models.py": {"_ANSWERS"},  # by content
+    "kabo/trials/registry.py": {"_registered"},  # as of stages
     "kabo/verify/certificate/exact.py": {"_pi"},  # a constant
     "kabo/verify/certificate/parts.py": {"_COVERED"},  # by content
     "kabo/verify/knowledge/replay/mutable_knowledge.py": {"_spelled"},  # by value
