@@ -219,7 +219,7 @@ def draw_loudness() -> Picture:
     right.plot(100 * levels, means, color=OTHER, linewidth=1.6, label="mean of all strings")
     right.axhspan(-3, 3, color=GREY, alpha=0.25, linewidth=0, label="within 3 dB")
     right.set(
-        xlabel="loudness asked for [% of the string's range]", ylabel="heard − asked for [dB]", ylim=(-12, 20)
+        xlabel="loudness asked for [% of the string's range]", ylabel="heard − asked for [dB]", ylim=(-11, 11)
     )
     right.legend(frameon=False, fontsize=8)
     right.set_title("20 loudnesses of each string, five plucks each", fontsize=10)
