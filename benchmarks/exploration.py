@@ -5,8 +5,8 @@
 Sections: `line` (reference geometry from contacts [T Fig. 4.6]), `string` (plucks of five strings in both directions
 [T Fig. 4.7, 4.8]), `budget` (the same with a budget of invalid trials), `bar` (a bar of unknown balance, lifted in
 MuJoCo; extra `simulation`), `reach` (places of the task of examples/pick_and_place), `speed` (processor time of the
-next trial); without any, all of them. Each prints tables and writes FOLDER/<section>.json. Beside a figure stands what
-it must reach, and whether it does.
+next trial), `journal` (a run that is resumed and killed again and again); without any, all of them. Each prints tables
+and writes FOLDER/<section>.json. Beside a figure stands what it must reach, and whether it does.
 
 Each section is a file of its own, `exploration_<section>.py`, whose function `tables` takes the options.
 """
@@ -63,6 +63,13 @@ def speed(options: argparse.Namespace) -> list[Table]:
     return tables(options)
 
 
+def journal(options: argparse.Namespace) -> list[Table]:
+    """Whether an interrupted run writes the same bytes."""
+    from exploration_journal import tables
+
+    return tables(options)
+
+
 RUN: dict[str, Section] = {
     "line": line,
     "string": string,
@@ -70,6 +77,7 @@ RUN: dict[str, Section] = {
     "bar": bar,
     "reach": reach,
     "speed": speed,
+    "journal": journal,
 }
 
 

@@ -151,7 +151,7 @@ def explain_file(
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs.
 
-    The trials of an exploration that plans a task are prepared, but not made.
+    Of an exploration that plans a task, the beginning of a trial is planned.
     """
     named = list(paths)
     found = list(findings_in(named))

@@ -4,9 +4,10 @@ from collections.abc import Iterable, Mapping
 from numbers import Integral
 from typing import Any
 
-from kabo.exploration.errors import ExplorationError, shown
+from kabo.exploration.errors import ExplorationError
 from kabo.exploration.records import Inferred, Target, Validity
-from kabo.exploration.space import A_NUMBER, Space, faults_of_units, finite, is_text, unknown
+from kabo.exploration.space import Space, faults_of_units, unknown
+from kabo.exploration.values import A_NUMBER, finite, is_text, shown
 
 Tolerance = float | Mapping[str, float] | str | None  # a number for all outcomes, one for each, or `deviation`
 EXTREMES = ("least", "most")

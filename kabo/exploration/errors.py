@@ -1,7 +1,6 @@
 """Errors of explorations: what was asked of one, and that there is nothing to offer."""
 
-import reprlib
-from typing import Any, Literal
+from typing import Literal
 
 from kabo.errors import KaboError
 from kabo.exploration.records import Inferred
@@ -30,11 +29,3 @@ class NoParametersError(ExplorationError):
         self.reason: Reason = reason
         self.nearest = nearest
         super().__init__(message)
-
-
-def shown(value: Any) -> str:
-    """The value as messages show it: short, however long or deeply nested it is."""
-    try:
-        return reprlib.repr(value)
-    except ValueError:  # Python writes no number of more than 4,300 digits
-        return "a very long number"

@@ -26,12 +26,13 @@ from kabo.exploration.arguments import (
     too_far,
 )
 from kabo.exploration.asking import case_order, caution, first_parameters, next_point, nothing_valid, safest_point
-from kabo.exploration.errors import ExplorationError, NoParametersError, shown
+from kabo.exploration.errors import ExplorationError, NoParametersError
 from kabo.exploration.inverse import Asked
 from kabo.exploration.models import CaseModel, Fits
 from kabo.exploration.records import Case, Inferred, Parameters, Question, Target, Trial, Validity
 from kabo.exploration.space import Space
 from kabo.exploration.text import FORMAT, line_of, trial_to_json
+from kabo.exploration.values import shown
 from kabo.streams import stream_key
 from kabo.whole_files import write_atomically
 

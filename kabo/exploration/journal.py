@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from kabo.errors import Diagnostic, InputError
-from kabo.exploration.errors import ExplorationError, shown
+from kabo.exploration.errors import ExplorationError
 from kabo.exploration.exploration import Exploration
 from kabo.exploration.records import Case, Parameters, Trial, Validity
 from kabo.exploration.space import Space, unknown
 from kabo.exploration.text import FORMAT, line_of, trial_to_json
+from kabo.exploration.values import shown
 
 HEADER = ("format", "name", "space", "outcomes", "validity", "invalid_budget", "start", "retry", "seed")
 TRIAL = ("case", "parameters", "valid", "outcomes", "reason")

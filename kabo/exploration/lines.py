@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.exploration.errors import ExplorationError, shown
-from kabo.exploration.space import A_NUMBER, LARGEST, finite
+from kabo.exploration.errors import ExplorationError
+from kabo.exploration.values import A_NUMBER, LARGEST, finite, shown
 from kabo.streams import stream_key, uniforms
 
 HYPOTHESES = 400  # lines through two random points: enough to meet two good ones if one in five points is good

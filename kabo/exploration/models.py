@@ -28,6 +28,7 @@ NOISES = (
     0.6,
 )  # deviations of an observation that are tried: shares of the outcome's own deviation
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
+ROUNDING = 1e-9  # of an expected answer, with a wide margin
 LEAST_SPREAD = 1e-30  # of an outcome: the squares of what is divided by it are finite
 Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
 
@@ -37,28 +38,34 @@ class OutcomeModel:
     """A Gaussian process of one outcome over the valid trials, whose values are normalised.
 
     Attributes:
-        process: over the normalised values.
-        scale: λ_d, the length of its kernel.
+        points: (m, d) of the valid trials.
+        values: (m,) normalised.
+        scale: λ_d, the length of the kernel.
+        noise: the standard deviation of a normalised value.
         centre, spread: mean and standard deviation of the values, in the outcome's unit.
-        lowest, highest: of the values.
     """
 
-    process: Process
+    points: Array
+    values: Array
     scale: float
+    noise: float
     centre: float
     spread: float
-    lowest: float
-    highest: float
+
+    @cached_property
+    def process(self) -> Process:
+        """The process over the normalised values."""
+        return Process(self.points, self.values, self.scale, self.noise)
 
     @cached_property
     def error_left_out(self) -> float:
         """The mean absolute error where each value is predicted from all others, in the outcome's unit."""
-        return self.spread * float(np.mean(np.abs(self.process.left_out() - self.process.values)))
+        return self.spread * float(np.mean(np.abs(self.process.left_out() - self.values)))
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """The expected outcome at points (n, d), and the standard deviation of the next observation; (n,) each [T e4]."""
         mean, deviation = self.process.mean_and_deviation(points)
-        return self.centre + self.spread * mean, self.spread * np.hypot(deviation, self.process.noise)
+        return self.centre + self.spread * mean, self.spread * np.hypot(deviation, self.noise)
 
 
 class CaseModel:
@@ -108,8 +115,8 @@ class CaseModel:
         # The deviation lies between the noise and that of an unknown point: most points are decided without it.
         least, most = self.options.noise, float(np.hypot(1.0, self.options.noise))
         low, high = (least, most) if level >= 0 else (most, least)
-        found: npt.NDArray[np.bool_] = mean > level * high
-        open_ = np.flatnonzero(~found & (mean > level * low))
+        found: npt.NDArray[np.bool_] = mean > level * high + ROUNDING
+        open_ = np.flatnonzero(~found & (mean > level * low - ROUNDING))
         found[open_] = self.validity(points[open_]) > alpha
         return found
 
@@ -128,12 +135,14 @@ class CaseModel:
         It is that of processes whose scale is λ_v at most. An outcome that varies slowly is known everywhere between the
         trials, and least at the border of what is valid: with its own λ_d nearly every question would be asked there.
         """
+        known: dict[tuple[float, float], Array] = {}  # the deviation depends on scale and noise, not on the values
         total = np.zeros(len(points))
         for model in self.outcomes.values():
-            process, scale = model.process, self.options.scale
-            if model.scale > scale:
-                process = Process(self.valid_points, process.values, scale, process.noise)
-            total += np.log(np.maximum(process.mean_and_deviation(points)[1], 1e-12))
+            options = min(model.scale, self.options.scale), model.noise
+            if options not in known:
+                process = Process(model.points, model.values, *options)
+                known[options] = np.log(np.maximum(process.mean_and_deviation(points)[1], 1e-12))
+            total += known[options]
         return total
 
     @cached_property
@@ -153,9 +162,7 @@ def normalised(values: Sequence[float]) -> tuple[Array, float, float]:
 
 def _outcome_model(points: Array, values: Sequence[float], fits: Fits, name: str) -> OutcomeModel:
     normal, centre, spread = normalised(values)
-    scale, noise = _fitted(points, values, fits, name)
-    process = Process(points, normal, scale, noise)
-    return OutcomeModel(process, scale, centre, spread, float(min(values)), float(max(values)))
+    return OutcomeModel(points, normal, *_fitted(points, values, fits, name), centre, spread)
 
 
 def _fitted(points: Array, values: Sequence[float], fits: Fits, name: str) -> tuple[float, float]:

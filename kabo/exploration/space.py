@@ -4,18 +4,16 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
-from kabo.exploration.errors import ExplorationError, shown
+from kabo.exploration.errors import ExplorationError
 from kabo.exploration.records import Case, Parameters
+from kabo.exploration.values import A_NUMBER, finite, is_text, shown
 
-LARGEST = 1e100  # of all numbers: their squares are finite
-A_NUMBER = f"a finite number up to {LARGEST:g}"
 MOST_CASES = 10_000  # their number is a product, and each has models of its own
 MOST_PARAMETERS = 6  # beyond, trials that can be made are too few for a process with one scale
 LONGEST = 80  # characters of an unknown name that a message repeats
@@ -164,28 +162,6 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> str:
     text = name if isinstance(name, str) and len(name) <= LONGEST and name.isprintable() else shown(name)
     hint = did_you_mean(text, names) or f"there is {', '.join(names) or 'none'}"
     return f'unknown {kind} "{text}": {hint}'
-
-
-def finite(value: Any) -> float | None:
-    """The value as a number, or None if it is no finite number up to LARGEST."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Real):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if abs(number) <= LARGEST else None
-
-
-def is_text(value: Any) -> bool:
-    """Whether the value is a text that a file can hold."""
-    if not isinstance(value, str):
-        return False
-    try:
-        value.encode()
-    except UnicodeEncodeError:  # half of a pair of surrogates
-        return False
-    return True
 
 
 def faults_of_units(units: Any, kind: str, names: Iterable[str]) -> list[str]:

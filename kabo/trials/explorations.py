@@ -25,9 +25,7 @@ def exploration_of(
         invalid_budget: the share of trials that may be invalid; None: as the file says.
     """
     default = Validity()
-    start = description.start
-    if start is None and description.trial is not None:
-        start = {each.name: each.lower + (each.upper - each.lower) / 2 for each in description.parameters}
+    start = description.start if description.trial is None else first_parameters(description)
     return Exploration(
         Space(
             {each.name: (each.lower, each.upper) for each in description.parameters},
@@ -47,6 +45,13 @@ def exploration_of(
         units={each.name: each.unit for each in description.outcomes if each.unit},
         name=description.name,
     )
+
+
+def first_parameters(description: ExplorationDescription) -> Mapping[str, float]:
+    """The start that a file gives, else the middle of its bounds."""
+    if description.start is not None:
+        return description.start
+    return {each.name: each.lower + (each.upper - each.lower) / 2 for each in description.parameters}
 
 
 def require_same(

@@ -30,7 +30,8 @@ def test_the_next_trial_has_the_greatest_entropy_among_valid_candidates(count):
         {n: lo + u * span for n, u, (lo, span) in zip("ab", each, low_and_span, strict=True)} for each in drawn
     ]
     allowed = np.flatnonzero(explored.validity({}, named) > 0.7)
-    deviation = oracles.Gaussian(known, np.zeros(len(valid)), SCALE, NOISE).mean_and_deviation(drawn[allowed])[1]
+    scale = min(SCALE, explored.validity_options.scale)
+    deviation = oracles.Gaussian(known, np.zeros(len(valid)), scale, NOISE).mean_and_deviation(drawn[allowed])[1]
     asked = explored.ask()
     chosen = oracles.scaled(explored, [asked.parameters])[0]
     best = drawn[allowed[int(np.argmax(deviation))]]

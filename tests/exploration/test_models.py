@@ -102,19 +102,30 @@ def test_a_point_whose_validity_is_alpha_itself_is_not_in_the_valid_set():
         assert known.admissible(point, alpha - 1e-9)[0]
 
 
-def test_entropy_is_that_of_the_outcome_not_of_validity():
-    explored = exploration()
-    tell_random(explored, 30)
+def test_far_from_all_trials_validity_is_one_half_and_not_greater():
+    explored = exploration(1, validity=Validity(scale=0.0625, noise=1.0))
+    explored.tell({}, {"a": 0.0}, True, {"torque": 1.0})
+    points = np.linspace(0.0, 1.0, 400)[:, None]
     known = model(explored)
+    assert (known.validity(points) == 0.5).any()
+    np.testing.assert_array_equal(known.admissible(points, 0.5), known.validity(points) > 0.5)
+
+
+@pytest.mark.parametrize("scale", [0.1, 0.12, 0.5])
+def test_entropy_is_that_of_the_outcome_with_a_scale_of_at_most_that_of_validity(scale):
+    explored = exploration(validity=Validity(scale=scale))
+    tell_random(explored, 30)
     at = np.random.default_rng(3).random((200, 2))
     valid = [each for each in explored.trials if each.valid]
+    assert len(valid) < FIT_AT[0]
     points = oracles.scaled(explored, [each.parameters for each in valid])
-    deviation = oracles.Gaussian(points, np.zeros(len(valid)), SCALE, NOISE).mean_and_deviation(at)[1]
-    np.testing.assert_allclose(known.entropy(at), np.log(deviation), atol=1e-6)
+    process = oracles.Gaussian(points, np.zeros(len(valid)), min(SCALE, scale), NOISE)
+    expected = process.mean_and_deviation(at)[1]
+    np.testing.assert_allclose(model(explored).entropy(at), np.log(expected), atol=1e-6)
 
 
 def test_the_entropy_of_several_outcomes_is_their_sum():
-    explored = exploration(outcomes=("torque", "noise"))
+    explored = exploration(outcomes=("torque", "noise"), validity=Validity(scale=1.0))
     tell_random(explored, 60, spread=0.5)
     known = model(explored)
     at = np.random.default_rng(3).random((50, 2))
