@@ -35,11 +35,12 @@ EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "plucked_string"
 STRING, DIRECTION, TRIALS = "fs4", "in", 120  # of the picture of one string
 REASONS = {"no_onset": "#7a6fc0", "not_felt": "#b05fa0", "too_hard": "#c9593f", "other_note": "#c2a23a"}
 OTHER, BLUE, ORANGE, GREY = "#4a5260", "#3f7fbf", "#f29f3d", "#9aa3ad"
+Picture = tuple[plt.Figure, str]  # and what it shows, in figures
 
 
-def draw_paths(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.Figure, str]:
+def draw_paths() -> Picture:
     """The plane across a string, with the paths of four deflections [T Fig. 4.3]."""
-    figure, axes = figure_of(1, 1, (7.2, 4.2))
+    figure, axes = _figure(1, 1, (7.2, 4.2))
     for aside, colour in zip((-0.004, 0.001, 0.006, 0.011), ("#b8c9dd", "#8aa9cc", BLUE, "#1f4f86"), strict=True):
         way = 1e3 * path(aside)
         axes.plot(*way.T, color=colour, linewidth=1.8, label=f"{1e3 * aside:+.0f} mm")
@@ -57,11 +58,11 @@ def draw_paths(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.F
     return figure, f"paths: {len(path(0.0))} steps"
 
 
-def draw_explored(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.Figure, str]:
+def draw_explored() -> Picture:
     """V and D of one string with the sets of 0.5 and 0.95, beside its trials [T Fig. 4.4, 4.5]."""
     known, case = exploration(STRING, 0), {"string": STRING, "direction": DIRECTION}
     explore(known, case, TRIALS)
-    figure, (left, middle, right) = figure_of(1, 3, (13.2, 4.4))
+    figure, (left, middle, right) = _figure(1, 3, (13.2, 4.4))
     sides, grid = _grid(90)
     validity = known.validity(case, grid).reshape(90, 90)
     loudness = known.predict(case, grid)["loudness"][0].reshape(90, 90)
@@ -131,9 +132,9 @@ def _scatter(axes: Axes, known: Exploration) -> mpl.collections.PathCollection:
     )
 
 
-def draw_lines(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.Figure, str]:
+def draw_lines() -> Picture:
     """The distance of new contacts from a string's line as plucks come [T Fig. 4.6]."""
-    figure, axes = figure_of(1, 1, (7.2, 4.0))
+    figure, axes = _figure(1, 1, (7.2, 4.0))
     after, colours = np.arange(0, 61, 2), plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(STRINGS)))
     last = []
     for string, colour in zip(STRINGS, colours, strict=True):
@@ -159,7 +160,7 @@ def draw_lines(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.F
     return figure, f"lines after 20 plucks: mean {np.mean(last):.2f} mm, largest {max(last):.2f} mm"
 
 
-def draw_growth(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.Figure, str]:
+def draw_growth() -> Picture:
     """The overlap of the valid set with its final one and the error of D, also in random order [T Fig. 4.7]."""
     active, mixed = [], []
     after = [*range(1, 10), *range(10, 121, 5)]
@@ -171,7 +172,7 @@ def draw_growth(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.
             order = np.random.default_rng([0, number]).permutation(len(made))
             active.append(curve(case, made, true, exploration(string, 0), after, 1000))
             mixed.append(curve(case, [made[i] for i in order], true, exploration(string, 0), after, 1000))
-    figure, (left, right) = figure_of(1, 2, (10.4, 4.0))
+    figure, (left, right) = _figure(1, 2, (10.4, 4.0))
     for curves, colour, label in ((active, BLUE, "explored"), (mixed, ORANGE, "the same trials in random order")):
         _band(left, curves, "final", colour, label)
         _band(right, curves, "error", colour, label)
@@ -193,7 +194,7 @@ def _band(axes: Axes, curves: list[Curve], figure: str, colour: str, label: str)
     axes.plot(curves[0].after, np.nanmean(values, 0), color=colour, label=label)
 
 
-def draw_loudness(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.Figure, str]:
+def draw_loudness() -> Picture:
     """Loudness of all strings, and what was heard where a loudness was asked for [T Fig. 4.8]."""
     found: dict[str, tuple[list[float], Played]] = {}
     for string in guzheng().strings:
@@ -201,7 +202,7 @@ def draw_loudness(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[pl
         for case in cases([string]):
             explore(known, case, 80)
         found[string] = [t.outcomes["loudness"] for t in known.trials if t.valid], played(known, string)
-    figure, (left, right) = figure_of(1, 2, (11.6, 4.4))
+    figure, (left, right) = _figure(1, 2, (11.6, 4.4))
     for body in left.violinplot([loud for loud, _ in found.values()], widths=0.85, showextrema=True)["bodies"]:
         body.set_facecolor(BLUE)
         body.set_alpha(0.45)
@@ -218,7 +219,7 @@ def draw_loudness(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[pl
     right.plot(100 * levels, means, color=OTHER, linewidth=1.6, label="mean of all strings")
     right.axhspan(-3, 3, color=GREY, alpha=0.25, linewidth=0, label="within 3 dB")
     right.set(
-        xlabel="loudness asked for [% of the string's range]", ylabel="heard − asked for [dB]", ylim=(-12, 20)
+        xlabel="loudness asked for [% of the string's range]", ylabel="heard − asked for [dB]", ylim=(-11, 11)
     )
     right.legend(frameon=False, fontsize=8)
     right.set_title("20 loudnesses of each string, five plucks each", fontsize=10)
@@ -227,17 +228,17 @@ def draw_loudness(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[pl
     return figure, f"loudness: ranges {min(ranges):.0f} to {max(ranges):.0f} dB, {near:.0%} within 3 dB"
 
 
-PICTURES = {
+def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[plt.Figure, Axes]:
+    return plt.subplots(rows, columns, figsize=size, layout="constrained")
+
+
+PICTURES: dict[str, Callable[[], Picture]] = {
     "paths": draw_paths,
     "explored": draw_explored,
     "lines": draw_lines,
     "growth": draw_growth,
     "loudness": draw_loudness,
 }
-
-
-def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[plt.Figure, Axes]:
-    return plt.subplots(rows, columns, figsize=size, layout="constrained")
 
 
 def main() -> None:
@@ -250,7 +251,7 @@ def main() -> None:
     if unknown:
         parser.error(f"no picture {', '.join(sorted(unknown))}; there are {', '.join(PICTURES)}")
     for name in options.pictures or PICTURES:
-        figure, told = PICTURES[name](_figure)
+        figure, told = PICTURES[name]()
         figure.savefig(options.output / f"{name}.png", dpi=90, metadata={"Software": None})
         plt.close(figure)
         print(told)
