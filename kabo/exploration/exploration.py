@@ -186,7 +186,7 @@ class Exploration:
             point = safest_point(model, self.space, stream)
         if point is None:
             wanted = self.alpha(case) if alpha is None else alpha
-            raise NoParametersError("nothing_valid", f"no parameters are valid with a probability above {wanted}")
+            raise NoParametersError("nothing_valid", f"{_none_above(wanted)}, or a smaller scale of validity")
         row = point[None]
         return Question(case, self.space.named(self.space.rounded(row)[0][0]), float(model.validity(row)[0]))
 
