@@ -3,27 +3,33 @@
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from kabo.exploration import Exploration, NoParametersError, Space, Validity, halton, trial_seed
-from kabo.trials import Valid
+from kabo.exploration import Exploration, NoParametersError, Space, halton, trial_seed
+from kabo.trials import Valid, exploration_of, load_exploration_file
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "examples" / "plucked_string"))
 
+import plucked_string
 from plucked_string import pluck_string
 
 STRINGS, DIRECTIONS = ("a3", "d4", "fs4", "b4", "fs5"), ("in", "out")
-LOWEST, HIGHEST = -0.008, 0.014  # of the deflection [m]
-START = {"eta": 0.5, "deflection": 0.0}
-RETRY = {
-    "no_onset": {"deflection": 0.001},
-    "not_felt": {"deflection": 0.001},
-    "too_hard": {"deflection": -0.001},
-}
 Case = Mapping[str, str]
+
+
+@cache
+def described() -> Exploration:
+    """The exploration of the example's file, without trials."""
+    return exploration_of(load_exploration_file(Path(plucked_string.__file__).with_name("exploration.yaml")))
+
+
+def deflection(share: float) -> float:
+    """The deflection at a share of its bounds [m]."""
+    low, high = described().space.parameters["deflection"]
+    return float(low + share * (high - low))
 
 
 def cases(strings: Sequence[str]) -> list[dict[str, str]]:
@@ -31,18 +37,17 @@ def cases(strings: Sequence[str]) -> list[dict[str, str]]:
     return [{"string": string, "direction": direction} for string in strings for direction in DIRECTIONS]
 
 
-def exploration(
-    string: str, seed: int, *, scale: float = 0.12, alpha: float = 0.7, budget: float | None = None
-) -> Exploration:
-    """An exploration of a string in both directions, without trials."""
+def exploration(string: str, seed: int, budget: float | None = None) -> Exploration:
+    """The example's exploration, but of one string, which the file need not name, in both directions; without trials."""
+    whole = described()
     return Exploration(
-        Space({"eta": (0.0, 1.0), "deflection": (LOWEST, HIGHEST)}, {"string": [string], "direction": DIRECTIONS}),
-        ["loudness"],
+        Space(whole.space.parameters, {"string": [string], "direction": DIRECTIONS}),
+        whole.outcomes,
         seed=seed,
-        validity=Validity(scale=scale, noise=0.15, alpha=alpha),
+        validity=whole.validity_options,
         invalid_budget=budget,
-        start=START,
-        retry=RETRY,
+        start=whole.start,
+        retry=whole.retry,
     )
 
 
@@ -78,9 +83,7 @@ class Truth:
 def truth(string: str, direction: str, side: int, repeats: int) -> Truth:
     """What is true on a grid of `side` x `side`, by so many plucks at each point."""
     places = (np.arange(side) + 0.5) / side
-    points = [
-        {"eta": float(x), "deflection": float(LOWEST + y * (HIGHEST - LOWEST))} for x in places for y in places
-    ]
+    points = [{"eta": float(x), "deflection": deflection(y)} for x in places for y in places]
     case = {"string": string, "direction": direction}
     share, loudness = np.zeros(len(points)), np.full(len(points), np.nan)
     for index, point in enumerate(points):
@@ -96,7 +99,7 @@ def truth(string: str, direction: str, side: int, repeats: int) -> Truth:
 def evenly_spread(count: int) -> list[dict[str, float]]:
     """Points by which volumes are measured."""
     drawn = np.array([halton(index, 2) for index in range(count)])
-    return [{"eta": float(x), "deflection": float(LOWEST + y * (HIGHEST - LOWEST))} for x, y in drawn]
+    return [{"eta": float(x), "deflection": deflection(y)} for x, y in drawn]
 
 
 def overlap(one: np.ndarray, other: np.ndarray) -> float:

@@ -16,6 +16,7 @@ from exploration_plucks import (
     overlap,
     truth,
 )
+from exploration_senses import senses
 from plucked_string import pluck_string
 from table import Table
 
@@ -93,6 +94,13 @@ class Played:
         upper = self.target >= self.low + 0.2 * (self.high - self.low)
         return float((np.abs(self.heard - self.target)[upper] <= NEAR).mean())
 
+    def spread(self) -> float:
+        """The standard deviation of plucks for the same target above the lowest fifth of the range [dB]."""
+        upper = self.target >= self.low + 0.2 * (self.high - self.low)
+        again = self.heard[upper].reshape(-1, REPEATS)
+        known = np.isfinite(again).sum(1) > 1
+        return float(np.mean([each[np.isfinite(each)].std(ddof=1) for each in again[known]]))
+
     def invalid(self) -> float:
         """The share of invalid plucks."""
         return float(np.isnan(self.heard).mean())
@@ -142,10 +150,11 @@ def explored(string: str, seed: int, options: argparse.Namespace) -> Explored:
 
 
 def tables(options: argparse.Namespace) -> list[Table]:
-    """A row for each string, the mean curves, and the figures that must be reached."""
+    """The senses, a row for each string, the mean curves, and the figures that must be reached."""
     strings = STRINGS[:1] if options.small else STRINGS
+    heard = senses(200 if options.small else 4000)
     found = [explored(string, seed, options) for string in strings for seed in range(options.seeds)]
-    return [_by_string(strings, found), _curves(found), _must(strings, found, options.small)]
+    return [heard, _by_string(strings, found), _curves(found), _must(strings, found, options.small)]
 
 
 def _by_string(strings: Sequence[str], found: Sequence[Explored]) -> Table:
@@ -163,6 +172,7 @@ def _by_string(strings: Sequence[str], found: Sequence[Explored]) -> Table:
             invalid=float(np.mean([each.invalid for each in own])),
             range=float(np.mean([each.played.high - each.played.low for each in own])),
             near=float(np.mean([each.played.near() for each in own])),
+            spread=float(np.mean([each.played.spread() for each in own])),
             invalid_played=float(np.mean([each.played.invalid() for each in own])),
         )
     return table

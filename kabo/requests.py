@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language import check_files as findings_in
-from kabo.language import is_imported, load_problem, load_scene_description, own_task_files
+from kabo.language import is_exploration, is_imported, load_problem, load_scene_description, own_task_files
 from kabo.language.files import geometry_files
 from kabo.language.findings import Findings
 from kabo.language.problem import Problem
@@ -149,7 +149,10 @@ def explain_file(
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
-    """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs."""
+    """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs.
+
+    Of an exploration that plans a task, the beginning of a trial is planned.
+    """
     named = list(paths)
     found = list(findings_in(named))
     faulty = {finding.file for finding in found if finding.severity == "error"}
@@ -157,6 +160,7 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
         if str(path) not in faulty and not is_imported(path):
             found += _geometry_findings(path)
             found += _stage_findings(path)
+            found += _trial_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
 
 
@@ -171,6 +175,15 @@ def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
     for name in called:
         find_task_file(Path(name), name, findings)
     return tuple(findings.diagnostics)
+
+
+def _trial_findings(path: Path) -> tuple[Diagnostic, ...]:
+    """The findings in the task, the scene and the values that the trials of an exploration file plan with."""
+    if not is_exploration(path):
+        return ()
+    from kabo.trials import load_exploration_file, trial_findings  # few files are explorations
+
+    return trial_findings(load_exploration_file(path))
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:

@@ -20,7 +20,7 @@ from kabo.exploration import Exploration, fit_line
 sys.path.append(str(Path(__file__).resolve().parents[1] / "examples" / "plucked_string"))
 sys.path.append(str(Path(__file__).resolve().parents[1] / "benchmarks"))
 
-from exploration_plucks import HIGHEST, LOWEST, STRINGS, cases, exploration, explore, truth
+from exploration_plucks import STRINGS, cases, deflection, exploration, explore, truth
 from exploration_string import Curve, Played, curve, played
 from guzheng import guzheng, path
 from guzheng.finger import DEPTH, END, START
@@ -40,12 +40,10 @@ OTHER, BLUE, ORANGE, GREY = "#4a5260", "#3f7fbf", "#f29f3d", "#9aa3ad"
 def draw_paths(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[plt.Figure, str]:
     """The plane across a string, with the paths of four deflections [T Fig. 4.3]."""
     figure, axes = figure_of(1, 1, (7.2, 4.2))
-    for deflection, colour in zip(
-        (-0.004, 0.001, 0.006, 0.011), ("#b8c9dd", "#8aa9cc", BLUE, "#1f4f86"), strict=True
-    ):
-        way = 1e3 * path(deflection)
-        axes.plot(*way.T, color=colour, linewidth=1.8, label=f"{1e3 * deflection:+.0f} mm")
-        axes.plot(1e3 * deflection, 1e3 * DEPTH, "o", color=colour, markersize=6)
+    for aside, colour in zip((-0.004, 0.001, 0.006, 0.011), ("#b8c9dd", "#8aa9cc", BLUE, "#1f4f86"), strict=True):
+        way = 1e3 * path(aside)
+        axes.plot(*way.T, color=colour, linewidth=1.8, label=f"{1e3 * aside:+.0f} mm")
+        axes.plot(1e3 * aside, 1e3 * DEPTH, "o", color=colour, markersize=6)
     for y, name in ((0.0, "string"), (1e3 * SPACING, "its neighbour"), (-1e3 * SPACING, "")):
         axes.plot(y, 0.0, "o", color=ORANGE, markersize=11, markeredgecolor=OTHER)
         axes.annotate(name, (y, 0.0), (y, 1.3 if y == 0.0 else -2.2), ha="center", fontsize=9)
@@ -83,9 +81,11 @@ def draw_explored(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[pl
     places = (np.arange(24) + 0.5) / 24
     for axes in (left, middle, right):
         axes.contour(*sides, validity, levels=[0.5, 0.95], colors=[ORANGE, "#d6322d"], linewidths=[1.4, 1.8])
-        axes.set(xlabel="η, place along the string", xlim=(0, 1), ylim=(1e3 * LOWEST, 1e3 * HIGHEST))
+        axes.set(
+            xlabel="η, place along the string", xlim=(0, 1), ylim=(1e3 * deflection(0.0), 1e3 * deflection(1.0))
+        )
     left.contour(
-        places, 1e3 * (LOWEST + places * (HIGHEST - LOWEST)), border, [0.5], colors=[BLUE], linestyles="--"
+        places, 1e3 * np.array([deflection(y) for y in places]), border, [0.5], colors=[BLUE], linestyles="--"
     )
     for colour, style, label in (
         (ORANGE, "-", "V = 0.5"),
@@ -101,9 +101,9 @@ def draw_explored(figure_of: Callable[..., tuple[plt.Figure, Axes]]) -> tuple[pl
 
 def _grid(side: int) -> tuple[tuple[Array, Array], list[dict[str, float]]]:
     """The sides of a grid, the second in millimetres, and its points row by row."""
-    eta, deflection = np.linspace(0, 1, side), np.linspace(LOWEST, HIGHEST, side)
-    points = [{"eta": float(x), "deflection": float(y)} for y in deflection for x in eta]
-    return (eta, 1e3 * deflection), points
+    eta, aside = np.linspace(0, 1, side), np.linspace(deflection(0.0), deflection(1.0), side)
+    points = [{"eta": float(x), "deflection": float(y)} for y in aside for x in eta]
+    return (eta, 1e3 * aside), points
 
 
 def _scatter(axes: Axes, known: Exploration) -> mpl.collections.PathCollection:

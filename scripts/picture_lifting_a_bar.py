@@ -44,6 +44,7 @@ def main() -> None:
     panels = below.subplots(1, len(cases), sharey=True)
     for axes, bar in zip(panels, cases, strict=True):
         colours = _draw_map(axes, exploration, bar, names["BARS"][bar].balance)
+    panels[-1].legend(loc="upper right", fontsize=8)
     panels[0].set_ylabel("force [N]")
     below.colorbar(colours, ax=panels, label="torque at the wrist [Nm]")
     figure.savefig(options.output, dpi=110)
@@ -91,7 +92,6 @@ def _draw_map(axes: Axes, exploration: Exploration, bar: str, balance: float) ->
         chosen["along"], chosen["force"], "*", color=PAD, markeredgecolor=DARK, markersize=16, label="held here"
     )
     axes.set(xlabel="along [m]", title=f"{bar}: {len(valid)} of {len(trials)} trials valid")
-    axes.legend(loc="upper left", fontsize=7)
     return colours
 
 

@@ -11,17 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from guzheng import DIRECTIONS, Guzheng, guzheng
-from plucked_string import Valid, judged, play
+from plucked_string import judged, play
 
 from kabo.exploration import Line, fit_line, halton
+from kabo.trials import Valid
 
-NOISE = (
-    0.0008  # of a contact, each axis, standard deviation [m]: the arm's, the plectrum's, the string's deflection
-)
-OUTLIERS, ASTRAY = (
-    0.05,
-    0.05,
-)  # the share of contacts that are none, and how far off they are at most, each axis [m]
+NOISE = 0.0008  # of a contact, each axis, standard deviation [m]: arm, plectrum, the string's own deflection
+OUTLIERS = 0.05  # the share of contacts that are none: a harmonic, a noise in the room
+ASTRAY = 0.05  # how far off these are at most, each axis [m]
 TRIES, DEFLECTION = 4, 0.003  # of a pluck, and with which deflection it begins [m]
 RETRY = {"no_onset": 0.001, "not_felt": 0.001, "too_hard": -0.001}  # by how much the deflection changes [m]
 

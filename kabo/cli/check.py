@@ -8,12 +8,14 @@ from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
 NAME = "check"
-HELP = "report all errors in domain, problem, scene and task files, with their places and remedies"
+HELP = "report all errors in files of any kind, with their places and remedies"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments and options of `kabo check` to the parser."""
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="domain, problem, scene or task files")
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="domain, problem, scene, task or exploration files"
+    )
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
     add_limits(parser)
 

@@ -1,4 +1,4 @@
-"""User-defined stages on the command line: Python files that register them. Errors are reported at their lines."""
+"""A user's own code on the command line: Python files that register stages or trials. Errors are told at their lines."""
 
 import argparse
 import traceback
@@ -11,19 +11,19 @@ from kabo.errors import Diagnostic, InputError, KaboError
 
 
 def add_stages_argument(parser: argparse.ArgumentParser) -> None:
-    """Adds the argument for Python files with user-defined stages."""
+    """Adds the argument for Python files with user-defined stages or trials."""
     parser.add_argument(
         "--stages",
         type=Path,
         action="append",
         default=[],
         metavar="FILE.py",
-        help="Python files that register stages of your own; they are executed",
+        help="Python files that register stages, or trials, of your own; they are executed",
     )
 
 
 def execute(paths: Sequence[Path]) -> None:
-    """Executes Python files, which register their stages.
+    """Executes Python files, which register their stages or trials.
 
     Raises:
         InputError: a file raised an error; the message gives the line of the file.
@@ -46,10 +46,10 @@ def blamed(paths: Sequence[Path]) -> Iterator[None]:
     """
     try:
         yield
-    except KaboError:
-        raise
     except Exception as error:
-        place = _place(error, paths)
+        # Of kabo's own errors only those for misuse, which are ValueErrors too, can be the fault of the file.
+        own = isinstance(error, KaboError) and not isinstance(error, ValueError)
+        place = None if own else _place(error, paths)
         if place is None:
             raise
         path, line = place

@@ -3,6 +3,7 @@
 import inspect
 import traceback
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from kabo.errors import CutOff, Diagnostic, InputError
@@ -11,6 +12,7 @@ from kabo.trials.errors import TrialError
 from kabo.trials.results import Invalid, TrialFunction, TrialResult, Valid
 
 _LONGEST_REASON = 200
+_KABO = Path(__file__).resolve().parents[1]
 
 
 def call_trial(
@@ -95,10 +97,21 @@ def _fault_of_result(result: Any, exploration: Exploration, question: Question) 
 
 
 def _place_of_error(error: BaseException, trial: TrialFunction) -> tuple[str, int]:
-    """The last line of the function's file that an error passed through; where the function begins if there is none."""
+    """The last line of the function's file that an error passed through; where the function begins if there is none.
+
+    Where the function is kabo's, which plans a task, the last line that is not kabo's: of a stage of one's own.
+    """
     file, line = _place_of(trial)
-    lines = [each.lineno for each in traceback.extract_tb(error.__traceback__) if each.filename == file]
-    return file, (lines[-1] if lines else None) or line
+    frames = traceback.extract_tb(error.__traceback__)
+    if _is_of_kabo(file):
+        found = [each for each in frames if not _is_of_kabo(each.filename)]
+    else:
+        found = [each for each in frames if each.filename == file]
+    return (found[-1].filename, found[-1].lineno or line) if found else (file, line)
+
+
+def _is_of_kabo(file: str) -> bool:
+    return Path(file).is_relative_to(_KABO)
 
 
 def _place_of(trial: Any) -> tuple[str, int]:

@@ -1,9 +1,14 @@
 """Explorations of files: a new one, and whether a model that is to be gone on with is of the same file."""
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 from kabo.errors import Diagnostic, InputError
 from kabo.exploration import Exploration, Space, Validity
 from kabo.language.exploration_description import ExplorationDescription
 from kabo.language.findings import Findings
+
+MOST_DIFFERENCES = 8  # that are told
 
 
 def exploration_of(
@@ -20,9 +25,7 @@ def exploration_of(
         invalid_budget: the share of trials that may be invalid; None: as the file says.
     """
     default = Validity()
-    start = description.start
-    if start is None and description.trial is not None:
-        start = {each.name: each.lower + (each.upper - each.lower) / 2 for each in description.parameters}
+    start = description.start if description.trial is None else first_parameters(description)
     return Exploration(
         Space(
             {each.name: (each.lower, each.upper) for each in description.parameters},
@@ -42,6 +45,13 @@ def exploration_of(
         units={each.name: each.unit for each in description.outcomes if each.unit},
         name=description.name,
     )
+
+
+def first_parameters(description: ExplorationDescription) -> Mapping[str, float]:
+    """The start that a file gives, else the middle of its bounds."""
+    if description.start is not None:
+        return description.start
+    return {each.name: each.lower + (each.upper - each.lower) / 2 for each in description.parameters}
 
 
 def require_same(
@@ -71,12 +81,38 @@ def require_same(
         mine["invalid_budget"] = theirs["invalid_budget"]
     different = [key for key in theirs if mine.get(key) != theirs[key]]
     if different:
-        raise InputError([_of_another(description, f"{', '.join(different)}")])
+        raise InputError([_of_another(description, ", ".join(different), list(_differences(mine, theirs, "")))])
 
 
-def _of_another(description: ExplorationDescription, what: str) -> Diagnostic:
+def _differences(mine: Any, theirs: Any, name: str) -> Iterator[str]:
+    """What differs between two headers, such as `seed is 1, in the model 0`."""
+    if isinstance(mine, Mapping) and isinstance(theirs, Mapping):
+        for key in dict.fromkeys([*mine, *theirs]):
+            inner = f"{name} {key}".strip()
+            if key not in mine:
+                yield f"{inner} is only in the model"
+            elif key not in theirs:
+                yield f"{inner} is not in the model"
+            else:
+                yield from _differences(mine[key], theirs[key], inner)
+    elif mine != theirs:
+        yield f"{name} is {_said(mine)}, in the model {_said(theirs)}"
+
+
+def _said(value: Any) -> str:
+    """A value of a header in words."""
+    if value is None:
+        return "not given"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_said(each)}" for name, each in value.items()) or "empty"
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _of_another(description: ExplorationDescription, what: str, differences: list[str]) -> Diagnostic:
     findings = Findings()
     findings.know(description.source)
-    hint = "trials of another exploration cannot be gone on with: write a new model"
+    left = len(differences) - MOST_DIFFERENCES
+    told = [*differences[:MOST_DIFFERENCES], *([f"and {left} more"] if left > 0 else [])]
+    hint = f"{'; '.join(told)}: write a new model"
     findings.add(description.place, f"the model was made with another {what}", hint)
     return findings.diagnostics[0]

@@ -27,15 +27,18 @@ def load_exploration_file(path: str | Path, name: str | None = None) -> Explorat
 
 
 def trial_findings(description: ExplorationDescription) -> tuple[Diagnostic, ...]:
-    """All findings about the trials of an exploration, without making any: in the task, its properties, the scene.
+    """All findings about the trials of an exploration: in the task, its properties, the scene.
 
-    Whether a function is registered is not known before a run.
+    Of a trial that plans a task a few jobs are executed, at the start. Whether a function is registered is not known
+    before a run.
     """
     if not isinstance(description.trial, TaskTrial):
         return ()
-    from kabo.trials.preparing import prepare_task  # explorations of functions read no tasks
+    from kabo.trials.planned import findings_in_trials  # explorations of functions load no planner
+    from kabo.trials.preparing import prepare_task
 
-    return prepare_task(description, description.trial)[1]
+    prepared, found = prepare_task(description, description.trial)
+    return found if prepared is None else (*found, *findings_in_trials(prepared, description))
 
 
 def trial_of(

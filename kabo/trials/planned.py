@@ -1,16 +1,22 @@
 """Trials that plan a task: valid if there is a solution within a number of jobs, with its costs as outcomes."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
-from kabo.errors import CutOff
+from kabo.errors import CutOff, Diagnostic, InputError
+from kabo.exploration import Question, trial_seed
+from kabo.language.exploration_description import ExplorationDescription
 from kabo.tasks.core import Explanation, InitialisationError, Solution, Task
 from kabo.tasks.files.running import located_at_stage
-from kabo.trials.preparing import PreparedTask
+from kabo.trials.calling import call_trial
+from kabo.trials.explorations import exploration_of
+from kabo.trials.preparing import PreparedTask, usual_examples
 from kabo.trials.results import Invalid, TrialResult, Valid
 from kabo.trials.running import never
 
 JOBS_SPENT = "jobs spent"  # the reason if no stage is to blame
 NOTHING_FOUND = "nothing found"
+PROBED_JOBS, PROBED_TRIALS = 40, 20  # by `kabo check`: enough that most stages are called once
 
 
 class PlannedTrial:
@@ -69,6 +75,21 @@ class PlannedTrial:
         if len(solutions) < trial.max_solutions and self.stop():
             raise CutOff  # with more time there might be more solutions
         return solutions[: trial.max_solutions]
+
+
+def findings_in_trials(prepared: PreparedTask, description: ExplorationDescription) -> tuple[Diagnostic, ...]:
+    """What the stages refuse in trials at the start, in the first of the cases that has such findings.
+
+    Some values are looked at by a stage only while it plans, so a few jobs of each trial are executed.
+    """
+    few = replace(prepared, trial=replace(prepared.trial, jobs=min(prepared.trial.jobs, PROBED_JOBS)))
+    exploration = exploration_of(description)
+    for case, parameters in usual_examples(description)[:PROBED_TRIALS]:
+        try:
+            call_trial(PlannedTrial(few), exploration, Question(case, parameters, 0.5), 1, trial_seed(0, case, 0))
+        except InputError as error:
+            return error.diagnostics
+    return ()
 
 
 def _cost(solution: Solution, prepared: PreparedTask, name: str) -> float:

@@ -1,6 +1,5 @@
 """Prepares trials that plan a task: reads task and scene, and reports whatever a run would refuse, all at once."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -21,6 +20,7 @@ from kabo.tasks.files.building import TaskFile, fits
 from kabo.tasks.files.costs import NoCost, cost_of
 from kabo.tasks.files.running import check_things, located_at_stage, needs_scene
 from kabo.tasks.files.values import NoValue
+from kabo.trials.explorations import first_parameters
 from kabo.trials.running import never
 from kabo.trials.task_arguments import arguments_of, value_in_trial, written_for
 
@@ -143,7 +143,7 @@ class _Preparing:
 
     def value(self, declared: Input) -> None:
         """Reports a value that is missing, or not of the property's type."""
-        for case, parameters in self.examples():
+        for case, parameters in examples(self.description):
             written = written_for(self.trial, declared, case, parameters)
             if written is None:
                 if declared.required and declared.name not in self.trial.keys:
@@ -159,20 +159,6 @@ class _Preparing:
             if wrong is not None:
                 self.findings.add(written.place, wrong)
                 return
-
-    def examples(self) -> Iterator[tuple[dict[str, str], dict[str, float]]]:
-        """Cases and parameters to check: the corners of the bounds and the start, and each value of each case variable."""
-        described = self.description
-        names = [each.name for each in described.parameters]
-        first = {each.name: each.values[0] for each in described.cases}
-        corners = product(*((each.lower, each.upper) for each in described.parameters))
-        points = [dict(zip(names, corner, strict=True)) for corner in corners]
-        if described.start is not None:
-            points.append(dict(described.start))
-        found = [(first, point) for point in points]
-        for variable in described.cases:
-            found += [({**first, variable.name: value}, points[-1]) for value in variable.values[1:]]
-        yield from found[:MAX_EXAMPLES]
 
     # ----------------------------------------------------------------------------------------------- the task
     def made(
@@ -195,7 +181,7 @@ class _Preparing:
                 return None
             scene = load_scene(described)
         prepared = PreparedTask(self.trial, file, scene, terms)
-        for case, parameters in self.examples():
+        for case, parameters in examples(self.description):
             try:
                 self.check(prepared, described, case, parameters)
             except InputError as error:
@@ -224,3 +210,19 @@ class _Preparing:
             raise told from error
         finally:
             task.close()
+
+
+def examples(description: ExplorationDescription) -> list[tuple[dict[str, str], dict[str, float]]]:
+    """Cases and parameters to check: the corners of the bounds with the first case, and all of `usual_examples`."""
+    names = [each.name for each in description.parameters]
+    usual = usual_examples(description)
+    corners = product(*((each.lower, each.upper) for each in description.parameters))
+    return [*((usual[0][0], dict(zip(names, corner, strict=True))) for corner in corners), *usual][:MAX_EXAMPLES]
+
+
+def usual_examples(description: ExplorationDescription) -> list[tuple[dict[str, str], dict[str, float]]]:
+    """The start, or the middle of the bounds, with the first case, and with every other value of each case variable."""
+    point = first_parameters(description)
+    first = {each.name: each.values[0] for each in description.cases}
+    others = [{**first, each.name: value} for each in description.cases for value in each.values[1:]]
+    return [(case, dict(point)) for case in (first, *others)]

@@ -27,7 +27,7 @@ def blocks(language: str) -> list[str]:
 @pytest.mark.parametrize(
     "word",
     sorted({*TASK_KEYS, *STAGE_KEYS, *INPUT_KEYS, "only", "cost", *KINDS, *costs.names(), *registry._CONTAINERS,
-            *registry._robot_names()}),
+            *registry._LEARNED, *registry._robot_names()}),
 )  # fmt: skip
 def test_the_page_names_every_key_type_stage_and_cost_term(word):
     assert f"`{word}`" in PAGE or f"{{{word}:" in PAGE

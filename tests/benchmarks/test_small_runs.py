@@ -16,7 +16,11 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RUNS = (
     "certificates stacked/n2 --output out.json",
     "construction_set --seeds 1 --output out.json",
+<<<<<<< HEAD
+    "exploration line string budget reach --small --seeds 1 --output out",
+=======
     "exploration line string budget speed journal --small --seeds 1 --output out",
+>>>>>>> oracle
     "geometry predicates --scene generated --configurations 8 --output out",
     "geometry refused --output out",
     "geometry scaling --largest 1e3 --output out",

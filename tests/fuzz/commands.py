@@ -20,6 +20,8 @@ _FILES = (
     *(
         "corpus/tetra.stl",
         "corpus/report.json",
+        "corpus/exploration.yaml",
+        "corpus/model.jsonl",
         "corpus/plan.json",
         "",
         ".",
@@ -61,6 +63,7 @@ _VALUES = (
         "/proc/o.json",
         "/o/o.json",
     ),
+    *("torque=0", "torque=least", "bar=steel", "along=0", "tests/Anything", "o.jsonl"),
     *("robot=arm", "steps=x", "steps=1e300", "=", "n=3", "-", "--"),
 )
 _OPTIONS = {
@@ -78,6 +81,12 @@ _OPTIONS = {
     "task stages": ("--json",),
     "task compare": ("--json",),
     "task": ("--json",),
+    "explore run": ("--json", "--trials", "--stages", "--seed", "--invalid-budget", "--resume", "-o", "--timeout"),
+    "explore ask": ("--json", "--case", "--timeout"),
+    "explore tell": ("--json", "--case", "--set", "--valid", "--invalid", "--outcome", "--reason"),
+    "explore infer": ("--json", "--target", "--where", "--alpha", "--tolerance"),
+    "explore show": ("--json", "--html"),
+    "explore": ("--json",),
     "": ("--version", "--json", "--help"),
 }
 _BOUNDED = {  # so that no command does much: what is tried here is what it is told

@@ -8,12 +8,13 @@ from pathlib import Path
 from kabo.budgets import StopFlag
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file, require_writable
-from kabo.cli.explore.arguments import finding, number
+from kabo.cli.explore.arguments import finding, findings_of, number
 from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument, execute
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
 
+LARGEST_SEED = 2**63 - 1
 NAME = "run"
 HELP = "make the trials of an exploration file, and write each into a model"
 
@@ -76,14 +77,18 @@ def _exploration(options: argparse.Namespace, file: "rooms.ExplorationDescriptio
         InputError: there is one and it is not to be resumed, or it is of another exploration.
     """
     budget = _budget(options.invalid_budget)
+    if options.seed is not None and options.seed > LARGEST_SEED:
+        raise InputError([finding("--seed", f"write a whole number up to {LARGEST_SEED}", str(options.seed))])
     if not options.model.exists():
-        return rooms.exploration_of(file, seed=options.seed or 0, invalid_budget=budget)
+        with findings_of(str(options.file)):
+            return rooms.exploration_of(file, seed=options.seed or 0, invalid_budget=budget)
     if not options.resume:
         message = "there is such a file already, and no trial is overwritten"
         hint = "--resume goes on with its trials; or name another model with -o"
         raise InputError([Diagnostic(str(options.model), 1, 1, message, hint)])
     exploration = rooms.load_exploration(options.model)
-    rooms.require_same(file, exploration, seed=options.seed, invalid_budget=budget)
+    with findings_of(str(options.file)):
+        rooms.require_same(file, exploration, seed=options.seed, invalid_budget=budget)
     return exploration
 
 

@@ -4,6 +4,7 @@ import argparse
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.explore.arguments import add_model, add_pairs, findings_of, numbers, pairs
+from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 
 NAME = "tell"
@@ -20,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     valid.add_argument("--invalid", dest="valid", action="store_false", help="the trial was not valid")
     add_pairs(parser, "--outcome", "O=X", "what came of a valid trial, every outcome")
     parser.add_argument("--reason", default="", metavar="R", help="why a trial was invalid, in a word")
+    add_limits(parser)
     parser.add_argument("--json", action="store_true", help="print the trial as one JSON object")
 
 

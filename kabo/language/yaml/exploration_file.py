@@ -37,6 +37,7 @@ PARAMETER_KEYS = ("from", "to", "unit")
 OUTCOME_KEYS = ("unit",)
 VALIDITY_KEYS = ("scale", "noise", "alpha")
 SMALLEST, LARGEST = 0.01, 10.0  # of scale and noise of the model of validity
+FARTHEST = 1e100  # of bounds: their squares are finite
 _LONGEST_WORD = 80
 _LIKE_REFERENCE = re.compile(r"<[^<>]*>")
 
@@ -350,8 +351,8 @@ def _fault_of_bounds(lower: float, upper: float) -> str | None:
         return f"its bounds are equal: {lower:g}; a parameter that does not vary is none"
     if lower > upper:
         return f"its bounds are the wrong way round: from {lower:g} to {upper:g}"
-    if not math.isfinite(upper - lower):
-        return "its bounds are too far apart"
+    if max(abs(lower), abs(upper)) > FARTHEST:
+        return f"its bounds reach beyond {FARTHEST:g}"
     if upper - lower < 1e-9 * max(abs(lower), abs(upper)):
         return f"its bounds are equal but for rounding: {lower!r} and {upper!r}"
     return None

@@ -19,7 +19,7 @@ from kabo.tasks.core.model.errors import InitialisationError, TaskError, Undecla
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.interfaces import arrows, directions, shown, tree
 from kabo.tasks.core.model.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
-from kabo.tasks.core.model.results import SAME, Failure, Result
+from kabo.tasks.core.model.results import SAME, Agreed, Failure, Result
 from kabo.tasks.core.model.solutions import Solution, State
 from kabo.tasks.core.model.stages import Connector, CostTerm, Generator, Misfit, Monitor, Propagator, Stage
 from kabo.tasks.core.run.explanation import Explanation
@@ -27,6 +27,7 @@ from kabo.tasks.core.run.nodes import StageStatistics
 from kabo.tasks.core.task import Task
 
 __all__ = [
+    "Agreed",
     "Alternatives",
     "Connector",
     "Container",

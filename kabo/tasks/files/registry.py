@@ -12,14 +12,13 @@ from kabo.tasks.learned import LearnedParameters
 
 _Kind = TypeVar("_Kind", bound=type[Stage])
 _ROBOTS = "kabo.tasks.robots"
-# Stages without robots, which load no kernels.
-_LIGHT: dict[str, type[Stage]] = {
+_CONTAINERS: dict[str, type[Stage]] = {
     "SerialContainer": Serial,
     "Alternatives": Alternatives,
     "Fallbacks": Fallbacks,
     "Limit": Limit,
-    LEARNED_PARAMETERS: LearnedParameters,
 }
+_LEARNED: dict[str, type[Stage]] = {LEARNED_PARAMETERS: LearnedParameters}
 _registered: dict[str, type[Stage]] = {}
 
 
@@ -48,13 +47,13 @@ def find(name: str) -> type[Stage] | None:
 
     Robot stages, which load compiled kernels, are imported only when needed.
     """
-    found = _registered.get(name) or _LIGHT.get(name)
+    found = _registered.get(name) or _CONTAINERS.get(name) or _LEARNED.get(name)
     return found if found is not None or name not in _robot_names() else _robot_stages()[name]
 
 
 def names() -> list[str]:
     """The names of all stages, sorted."""
-    return sorted({*_LIGHT, *_registered, *_robot_names()})
+    return sorted({*_CONTAINERS, *_LEARNED, *_registered, *_robot_names()})
 
 
 def _robot_names() -> list[str]:
@@ -67,7 +66,7 @@ def _robot_stages() -> dict[str, type[Stage]]:
 
 def name_of(kind: type[Stage]) -> str | None:
     """The name of a stage class in task files; None if it is not registered."""
-    known = [*_registered.items(), *_LIGHT.items()]
+    known = [*_registered.items(), *_CONTAINERS.items(), *_LEARNED.items()]
     if kind.__module__.startswith(f"{_ROBOTS}."):
         known += _robot_stages().items()
     return next((name for name, each in known if each is kind), None)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 Stop = Callable[[], bool]
+_STAGES = ("kabo.tasks.robots.", "kabo.tasks.learned.")  # whose errors are about what a file says
 
 
 @dataclass(frozen=True)
@@ -104,11 +105,11 @@ def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | Va
 
 
 def _failing_stage(error: Exception) -> Stage | None:
-    """The robot stage whose function raised the error: the innermost one in the traceback."""
+    """The stage of kabo whose function raised the error: the innermost one in the traceback."""
     found, here = None, error.__traceback__
     while here is not None:
         stage = here.tb_frame.f_locals.get("self")
-        if isinstance(stage, Stage) and type(stage).__module__.startswith("kabo.tasks.robots."):
+        if isinstance(stage, Stage) and type(stage).__module__.startswith(_STAGES):
             found = stage
         here = here.tb_next
     return found

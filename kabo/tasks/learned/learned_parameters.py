@@ -6,6 +6,7 @@ from types import NoneType
 from typing import Any
 
 from kabo.tasks.core import (
+    Agreed,
     Alternatives,
     Failure,
     Fallbacks,
@@ -108,7 +109,7 @@ class LearnedParameters(Propagator):
             Result(
                 cost=-math.log(each.validity) + 0.0,
                 comment=comment_of(model, each),
-                properties=dict(each.parameters),
+                properties={**each.parameters, f"other parameters by {self.path}": Agreed(each.parameters)},
                 details=record_of(model, each),
             )
             for each in found
@@ -128,12 +129,12 @@ class LearnedParameters(Propagator):
             if isinstance(above, Alternatives | Fallbacks):
                 return None
             above = above.parent
-        if not self.is_fixed:
-            return None
         try:
             values = {name: self.properties.value(name) for name in self.properties.declared}
             answers = self.forward(None, values, 0)
-        except (UndefinedProperty, ExplorationError):  # planning says where
+        except UndefinedProperty:  # it reads what earlier stages write
+            return None
+        except ExplorationError:  # planning says where
             return None
         return next((each for each in answers if isinstance(each, Failure)), None)
 

@@ -46,8 +46,7 @@ class Model:
         """
         from kabo.exploration import NoParametersError
 
-        near = tuple(tolerance.items()) if isinstance(tolerance, Mapping) else tolerance
-        key = (self.exploration.digest, tuple(target.items()), tuple(where.items()), alpha, near, count)
+        key = self.exploration.digest, repr((dict(target), dict(where), alpha, tolerance, count))
 
         def ask() -> _Answer:
             try:

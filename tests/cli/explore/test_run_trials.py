@@ -87,14 +87,19 @@ def test_a_torn_last_line_is_cut_off_and_made_again(kabo, discs):
 @pytest.mark.parametrize(
     ("change", "options", "differs"),
     [
-        (("to: 0.08", "to: 0.09"), (), "space"),
-        (("bar: [steel, wood]", "bar: [steel]"), (), "space"),
-        (("torque: {unit: Nm}", "twist: {unit: Nm}"), (), "outcomes"),
-        (("force: 20}", "force: 21}"), (), "start"),
-        (("dropped: {force: 2}", "dropped: {force: 3}"), (), "retry"),
-        (("exploration: disc", "exploration: disk"), (), "name"),
-        (("", ""), ("--seed", 1), "seed"),
-        (("", ""), ("--invalid-budget", 0.3), "invalid_budget"),
+        (("to: 0.08", "to: 0.09"), (), "space parameters along to is 0.09, in the model 0.08"),
+        (("bar: [steel, wood]", "bar: [steel]"), (), "space cases bar is steel, in the model steel, wood"),
+        (
+            ("torque: {unit: Nm}", "twist: {unit: Nm}"),
+            (),
+            "outcomes twist is not in the model; outcomes torque is only",
+        ),
+        (("force: 20}", "force: 21}"), (), "start force is 21.0, in the model 20.0"),
+        (("dropped: {force: 2}", "dropped: {force: 3}"), (), "retry dropped force is 3.0, in the model 2.0"),
+        (("start: {along: 0.0, force: 20}", ""), (), "start force is 20.5, in the model 20.0"),
+        (("exploration: disc", "exploration: disk"), (), "name is disk, in the model disc"),
+        (("", ""), ("--seed", 1), "seed is 1, in the model 0"),
+        (("", ""), ("--invalid-budget", 0.3), "invalid_budget is 0.3, in the model not given"),
     ],
 )
 def test_a_model_of_another_exploration_is_refused_with_what_differs(kabo, discs, change, options, differs):
@@ -112,6 +117,7 @@ def test_a_model_of_another_exploration_is_refused_with_what_differs(kabo, discs
         (["--invalid-budget", "nan"], "--invalid-budget:1:1: write a share above 0 and below 1"),
         (["--invalid-budget", "1.5"], "--invalid-budget:1:1"),
         (["--seed", "-1"], "'-1' is not a whole number"),
+        (["--seed", 10**30], "--seed:1:1: write a whole number up to 9223372036854775807"),
         (["--trials", "x"], "'x' is not a whole number"),
         (["-o", "nowhere/m.jsonl"], "is no file in a folder that exists"),
         (["--stages", "none.py"], "none.py:1:1: this is no Python file"),
@@ -160,6 +166,14 @@ def test_what_is_no_result_ends_the_run(kabo, discs, given):
     said = run(kabo, 5)
     assert said.code == 2 and "disc.py:5:1: trial 1 (bar " in said.err and "Traceback" not in said.err
     assert load_exploration("m.jsonl").trials == ()
+
+
+def test_a_name_that_is_registered_twice_is_told_at_its_line(kabo, discs):
+    other = "\ndef other(case, parameters, seed): ...\n\nregister(other, 'tests/Twice')\n"
+    (discs / "twice.py").write_text(STAGES.replace("tests/Disc", "tests/Twice") + other)
+    said = kabo("explore", "run", "disc.yaml", "--stages", "twice.py", "--trials", 1, "-o", "m.jsonl")
+    assert said.code == 2 and "twice.py:15:1: ExplorationError: the name 'tests/Twice'" in said.err
+    assert not (discs / "m.jsonl").exists()
 
 
 def test_where_nothing_is_valid_the_run_ends_and_says_why(kabo, discs):

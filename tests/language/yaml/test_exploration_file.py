@@ -108,7 +108,7 @@ def test_a_trial_that_plans_a_task_has_paths_from_the_file_on_and_references() -
         ("trial: plucked_string/Pluck", 'trial: «" a"»', "`trial` is no word: ' a'", "one line of at most 80 characters"),
         ("{from: 0, to: 1}", "{from: 0, to: «0.0»}", 'the parameter "eta": its bounds are equal: 0; a parameter that does not vary is none', None),
         ("{from: 0, to: 1}", "{from: 1, to: «0»}", 'the parameter "eta": its bounds are the wrong way round: from 1 to 0', None),
-        ("{from: 0, to: 1}", "{from: -1e308, to: «1e308»}", 'the parameter "eta": its bounds are too far apart', None),
+        ("{from: 0, to: 1}", "{from: -1e308, to: «1e308»}", 'the parameter "eta": its bounds reach beyond 1e+100', None),
         ("{from: 0, to: 1}", "{from: 1, to: «1.0000000001»}", 'the parameter "eta": its bounds are equal but for rounding: 1.0 and 1.0000000001', None),
         ("{from: 0, to: 1}", "{from: «nan», to: 1}", '`from` of the parameter "eta" must be a number, this is "nan"', None),
         ("{from: 0, to: 1}", "{from: 0, to: «.inf»}", '`to` of the parameter "eta" must be a number, this is ".inf"', None),

@@ -139,6 +139,15 @@ def test_a_term_without_parameters_reads_what_the_stage_writes(tmp_path: Path) -
     ]
 
 
+def test_a_value_that_a_caller_gives_and_that_is_no_target_is_told_at_the_stage(tmp_path: Path) -> None:
+    text = HOLD.replace("name: hold\n", "name: hold\nproperties: {wanted: {type: any}}\n")
+    file = load_task_file(write(tmp_path, text.replace("{torque: 0.0}", "{torque: <PARENT:wanted>}")))
+    with pytest.raises(InputError) as error:
+        plan_file(file, {"wanted": "much"}, None, PlanningOptions())
+    (one,) = error.value.diagnostics
+    assert one.line == 5 and "torque must be a finite number" in one.message
+
+
 def test_what_stages_of_others_write_is_not_known(tmp_path: Path) -> None:
     text = TASK.replace("  - {name: start, stage: CurrentState}", "  - {name: start, stage: line/Start}")
     assert load_task_file(write(tmp_path, text.replace("<INTERFACE:along>", "<INTERFACE:other>")))

@@ -19,6 +19,16 @@ SAME = _Same()
 
 
 @dataclass(frozen=True)
+class Agreed:
+    """The value of an interface property that has to be equal on both sides of a connector, where both sides have it.
+
+    It marks a choice between alternatives on which later stages rely: also those that a monitoring generator begins.
+    """
+
+    value: Any
+
+
+@dataclass(frozen=True)
 class Result:
     """A success that a stage function returns.
 

@@ -1,11 +1,11 @@
 """The nodes of single stages: generators, monitoring generators, propagators and connectors."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
-from kabo.tasks.core.model.results import SAME, Answers, Result
+from kabo.tasks.core.model.results import SAME, Agreed, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Connector, Generator, Propagator
 from kabo.tasks.core.run.graph import meet
@@ -235,6 +235,10 @@ class ConnectorNode(Joining, Leaf):
         return (state for states in self._sides[side].values() for state in states)
 
     def _pair(self, start: State, end: State, lane: object) -> None:
+        disagreement = _disagreement(start.properties, end.properties)
+        if disagreement is not None:
+            self.statistics.mismatches[disagreement] += 1
+            return
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)
         if self._has_mismatch and not isinstance(given, UndefinedProperty):
             reason = self.stage.mismatch(*given[:3])
@@ -314,3 +318,11 @@ class ConnectorNode(Joining, Leaf):
         """Reports a solution between the two states of the job."""
         start, end, _ = job.subject
         self.report(self.solution(start, end, result))
+
+
+def _disagreement(before: Mapping[str, Any], after: Mapping[str, Any]) -> str | None:
+    """The name of a property that has to agree on both sides of a connector and does not; None if there is none."""
+    for name, value in before.items():
+        if type(value) is Agreed and name in after and after[name] != value:
+            return name
+    return None

@@ -1,5 +1,8 @@
 """The simulated strings of examples/plucked_string: physics against plain formulas, senses against what happened."""
 
+import re
+import shlex
+import shutil
 import sys
 from dataclasses import replace
 from functools import cache
@@ -9,16 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kabo.exploration import fit_line
+from kabo.cli import main
+from kabo.exploration import fit_line, load_exploration
 from kabo.trials import Invalid, Valid
 
-sys.path.append(str(Path(__file__).resolve().parents[3] / "examples" / "plucked_string"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "examples" / "plucked_string"))
 
 import plucked_string
 import string_lines
 from guzheng import DIRECTIONS, RATE, Bias, Ear, Finger, Release, drops, guzheng, path, pluck, recording, touch
 from guzheng import finger as fingers
 
+EXAMPLE = Path(plucked_string.__file__).parent
 EXACT = Finger(repeatability=0.0, placing=0.0)
 CASES = [{"string": string, "direction": d} for string in ("a3", "d4", "fs4", "b4", "fs5") for d in DIRECTIONS]
 
@@ -226,3 +231,24 @@ def test_a_string_is_found_by_touching_it():
     assert line.distance(np.linspace(right, left, 5)).max() < 0.0015
     assert np.linalg.norm(line.origin - right) < 0.005
     assert not line.inliers[[each.astray for each in known]].any()
+
+
+def test_the_commands_of_the_readme_run(tmp_path, monkeypatch, capsys):
+    folder = shutil.copytree(EXAMPLE, tmp_path / "example", ignore=shutil.ignore_patterns("*.png", "__pycache__"))
+    monkeypatch.chdir(folder)
+    run, *others = re.findall(r"^    kabo (.*)$", (EXAMPLE / "README.md").read_text(), flags=re.MULTILINE)
+    assert main(shlex.split(run.replace("--trials 1000", "--trials 80"))) == 0
+    explored = load_exploration("plucks.jsonl")
+    assert len(explored.trials) == 80
+    assert sum(each.valid for each in explored.trials) > 50
+    assert len(others) == 2
+    for command in others:
+        assert main(shlex.split(command)) == 0
+    assert "loudness 30." in capsys.readouterr().out
+
+
+def test_string_lines_says_how_far_new_contacts_are_from_each_line(capsys):
+    string_lines.main()
+    told = re.findall(r"([\d.]+) mm after 20", capsys.readouterr().out)
+    assert len(told) == 5
+    assert all(0.7 < float(each) < 1.5 for each in told)
