@@ -139,5 +139,5 @@ def _summary(found: dict[str, list[Found]]) -> Table:
     for name, figure in (("mean", "error mm"), ("largest", "largest mm")):
         add(f"{name} distance from the balance mm", {way: row[figure] for way, row in rows.items()}, at_most=3.0)
     add(f"fewest valid of {LIFTS} lifts", dict(fewest), at_least=LIFTS)
-    add("share of invalid trials", {way: row["invalid trials"] for way, row in rows.items()})
+    add("share of invalid trials", {way: row["invalid trials"] for way, row in rows.items()}, at_most=0.4)
     return table

@@ -15,7 +15,7 @@ from kabo.streams import stream_key, uniforms
 from kabo.trials import TrialFunction, Valid, exploration_of, load_exploration_file, run_exploration, trial_of
 
 FILE = Path(__file__).resolve().parents[1] / "examples" / "pick_and_place" / "reach.yaml"
-TRIALS, PLACES = 70, 20
+TRIALS, PLACES, CALLS = 70, 20, 5
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,16 @@ def tables(options: argparse.Namespace) -> list[Table]:
     must(judged, f"fewest right of {places}", min(sum(e.right for e in here) for here in every), at_least=enough)
     must(judged, f"mean right of {places}", float(np.mean([sum(e.right for e in here) for here in every])))
     asked = [each.asked for here in every for each in here]
-    must(judged, "longest to tell [ms of processor]", 1e3 * max(asked), at_most=None if options.small else 1.0)
     must(
-        judged, "mean to plan [s of processor]", float(np.mean([each.planned for here in every for each in here]))
+        judged,
+        "longest to tell a place [ms of processor]",
+        1e3 * max(asked),
+        at_most=None if options.small else 1.0,
+    )
+    must(
+        judged,
+        "mean to plan it [s of processor]",
+        float(np.mean([each.planned for here in every for each in here])),
     )
     return [table, judged]
 
@@ -85,14 +92,23 @@ def told(exploration: Exploration, trial: TrialFunction, places: int, seed: int)
     found = []
     for place in low + shares * (high - low):
         parameters = exploration.space.named(place)
+        validity, asked = _asked(exploration, parameters)
         began = process_time()
-        validity = float(exploration.validity({}, [parameters])[0])
-        asked = process_time()
         result = trial({}, parameters, int(stream_key(seed, "plan", len(found)) >> np.uint64(11)))
-        planned = process_time()
+        planned = process_time() - began
         error = None
         if isinstance(result, Valid):
             expected = float(exploration.predict({}, [parameters])["duration"][0][0])
             error = abs(expected - result.outcomes["duration"])
-        found.append(Told(validity, error is not None, error, asked - began, planned - asked))
+        found.append(Told(validity, error is not None, error, asked, planned))
     return found
+
+
+def _asked(exploration: Exploration, parameters: dict[str, float]) -> tuple[float, float]:
+    """The validity of a place, and how long it takes to tell [s of processor]: the least of some calls."""
+    least = float("inf")
+    for _ in range(CALLS):
+        began = process_time()
+        validity = float(exploration.validity({}, [parameters])[0])
+        least = min(least, process_time() - began)
+    return validity, least

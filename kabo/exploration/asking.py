@@ -94,10 +94,6 @@ def caution(validities: Sequence[bool], alpha: float, budget: float) -> float:
     return float(ndtr(level))
 
 
-def _bounded(level: float) -> float:
-    return min(max(level, 0.0), MOST_CAUTIOUS)
-
-
 def case_order(
     space: Space, cases: Sequence[Case], trials: Sequence[int], last: Case | None, key: Key
 ) -> list[int]:
@@ -122,6 +118,10 @@ def trial_seed(seed: int, case: Case, number: int) -> int:
     return int(
         stream_key(seed, "trial", *(each for item in case.items() for each in item), number) >> np.uint64(11)
     )
+
+
+def _bounded(level: float) -> float:
+    return min(max(level, 0.0), MOST_CAUTIOUS)
 
 
 def _steps(space: Space, case: Case, other: Case) -> int:

@@ -186,7 +186,7 @@ class Exploration:
             point = safest_point(model, self.space, stream)
         if point is None:
             wanted = self.alpha(case) if alpha is None else alpha
-            raise NoParametersError("nothing_valid", f"no parameters are valid with a probability above {wanted}")
+            raise NoParametersError("nothing_valid", f"{_none_above(wanted)}, or a smaller scale of validity")
         row = point[None]
         return Question(case, self.space.named(self.space.rounded(row)[0][0]), float(model.validity(row)[0]))
 
@@ -265,7 +265,7 @@ class Exploration:
         self._require_valid(models)
         found = Asked(self.space, cases, models, target, alpha, self.seed).best(count)
         if not found:
-            raise NoParametersError("nothing_valid", f"no parameters are valid with a probability above {alpha}")
+            raise NoParametersError("nothing_valid", _none_above(alpha))
         near = tuple(each for each in found if not too_far(each, target, permitted))
         if not near:
             raise NoParametersError("out_of_range", out_of_range(found[0], target), found[0])
@@ -334,3 +334,7 @@ class Exploration:
 
 def _unit(units: Mapping[str, str], name: str) -> dict[str, str]:
     return {"unit": units[name]} if name in units else {}
+
+
+def _none_above(alpha: float) -> str:
+    return f"no parameters are valid with a probability above {alpha}: try a smaller alpha"

@@ -16,9 +16,8 @@ from kabo.streams import Key, stream_key
 CANDIDATES = 4_000
 BEST = 20  # candidates around which closer ones are drawn
 CLOSER = (0.25, 0.06, 0.015)  # how far around them, as shares of λ_v, one round after the other
-NO_DIFFERENCE = (
-    0.05  # of the deviation: outcomes that differ by less are equally good, and the safer parameters win
-)
+# Of the deviation: outcomes that differ by less are equally good, and the safer parameters win.
+NO_DIFFERENCE = 0.05
 
 
 @dataclass(frozen=True)

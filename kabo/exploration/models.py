@@ -12,21 +12,10 @@ from kabo.exploration.processes import Process
 from kabo.exploration.records import Trial, Validity
 from kabo.exploration.space import Space
 
-FIT_AT = (
-    20,
-    40,
-    80,
-    160,
-    320,
-)  # valid trials after which scale and noise of an outcome are fitted, to that many of them
+# Scale and noise of an outcome are fitted when there are so many valid trials, to that many of them.
+FIT_AT = (20, 40, 80, 160, 320)
 SCALES = (0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.57, 0.8)  # λ_d that are tried: shares of the bounds
-NOISES = (
-    0.05,
-    0.1,
-    0.2,
-    0.35,
-    0.6,
-)  # deviations of an observation that are tried: shares of the outcome's own deviation
+NOISES = (0.05, 0.1, 0.2, 0.35, 0.6)  # deviations of an observation that are tried: shares of the outcome's own
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
 ROUNDING = 1e-9  # of an expected answer, with a wide margin
 LEAST_SPREAD = 1e-30  # of an outcome: the squares of what is divided by it are finite

@@ -40,10 +40,14 @@ class Tries(Generator):
             yield Result(number)
 
 
+def too_far(value: float) -> str | None:
+    return None if value <= 4.0 else f"is at most 4, not {value:g}"
+
+
 class Jump(Propagator):
     """Jumps with the first try that is good enough; one wide of the middle is refused, and ice takes more tries."""
 
-    PROPERTIES = {"far": Property(float), "ground": Property(str), "landing": Property(dict)}
+    PROPERTIES = {"far": Property(float, wrong=too_far), "ground": Property(str), "landing": Property(dict)}
 
     def forward(self, scene: Any, properties: Mapping[str, Any], seed: int) -> Any:
         far, (side, _) = properties["far"], properties["landing"]["at"]

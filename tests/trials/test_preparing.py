@@ -68,6 +68,12 @@ def test_stages_that_do_not_fit_together_are_found_without_planning(jumps: Path)
     assert one.file == str(jumps.with_name("task.yaml")) and "jump" in one.message
 
 
+def test_a_value_that_is_wrong_at_the_end_of_a_range_alone_is_found(jumps: Path) -> None:
+    jumps.write_text(JUMPS.replace("to: 4, unit: m", "to: 4.5, unit: m"))
+    (one,) = check_files([jumps])
+    assert one.file == str(jumps.with_name("task.yaml")) and one.message.endswith("is at most 4, not 4.5")
+
+
 def test_a_task_with_robots_needs_a_scene(tmp_path: Path) -> None:
     path = tmp_path / "reach.yaml"
     (tmp_path / "task.yaml").write_text((EXAMPLE / "task.yaml").read_text())
