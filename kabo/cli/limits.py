@@ -275,6 +275,8 @@ class _Watch:
             body, plan = self.found
             write: Callable[..., int] = self.options.write_found
             return write({**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options)
+        if (keeps := getattr(self.options, "cut_off_with_trials", None)) is not None:
+            return int(keeps(self.options, why, said))
         told = getattr(self.options, "cut_off", None)
         if told is not None and spent is not None:
             return int(told(self.options, spent, said))

@@ -62,6 +62,7 @@ from kabo.tasks.files.stage_pages import describe_stage as describe_stage
 from kabo.tasks.files.stage_pages import stage_page as stage_page
 from kabo.tasks.files.values import NoValue as NoValue
 from kabo.trials import ExplorationRun as ExplorationRun
+from kabo.trials import TrialFunction as TrialFunction
 from kabo.trials import TrialReport as TrialReport
 from kabo.trials import Valid as Valid
 from kabo.trials import ask_answer as ask_answer

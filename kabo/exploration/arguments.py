@@ -1,16 +1,16 @@
 """Checks of what an exploration is given: names, probabilities, outcomes, targets."""
 
 from collections.abc import Iterable, Mapping
-from numbers import Integral
 from typing import Any
 
 from kabo.exploration.errors import ExplorationError
 from kabo.exploration.records import Inferred, Target, Validity
 from kabo.exploration.space import Space, faults_of_units, unknown
-from kabo.exploration.values import A_NUMBER, finite, is_text, shown
+from kabo.exploration.values import A_NUMBER, A_SEED, finite, is_seed, is_text, shown
 
 Tolerance = float | Mapping[str, float] | str | None  # a number for all outcomes, one for each, or `deviation`
 EXTREMES = ("least", "most")
+LONGEST_REASON = 200  # characters
 
 
 def checked_names(outcomes: Any) -> tuple[str, ...]:
@@ -40,10 +40,20 @@ def checked_text(text: Any, what: str) -> str:
     return str(text)
 
 
+def checked_reason(reason: Any) -> str:
+    """The reason; raises ExplorationError if it is no text, or none that fits into a line of what people read."""
+    text = checked_text(reason, "the reason")
+    if not text.isprintable() or len(text) > LONGEST_REASON:
+        raise ExplorationError(
+            f"a reason is one line of at most {LONGEST_REASON} characters, this is {shown(text)}"
+        )
+    return text
+
+
 def checked_seed(seed: Any) -> int:
     """The seed; raises ExplorationError if it is no whole number of 64 bits."""
-    if isinstance(seed, bool) or not isinstance(seed, Integral) or not -(2**63) <= int(seed) < 2**63:
-        raise ExplorationError(f"the seed must be a whole number of 64 bits, this is {shown(seed)}")
+    if not is_seed(seed):
+        raise ExplorationError(f"the seed must be {A_SEED}, this is {shown(seed)}")
     return int(seed)
 
 
@@ -119,8 +129,8 @@ def checked_target(target: Any, outcomes: Iterable[str]) -> Target:
     return wanted
 
 
-def checked_tolerance(tolerance: Tolerance, outcomes: Iterable[str]) -> Tolerance:
-    """The tolerance; raises ExplorationError for unknown outcomes and negative or infinite numbers."""
+def checked_tolerance(tolerance: Tolerance, outcomes: Iterable[str], target: Target) -> Tolerance:
+    """The tolerance; raises ExplorationError for outcomes that are unknown or not wanted, and for unusable numbers."""
     if tolerance is None or (isinstance(tolerance, str) and tolerance == "deviation"):
         return tolerance
     given = tolerance if isinstance(tolerance, Mapping) else {"tolerance": tolerance}
@@ -129,6 +139,8 @@ def checked_tolerance(tolerance: Tolerance, outcomes: Iterable[str]) -> Toleranc
         number = finite(value)
         if isinstance(tolerance, Mapping) and name not in outcomes:
             raise ExplorationError(unknown("outcome", name, outcomes))
+        if isinstance(tolerance, Mapping) and name not in target:
+            raise ExplorationError(f"there is a tolerance for {name}, which the target does not name")
         if number is None or number < 0:
             raise ExplorationError(f"the tolerance must be a number from 0 on, this is {shown(value)}")
         numbers[name] = number

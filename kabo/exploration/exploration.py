@@ -15,6 +15,7 @@ from kabo.exploration.arguments import (
     checked_budget,
     checked_names,
     checked_outcomes,
+    checked_reason,
     checked_retry,
     checked_seed,
     checked_target,
@@ -72,6 +73,8 @@ class Exploration:
         Raises:
             ExplorationError: a name is unknown, or a number is outside its bounds.
         """
+        if not isinstance(space, Space):
+            raise ExplorationError(f"the space of an exploration must be a Space, this is {shown(space)}")
         self.space, self.seed, self.name = space, checked_seed(seed), checked_text(name, "the name")
         self.outcomes = checked_names(outcomes)
         self.units = checked_units({} if units is None else units, self.outcomes)
@@ -133,7 +136,7 @@ class Exploration:
         """The trial that `tell` would add; raises ExplorationError as it does."""
         if not isinstance(valid, (bool, np.bool_)):
             raise ExplorationError(f"a trial is valid or not: True or False, this is {shown(valid)}")
-        checked_text(reason, "the reason")
+        checked_reason(reason)
         if valid and reason:
             raise ExplorationError(f"a valid trial has no reason, this one has {shown(reason)}")
         if not valid and outcomes is not None and not (isinstance(outcomes, Mapping) and not outcomes):
@@ -232,8 +235,8 @@ class Exploration:
             target: outcome: its value, or `least` or `most`; of several, the sum of normalised squares counts.
             where: variables of the case with their values; all cases that have them are asked.
             alpha: the probability above which parameters may be used [T 4.4.1].
-            tolerance: how far off the expected outcome may be, for all or by outcome; `deviation`: twice the deviation of
-                the next observation there; None: however far.
+            tolerance: how far off the expected outcome may be, for all or by outcome (others: however far); `deviation`:
+                twice the deviation of the next observation there; None: however far.
 
         Raises:
             NoParametersError: `not_explored`, `nothing_valid`, or `out_of_range` with the nearest that can be had.
@@ -257,7 +260,7 @@ class Exploration:
         """
         target = checked_target(target, self.outcomes)
         alpha = checked_alpha(alpha)
-        permitted = checked_tolerance(tolerance, self.outcomes)
+        permitted = checked_tolerance(tolerance, self.outcomes, target)
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise ExplorationError(f"count must be a positive whole number, this is {shown(count)}")
         cases = self.space.matching(where)

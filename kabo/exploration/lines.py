@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.exploration.errors import ExplorationError
-from kabo.exploration.values import A_NUMBER, LARGEST, finite, shown
+from kabo.exploration.values import A_NUMBER, A_SEED, LARGEST, finite, is_seed, shown
 from kabo.streams import stream_key, uniforms
 
 HYPOTHESES = 400  # lines through two random points: enough to meet two good ones if one in five points is good
@@ -66,7 +66,10 @@ def fit_line(points: npt.ArrayLike, tolerance: float = 0.01, seed: int = 0) -> L
     Raises:
         ExplorationError: there are fewer than two different points, or numbers are not finite.
     """
-    known = np.asarray(points, float)
+    try:
+        known = np.asarray(points, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ExplorationError(f"a line is fitted to points (n, 3), this is {shown(points)}") from None
     if known.ndim != 2 or known.shape[1:] != (3,) or len(known) < 2:  # noqa: PLR2004
         raise ExplorationError(
             f"a line is fitted to two points or more, as an array (n, 3), this is {known.shape}"
@@ -75,6 +78,8 @@ def fit_line(points: npt.ArrayLike, tolerance: float = 0.01, seed: int = 0) -> L
         raise ExplorationError(f"each coordinate of a line's points must be {A_NUMBER}")
     if not (finite(tolerance) or 0.0) > 0:
         raise ExplorationError(f"the tolerance of a line must be a positive number, this is {shown(tolerance)}")
+    if not is_seed(seed):
+        raise ExplorationError(f"the seed of a line must be {A_SEED}, this is {shown(seed)}")
     inliers = _best_inliers(known, tolerance, seed)
     if not inliers.any():
         raise ExplorationError("all points of the line are the same")
@@ -96,9 +101,13 @@ def halton(index: int, dimensions: int = 1) -> Array:
     Raises:
         ExplorationError: the index is negative, or there are more than six dimensions.
     """
-    if not isinstance(index, Integral) or index < 0 or dimensions not in range(1, len(PRIMES) + 1):
+    if not _is_whole(index, 0) or not _is_whole(dimensions, 1) or dimensions > len(PRIMES):
         raise ExplorationError(f"Halton's sequence has an index from 0 on and 1 to {len(PRIMES)} dimensions")
     return np.array([_mirrored(int(index) + 1, base) for base in PRIMES[:dimensions]])
+
+
+def _is_whole(number: object, least: int) -> bool:
+    return isinstance(number, Integral) and not isinstance(number, bool) and int(number) >= least
 
 
 def _best_inliers(points: Array, tolerance: float, seed: int) -> npt.NDArray[np.bool_]:

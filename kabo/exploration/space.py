@@ -81,7 +81,7 @@ class Space:
         faults = []
         for name, value in given.items():
             if name not in self.cases:
-                faults.append(unknown("case", name, self.cases))
+                faults.append(unknown("case variable", name, self.cases))
             elif value not in self.cases[name]:
                 faults.append(unknown(f"value of {name}", value, self.cases[name]))
         if faults:

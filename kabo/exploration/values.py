@@ -1,12 +1,13 @@
 """What a number and a text of an exploration is, and how messages show what is neither."""
 
 import reprlib
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
 LARGEST = 1e100  # of all numbers: their squares are finite
+A_SEED = "a whole number of 64 bits"
 A_NUMBER = f"a finite number up to {LARGEST:g}"
 
 
@@ -19,6 +20,11 @@ def finite(value: Any) -> float | None:
     except OverflowError:
         return None
     return number if abs(number) <= LARGEST else None
+
+
+def is_seed(value: Any) -> bool:
+    """Whether the value is a whole number of 64 bits."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and -(2**63) <= int(value) < 2**63
 
 
 def is_text(value: Any) -> bool:

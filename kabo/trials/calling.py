@@ -11,7 +11,6 @@ from kabo.exploration import Exploration, ExplorationError, Question
 from kabo.trials.errors import TrialError
 from kabo.trials.results import Invalid, TrialFunction, TrialResult, Valid
 
-_LONGEST_REASON = 200
 _KABO = Path(__file__).resolve().parents[1]
 
 
@@ -49,9 +48,9 @@ def call_trial(
     except InputError as error:
         told = [_named(each, name) for each in error.diagnostics]
         raise TrialError(told, number, question.case, question.parameters) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a trial that ends the program would end the run without a word
         raise fault(
-            f"raised {type(error).__name__}: {error}",
+            f"raised {type(error).__name__}{f': {error}' if str(error) else ''}",
             f"its seed is {seed}; all trials before it are kept",
             _place_of_error(error, trial),
             error,
@@ -84,8 +83,10 @@ def _fault_of_result(result: Any, exploration: Exploration, question: Question) 
         reason: Any = result.reason
         if not isinstance(reason, str) or not reason.strip() or reason != reason.strip():
             return f"is invalid for the reason {reason!r:.80}, which is no word"
-        if not reason.isprintable() or len(reason) > _LONGEST_REASON:
-            return f"is invalid for the reason {reason!r:.80}: a reason is one line of at most {_LONGEST_REASON} characters"
+        try:
+            exploration.checked_trial(question.case, question.parameters, False, reason=reason)
+        except ExplorationError as error:
+            return f"is invalid for a reason that cannot be used: {error}"
         return None
     if not isinstance(result, Valid):
         return f"gave {result!r:.80}, which is neither Valid nor Invalid"

@@ -200,14 +200,28 @@ def test_a_trial_without_an_end_is_cut_off_at_the_time_limit_and_all_before_it_i
     assert "--resume goes on" in said.stderr
 
 
-def test_ctrl_c_within_a_trial_ends_the_run_and_keeps_all_before_it(discs):
+@pytest.mark.parametrize("times", [1, 2])
+def test_ctrl_c_within_a_trial_ends_the_run_and_keeps_all_before_it(discs, times):
     make_endless(discs)
-    process = begun(discs, *RUN, "--trials", 60)
+    process = begun(discs, *RUN, "--trials", 60, "--json")
     wait_for((discs / "stuck").exists)
-    process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=30)
-    kept = len(load_exploration(discs / "m.jsonl").trials)
+    for _ in range(times):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+    out, told = process.communicate(timeout=30)
+    kept, answer = len(load_exploration(discs / "m.jsonl").trials), json.loads(out)
     assert process.returncode == 4 and "(interrupted)" in told and f"the model has {kept} trial" in told
+    assert "nothing was written" not in told
+    assert answer["stopped"] == "interrupted" and answer["trials"] == kept
+
+
+def test_a_trial_that_takes_the_process_with_it_ends_the_run_and_all_before_it_is_kept(discs):
+    crash = "    if seed % 5 == 0:\n        os.kill(os.getpid(), 11)\n    along,"
+    (discs / "disc.py").write_text("import os\n" + STAGES.replace("    along,", crash, 1))
+    said = done(discs, *RUN, "--trials", 60, "--json")
+    kept = len(load_exploration(discs / "m.jsonl").trials)
+    assert said.returncode == 1 and "SIGSEGV" in said.stderr and f"the model has {kept} trial" in said.stderr
+    assert "nothing was written" not in said.stderr and json.loads(said.stdout)["code"] == "failed"
 
 
 def test_ctrl_c_between_trials_ends_the_run_with_what_there_is(discs):

@@ -174,11 +174,21 @@ def test_one_point_apart_from_many_duplicates_is_found():
         ([[0, 0, 0], [1, 0, 0]], 0.0, "tolerance of a line must be a positive number, this is 0.0"),
         ([[0, 0, 0], [1, 0, 0]], np.nan, "tolerance of a line"),
         ([[0, 0, 0], [1, 0, 0]], "1", "tolerance of a line"),
+        ([[0, 0, 0], [1, 0, "along"]], 0.01, "a line is fitted to points"),
+        ([[0, 0, 0], [1, 0, [2]]], 0.01, "a line is fitted to points"),
+        ([[0, 0, 0], [1, 0, 1j]], 0.01, "a line is fitted to points"),
+        ([[0, 0, 0], [1, 0, 10**400]], 0.01, "a line is fitted to points"),
     ],
 )
 def test_what_is_no_line_is_refused(points, tolerance, message):
     with pytest.raises(ExplorationError, match=message):
         fit_line(points, tolerance)
+
+
+@pytest.mark.parametrize("seed", [float("nan"), "1", None, 1.5])
+def test_the_seed_of_a_line_is_a_whole_number(seed):
+    with pytest.raises(ExplorationError, match="the seed of a line must be a whole number"):
+        fit_line([[0, 0, 0], [1, 0, 0]], seed=seed)
 
 
 @pytest.mark.parametrize("dimensions", range(1, 7))
@@ -195,7 +205,9 @@ def test_halton_spreads_from_the_first_points_on():
     assert np.diff(np.concatenate([[0.0], shares, [1.0]])).max() < 0.08
 
 
-@pytest.mark.parametrize(("index", "dimensions"), [(-1, 1), (0, 0), (0, 7), (1.5, 1), (0, 1.5)])
+@pytest.mark.parametrize(
+    ("index", "dimensions"), [(-1, 1), (0, 0), (0, 7), (1.5, 1), (0, 1.5), (True, 1), (0, 1j), (0, None)]
+)
 def test_halton_has_an_index_from_zero_and_one_to_six_dimensions(index, dimensions):
     with pytest.raises(ExplorationError, match="index from 0 on and 1 to 6 dimensions"):
         halton(index, dimensions)

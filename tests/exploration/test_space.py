@@ -176,7 +176,7 @@ def test_unusable_parameters_of_a_point_are_all_named(given, message):
     [
         ({}, r"the case must say bar \(steel or wood\), end \(left or right\)"),
         ({"bar": "steal", "end": "left"}, 'unknown value of bar "steal": did you mean "steel"'),
-        ({"rod": "steel"}, 'unknown case "rod": .*bar'),
+        ({"rod": "steel"}, 'unknown case variable "rod": .*bar'),
         ({"bar": ["steel"], "end": "left"}, "unknown value of bar"),
         ("steel", "a case must map names to values"),
     ],

@@ -46,7 +46,7 @@ def test_results_are_given_as_they_are() -> None:
         (Valid(5.0), "gave outcomes that cannot be used: outcomes must map names to numbers, this is 5.0"),  # type: ignore[arg-type]
         (Invalid(""), "is invalid for the reason '', which is no word"),
         (Invalid(3), "is invalid for the reason 3, which is no word"),  # type: ignore[arg-type]
-        (Invalid("a\nb"), "is invalid for the reason 'a\\nb': a reason is one line of at most 200 characters"),
+        (Invalid("a\nb"), "is invalid for a reason that cannot be used: a reason is one line of at most 200 characters, this is 'a\\nb'"),
     ],
 )  # fmt: skip
 def test_what_is_no_result_is_told_where_the_function_begins(result: object, message: str) -> None:
@@ -89,6 +89,20 @@ def test_what_a_trial_raises_is_told_at_its_line_with_its_seed() -> None:
     with pytest.raises(TrialError, match="raised OSError: no gripper") as caught:
         call_trial(Deep(), Exploration(SPACE, ["torque"]), QUESTION, 12, 99)
     assert caught.value.diagnostics[0].line == Deep.__call__.__code__.co_firstlineno + 1
+
+
+@pytest.mark.parametrize(
+    ("raised", "said"),
+    [
+        (SystemExit(3), "raised SystemExit: 3"),
+        (SystemExit(), "raised SystemExit"),
+        (MemoryError(), "raised MemoryError"),
+    ],
+)
+def test_a_trial_that_would_end_the_program_is_named_too(raised: BaseException, said: str) -> None:
+    with pytest.raises(TrialError) as caught:
+        called(raised)
+    assert caught.value.diagnostics[0].message == f"{NAME} {said}"
 
 
 def test_findings_in_files_keep_their_places_and_name_the_trial() -> None:

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable
 from math import inf
 from pathlib import Path
+from typing import Literal
 
 from kabo.budgets import StopFlag
 from kabo.cli import exit_codes, rooms
@@ -14,6 +15,7 @@ from kabo.cli.own_code import add_stages_argument, execute
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
 
+CutOffBy = Literal["time", "memory", "interrupted"]
 LARGEST_SEED = 2**63 - 1
 NAME = "run"
 HELP = "make the trials of an exploration file, and write each into a model"
@@ -43,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", dest="model", type=output_file, required=True, metavar="MODEL", help="the model, a journal of trials"
     )
     add_limits(parser)
-    parser.set_defaults(cut_off=_cut_off)
+    parser.set_defaults(cut_off_with_trials=_cut_off)
     parser.add_argument("--json", action="store_true", help="print what came of it as one JSON object")
 
 
@@ -56,18 +58,28 @@ def run(options: argparse.Namespace) -> int:
         exploration = _exploration(options, file)
         with interruptible() as interrupted:
             flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, interrupted)
-            ended = rooms.ExplorationRun("done", 0)
             complete = len(exploration.trials) >= options.trials
             trial = None if complete else rooms.trial_of(file, stop=flag)  # before anything is written
             exists = options.model.exists()
             journal = (
                 rooms.Journal.resume(options.model) if exists else rooms.Journal.create(options.model, exploration)
             )
-            if trial is not None:
-                with options.surrounding.showing("trying") as show:
-                    report = None if show is None else _reporter(show)
-                    ended = rooms.run_exploration(journal, trial, options.trials, stop=flag, progress=report)
+            ended = rooms.ExplorationRun("done", 0) if trial is None else _run(options, journal, trial, flag)
+    if ended is None:
+        return _cut_off(options, "interrupted", "cut off while trying (interrupted)")
     return _answer(options, journal.exploration, ended, flag)
+
+
+def _run(
+    options: argparse.Namespace, journal: "rooms.Journal", trial: "rooms.TrialFunction", flag: StopFlag
+) -> "rooms.ExplorationRun | None":
+    """Makes the trials, and says how that ended; None: Ctrl-C was pressed twice, within a trial."""
+    try:
+        with options.surrounding.showing("trying") as show:
+            report = None if show is None else _reporter(show)
+            return rooms.run_exploration(journal, trial, options.trials, stop=flag, progress=report)
+    except KeyboardInterrupt:
+        return None
 
 
 def _exploration(options: argparse.Namespace, file: "rooms.ExplorationDescription") -> "rooms.Exploration":
@@ -145,18 +157,28 @@ def _stopped(ended: "rooms.ExplorationRun", flag: StopFlag) -> "tuple[rooms.Stop
     return reason, f"{said}; all trials are kept: --resume goes on"
 
 
-def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
-    """Reports that the command was ended by force, within a trial, and returns the exit code."""
-    if not options.model.exists():
-        tell(f"kabo: {message}; nothing was written")
-        if options.json:
-            print_json({"code": "cut_off", "message": message})
-        return exit_codes.NO_PLAN
-    exploration = rooms.load_exploration(options.model)
-    trials = rooms.counted(len(exploration.trials), "trial")
-    said = f"{message}; the model has {trials}, --resume goes on"
-    tell(f"{options.model}: {said}")
-    if options.json:
-        stopped: rooms.Stopped = "memory" if spent == "memory" else "time"
-        print_json(rooms.run_answer(exploration, options.model, None, stopped, said))
-    return exit_codes.NO_PLAN
+def _cut_off(options: argparse.Namespace, why: "CutOffBy | None", message: str) -> int:
+    """Reports that the run was ended by force, within a trial, and returns the exit code.
+
+    `why` is what ended it; None: nobody knows, as where a library ends the process.
+    """
+    kept = _kept(options.model)
+    if kept is None:
+        message = f"{message}; nothing was written"
+    else:
+        trials = rooms.counted(len(kept.trials), "trial")
+        message = f"{message}; the model has {trials}, --resume goes on"
+    tell(f"{options.model}: {message}")
+    if options.json and kept is not None and why is not None:
+        print_json(rooms.run_answer(kept, options.model, None, why, message))
+    elif options.json:
+        print_json({"code": "failed" if why is None else "cut_off", "message": message})
+    return exit_codes.DEFECT if why is None else exit_codes.NO_PLAN
+
+
+def _kept(path: Path) -> "rooms.Exploration | None":
+    """What the model holds; None if it is no model, or there is none yet."""
+    try:
+        return rooms.load_exploration(path)
+    except InputError:
+        return None

@@ -4,9 +4,10 @@ import argparse
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import output_file
-from kabo.cli.explore.arguments import add_model
+from kabo.cli.explore.arguments import add_model, finding
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
+from kabo.errors import InputError
 
 NAME = "show"
 HELP = "show what trials have taught: of each case the counts, the outcomes, and maps of both"
@@ -24,6 +25,10 @@ def run(options: argparse.Namespace) -> int:
     """Prints the counts and outcomes of each case, or writes the page, and returns the exit code."""
     exploration = rooms.load_exploration(options.model)
     if options.html is not None:
+        if options.html.exists() and options.html.samefile(options.model):
+            raise InputError(
+                [finding("--html", "this is the model, and no trial is overwritten", str(options.html))]
+            )
         rooms.write_atomically(options.html, rooms.exploration_page(exploration, options.model).encode())
     if options.json:
         print_json(rooms.show_answer(exploration, options.model))

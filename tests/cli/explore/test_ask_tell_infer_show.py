@@ -144,6 +144,15 @@ def test_show_writes_a_page(kabo, model):
     assert kabo("explore", "show", "m.jsonl", "--html", "nowhere/m.html").code == 2
 
 
+@pytest.mark.parametrize("path", ["m.jsonl", "./m.jsonl", "linked.html"])
+def test_the_page_is_not_written_over_the_model(kabo, model, path):
+    (model / "linked.html").symlink_to("m.jsonl")
+    before = (model / "m.jsonl").read_bytes()
+    said = kabo("explore", "show", "m.jsonl", "--html", path)
+    assert said.code == 2 and "--html:1:1: this is the model, and no trial is overwritten" in said.err
+    assert (model / "m.jsonl").read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
