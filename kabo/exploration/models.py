@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.exploration.processes import Process
+from kabo.exploration.processes import Process, log_likelihoods
 from kabo.exploration.records import Trial, Validity
 from kabo.exploration.space import Space
 
 # Scale and noise of an outcome are fitted when there are so many valid trials, to that many of them.
-FIT_AT = (20, 40, 80, 160, 320)
+FIT_AT = (20, 40, 80, 160)
 SCALES = (0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.57, 0.8)  # λ_d that are tried: shares of the bounds
 NOISES = (0.05, 0.1, 0.2, 0.35, 0.6)  # deviations of an observation that are tried: shares of the outcome's own
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
@@ -161,6 +161,7 @@ def _fitted(points: Array, values: Sequence[float], fits: Fits, name: str) -> tu
         return SCALE, NOISE
     if (name, count) not in fits:
         first, known = points[:count], normalised(values[:count])[0]
-        options = [(scale, noise) for scale in SCALES for noise in NOISES]
-        fits[name, count] = max(options, key=lambda option: Process(first, known, *option).log_likelihood)
+        likelihoods = [log_likelihoods(first, known, scale, NOISES) for scale in SCALES]
+        best = divmod(int(np.argmax(likelihoods)), len(NOISES))
+        fits[name, count] = SCALES[best[0]], NOISES[best[1]]
     return fits[name, count]

@@ -4,6 +4,7 @@ The regression is scikit-learn's. Its last bits depend on the number of threads 
 which candidate is the best of two that are nearly equal: so one thread does it.
 """
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import cache
 from typing import Any
@@ -34,11 +35,6 @@ class Process:
         with one_thread():
             self._regressor = _regressor(scale, noise).fit(points, values)
 
-    @property
-    def log_likelihood(self) -> float:
-        """The logarithm of the probability density of the values."""
-        return float(self._regressor.log_marginal_likelihood_value_)
-
     def mean(self, points: Array) -> Array:
         """The expected values at points (n, d), as (n,)."""
         with one_thread():
@@ -62,6 +58,27 @@ class Process:
             inverse = cho_solve((lower, True), np.eye(len(lower)))
         found: Array = self.values - weights / np.diag(inverse)
         return found
+
+
+def log_likelihoods(points: Array, values: Array, scale: float, noises: Sequence[float]) -> list[float]:
+    """The logarithm of the probability density of the values (n,), for each of the noises [Rasmussen, Williams 2.30].
+
+    All share one kernel matrix; a regressor for each would compute it anew, and its factor twice.
+
+    Args:
+        points, values, scale: as for `Process`.
+        noises: the standard deviations of a value that are tried.
+    """
+    from scipy.linalg import cholesky, solve_triangular  # with scikit-learn
+
+    n, found = len(values), []
+    with one_thread():
+        kernel = _sklearn().kernels.RBF(scale)(points)
+        for noise in noises:
+            lower = cholesky(kernel + noise**2 * np.eye(n), lower=True, check_finite=False)
+            white = solve_triangular(lower, values, lower=True, check_finite=False)
+            found.append(float(-0.5 * (white @ white + n * np.log(2 * np.pi)) - np.log(np.diag(lower)).sum()))
+    return found
 
 
 def one_thread() -> AbstractContextManager[Any]:

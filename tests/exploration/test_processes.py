@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from kabo.exploration.processes import Process
+from kabo.exploration.processes import Process, log_likelihoods
 from tests.support.oracles_exploration import Gaussian
 
 DATA = [(1, 2, 0.12, 0.15), (7, 1, 0.3, 0.05), (40, 2, 0.12, 0.15), (60, 3, 0.4, 0.6), (90, 6, 0.8, 0.1)]
@@ -40,8 +40,9 @@ def test_leaving_one_out_is_that_of_processes_made_anew(count, dimensions, scale
 @pytest.mark.parametrize(("count", "dimensions", "scale", "noise"), DATA)
 def test_the_likelihood_is_that_of_a_plain_cholesky(count, dimensions, scale, noise):
     points, values, _ = drawn(count, dimensions)
-    expected = Gaussian(points, values, scale, noise).log_likelihood()
-    assert Process(points, values, scale, noise).log_likelihood == pytest.approx(expected, abs=1e-9)
+    noises = (noise, 0.5, 2 * noise)
+    expected = [Gaussian(points, values, scale, each).log_likelihood() for each in noises]
+    assert log_likelihoods(points, values, scale, noises) == pytest.approx(expected, abs=1e-9)
 
 
 def test_no_points_have_no_values():
