@@ -24,6 +24,7 @@ from kabo.meshes.pictures import draw_bound as draw_bound
 from kabo.meshes.pictures import draw_parts as draw_parts
 from kabo.meshes.pictures import require_pictures as require_pictures
 from kabo.plan import describe as describe
+from kabo.plan import described_validity as described_validity
 from kabo.plan import plan_from_json as plan_from_json
 from kabo.planner.result import Progress as Progress
 from kabo.planner.result import Reason as Reason

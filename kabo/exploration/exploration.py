@@ -258,7 +258,7 @@ class Exploration:
             NoParametersError: there is not even one.
             ExplorationError: as `infer`.
         """
-        target = checked_target(target, self.outcomes)
+        target = self.checked_target(target)
         alpha = checked_alpha(alpha)
         permitted = checked_tolerance(tolerance, self.outcomes, target)
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
@@ -273,6 +273,10 @@ class Exploration:
         if not near:
             raise NoParametersError("out_of_range", out_of_range(found[0], target), found[0])
         return near
+
+    def checked_target(self, target: Target) -> Target:
+        """The target as numbers, least and most; raises ExplorationError for unknown outcomes, and for anything else."""
+        return checked_target(target, self.outcomes)
 
     def leave_one_out(self, case: Case | None) -> dict[str, float | None]:
         """Each outcome's mean absolute error where each valid trial is predicted from the others; None below three."""

@@ -6,7 +6,10 @@ Whatever stops the program, all whole lines are kept; a torn last line is droppe
 import errno
 import json
 import os
-from collections.abc import Callable, Mapping
+import stat
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from io import FileIO
 from os import PathLike
 from pathlib import Path
 from typing import Any, NoReturn
@@ -33,11 +36,14 @@ def load_exploration(path: str | PathLike[str], name: str | None = None) -> Expl
 
 
 class Journal:
-    """A journal that is open for appending, and the exploration that it holds."""
+    """A journal that is open for appending, and the exploration that it holds.
 
-    def __init__(self, path: Path, exploration: Exploration) -> None:
-        """The journal of an exploration in an existing file; use `create` or `resume`."""
-        self.path, self.exploration = path, exploration
+    Several programs may append to one file at a time: each takes in what the others have told before it adds a trial.
+    """
+
+    def __init__(self, path: Path, exploration: Exploration, length: int) -> None:
+        """The journal of an exploration in the first `length` bytes of a file; use `create` or `resume`."""
+        self.path, self.exploration, self._length = path, exploration, length
 
     @classmethod
     def create(cls, path: str | PathLike[str], exploration: Exploration) -> "Journal":
@@ -51,7 +57,7 @@ class Journal:
         if path.exists():
             raise FileExistsError(17, "there is such a file already", str(path))
         exploration.save(path)
-        return cls(path, exploration)
+        return cls(path, exploration, path.stat().st_size)
 
     @classmethod
     def resume(cls, path: str | PathLike[str]) -> "Journal":
@@ -63,9 +69,11 @@ class Journal:
         """
         path = Path(path)
         exploration, whole, length = _read(path, str(path))
+        journal = cls(path, exploration, whole)
         if whole < length:
-            os.truncate(path, whole)
-        return cls(path, exploration)
+            with _locked(path) as file:
+                journal._take_in(file)
+        return journal
 
     def tell(
         self,
@@ -77,31 +85,59 @@ class Journal:
     ) -> Trial:
         """Appends a trial to the file, and tells it to the exploration once it is there.
 
+        Trials that other programs have appended since are told to the exploration first.
+
         Raises:
             ExplorationError: as `Exploration.tell`; nothing is written.
+            InputError: another program has damaged the file; nothing is written.
             OSError: the file cannot be written.
         """
         trial = self.exploration.checked_trial(case, parameters, valid, outcomes, reason)
-        _append(self.path, line_of(trial_to_json(trial)).encode())
+        line = line_of(trial_to_json(trial)).encode()
+        with _locked(self.path) as file:
+            self._take_in(file)
+            _append(file, line)
+            self._length += len(line)
         return self.exploration.tell(case, parameters, valid, outcomes, reason)
 
+    def _take_in(self, file: FileIO) -> None:
+        """Tells the exploration what other programs have appended to the locked file, and cuts a torn line off."""
+        length, reading = file.seek(0, os.SEEK_END), _Reading(str(self.path))
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            return
+        if length < self._length:
+            reading.fail(1, "another program has shortened this file", "begin again with what is in it now")
+        file.seek(self._length)
+        content = file.read(length - self._length)
+        *lines, torn = content.split(b"\n")
+        for text in lines:
+            reading.trial(self.exploration, 2 + len(self.exploration.trials), text)
+            self._length += len(text) + 1
+        if torn:
+            file.truncate(self._length)
 
-def _append(path: Path, line: bytes) -> None:
+
+@contextmanager
+def _locked(path: Path) -> Iterator[FileIO]:
+    """An existing file, open to be read and written, that no other program appends to meanwhile; raises OSError."""
+    with path.open("r+b", buffering=0) as file:
+        with suppress(ImportError, OSError):  # elsewhere than on POSIX, or on a disk that knows no locks
+            from fcntl import LOCK_EX, flock
+
+            flock(file, LOCK_EX)
+        yield file
+
+
+def _append(file: FileIO, line: bytes) -> None:
     """Adds a line at the end of a file, whole or not at all, and waits until the disk has it; raises OSError."""
-    with open(path, "ab", buffering=0, opener=_existing) as file:  # noqa: PTH123 - Path.open takes no opener
-        length = file.tell()
-        try:
-            if file.write(line) < len(line):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-            os.fsync(file.fileno())
-        except OSError:
-            file.truncate(length)
-            raise
-
-
-def _existing(path: str, flags: int) -> int:
-    """Opens a file that exists: a new one would be a journal without its header."""
-    return os.open(path, flags & ~os.O_CREAT)
+    length = file.seek(0, os.SEEK_END)
+    try:
+        if file.write(line) < len(line):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(file.name))
+        os.fsync(file.fileno())
+    except OSError:
+        file.truncate(length)
+        raise
 
 
 def _read(path: Path, name: str) -> tuple[Exploration, int, int]:

@@ -6,7 +6,7 @@ valid. Searches build plans with `PlanBuilder`, which merges nodes with equal co
 
 from kabo.plan.builder import PlanBuilder
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
-from kabo.plan.description import describe
+from kabo.plan.description import describe, described_validity
 from kabo.plan.plan import (
     Grant,
     Learned,
@@ -44,6 +44,7 @@ __all__ = [
     "StretchProof",
     "ValueOf",
     "describe",
+    "described_validity",
     "learned_json",
     "load_plan",
     "plan_from_json",

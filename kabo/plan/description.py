@@ -60,10 +60,16 @@ def _line(node: Node) -> str:
     return text + "".join(f"  [{_learned(each)}]" for each in node.learned)
 
 
+def described_validity(validity: float) -> str:
+    """A probability as text, such as `0.97`; never 1, because a model that has learned is never certain."""
+    text = f"{validity:.3g}"
+    return "over 0.999" if text == "1" else text
+
+
 def _learned(learned: Learned) -> str:
     """What was learned as text: `learned along=0.01, valid at 0.97`."""
     parameters = ", ".join(f"{name}={value:.4g}" for name, value in learned.parameters.items())
-    return f"learned {parameters}, valid at {learned.validity:.3g}"
+    return f"learned {parameters}, valid at {described_validity(learned.validity)}"
 
 
 def _value(value: str | float | ValueOf) -> str:

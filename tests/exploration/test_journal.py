@@ -1,7 +1,10 @@
 """The journal: what is told stands in the file before the next question, and damage is said with its place."""
 
+import fcntl
 import json
 import os
+import threading
+import time
 
 import pytest
 
@@ -134,6 +137,56 @@ def test_resuming_a_whole_file_does_not_touch_it(model):
     before = model.stat().st_mtime_ns
     Journal.resume(model)
     assert model.stat().st_mtime_ns == before
+
+
+# --------------------------------------------------------------------------------------------- several programs at once
+def test_two_journals_of_one_file_take_in_what_the_other_has_told(model):
+    first, second = Journal.resume(model), Journal.resume(model)
+    for number, journal in enumerate((first, second, second, first)):
+        journal.tell({"bar": "wood"}, HERE, False, reason=f"dropped {number}")
+    assert [each.reason for each in first.exploration.trials[-4:]] == [f"dropped {number}" for number in range(4)]
+    second.tell({"bar": "steel"}, HERE, False)
+    assert model.read_text() == second.exploration.text == load_exploration(model).text
+
+
+def test_a_line_that_another_program_has_torn_is_cut_off_before_the_next(model):
+    journal, before = Journal.resume(model), model.read_text()
+    model.write_text(before + '{"case": {"bar"')
+    journal.tell({"bar": "wood"}, HERE, False, reason="dropped")
+    assert model.read_text() == journal.exploration.text
+    assert journal.exploration.trials[-1].reason == "dropped"
+
+
+def test_a_line_that_is_written_to_its_end_meanwhile_is_no_torn_one(model):
+    whole = model.read_bytes()
+    model.write_bytes(whole[:-9])
+    begun = threading.Event()
+
+    def finish() -> None:
+        with model.open("r+b") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            begun.set()
+            time.sleep(0.3)
+            file.write(whole)
+
+    other = threading.Thread(target=finish)
+    other.start()
+    begun.wait()
+    journal = Journal.resume(model)
+    other.join()
+    assert model.read_bytes() == whole == journal.exploration.text.encode()
+
+
+def test_a_file_that_another_program_has_damaged_is_told_and_not_written(model):
+    journal, before = Journal.resume(model), model.read_bytes()
+    for damage, message in ((before + b"{}\n", ":9:1: "), (before[:-30], ":1:1: another program has shortened")):
+        model.write_bytes(damage)
+        with pytest.raises(InputError, match=message):
+            journal.tell({"bar": "wood"}, HERE, False, reason="dropped")
+        assert model.read_bytes() == damage
+    model.write_bytes(before)
+    journal.tell({"bar": "wood"}, HERE, False, reason="dropped")
+    assert load_exploration(model).text == journal.exploration.text
 
 
 # ------------------------------------------------------------------------------------------------- files that are there

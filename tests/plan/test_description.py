@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from kabo.plan import describe, plan_statistics
+from kabo.plan import describe, described_validity, plan_statistics
 
 
 def test_the_tree_shows_branches_indented_and_calls_with_their_arguments(plan):
@@ -10,6 +10,11 @@ def test_the_tree_shows_branches_indented_and_calls_with_their_arguments(plan):
     assert "n2    read(s=vault)  delivers combination(vault), open(vault)" in text
     assert "dial(c=value of combination(vault), n=2)" in text
     assert text.index("false:") < text.index("true:")
+
+
+def test_a_validity_is_never_shown_as_certain():
+    told = {value: described_validity(value) for value in (1.0, 0.9996, 0.9994, 0.97, 0.5, 1e-9)}
+    assert list(told.values()) == ["over 0.999", "over 0.999", "0.999", "0.97", "0.5", "1e-09"]
 
 
 def test_a_shared_node_stands_once_and_is_referred_to(plan):

@@ -34,5 +34,5 @@ def run(options: argparse.Namespace) -> int:
     else:
         print(rooms.described_case(question.case))
         print(f"  try {rooms.described_values(question.parameters, exploration.space.units)}")
-        print(f"  valid with a probability of {question.validity:.2g}")
+        print(f"  valid with a probability of {rooms.described_validity(question.validity)}")
     return exit_codes.DONE

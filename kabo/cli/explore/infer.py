@@ -44,8 +44,10 @@ def run(options: argparse.Namespace) -> int:
     exploration = rooms.load_exploration(options.model)
     with findings_of("--where"):
         exploration.space.matching(where)
+    with findings_of("--target"):
+        exploration.checked_target(target)
     try:
-        with findings_of("--target"):
+        with findings_of("--tolerance"):
             found = exploration.infer(target, where, alpha, tolerance)
     except rooms.NoParametersError as error:
         return answer_nothing(options, "infer", error)
@@ -54,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         return exit_codes.DONE
     print(rooms.described_case(found.case))
     print(f"  {rooms.described_values(found.parameters, exploration.space.units)}")
-    print(f"  valid with a probability of {found.validity:.4g}")
+    print(f"  valid with a probability of {rooms.described_validity(found.validity)}")
     for name, expected in found.expected.items():
         unit = exploration.units.get(name, "")
         print(f"  {name} {expected:.4g} ± {found.deviation[name]:.2g} {unit}".rstrip())

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from kabo.plan import Learned
+from kabo.plan import Learned, described_validity
 from kabo.tasks.core import Solution
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def comment_of(model: "Model", found: "Inferred", *, spread: bool = True) -> str
     known = model.exploration
     told = [f"{_measured(name, value, known.space.units)}" for name, value in found.parameters.items()]
     told += [f"{name} {value}" for name, value in found.case.items()]
-    told.append(f"valid at {found.validity:.3g}")
+    told.append(f"valid at {described_validity(found.validity)}")
     for name, value in found.expected.items():
         unit = f" {known.units[name]}" if name in known.units else ""
         told.append(

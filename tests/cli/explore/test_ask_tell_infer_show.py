@@ -192,7 +192,8 @@ def test_the_page_is_not_written_over_the_model(kabo, model, path):
         (["infer", "--target", "torque=0", "--where", "bar=stel"], 'did you mean "steel"?'),
         (["infer", "--target", "torque=0", "--tolerance", "-1"], "write a number from 0 on"),
         (["infer", "--target", "torque=0", "--tolerance", "nan"], "--tolerance:1:1: write a number from 0 on"),
-        (["infer", "--target", "torque=0", "--tolerance", "torqe=1"], 'did you mean "torque"?'),
+        (["infer", "--target", "torque=0", "--tolerance", "torqe=1"], '--tolerance:1:1: unknown outcome "torqe": did'),
+        (["infer", "--target", "torque=0", "--tolerance", "torque=-1"], "--tolerance:1:1: the tolerance must be a number"),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_refused_and_the_model_stays_as_it_was(kabo, model, arguments, message):
