@@ -5,8 +5,9 @@
 Sections: `line` (reference geometry from contacts [T Fig. 4.6]), `string` (plucks of five strings in both directions
 [T Fig. 4.7, 4.8]), `budget` (the same with a budget of invalid trials), `bar` (a bar of unknown balance, lifted in
 MuJoCo; extra `simulation`), `reach` (places of the task of examples/pick_and_place), `speed` (processor time of the
-next trial), `journal` (a run that is resumed and killed again and again); without any, all of them. Each prints tables
-and writes FOLDER/<section>.json. Beside a figure stands what it must reach, and whether it does.
+next trial), `journal` (a run that is resumed and killed again and again), `worlds` (synthetic ones of known
+truth); without any, all of them. Each prints tables and writes FOLDER/<section>.json. Beside a figure stands what it must
+reach, and whether it does.
 
 Each section is a file of its own, `exploration_<section>.py`, whose function `tables` takes the options.
 """
@@ -70,6 +71,13 @@ def journal(options: argparse.Namespace) -> list[Table]:
     return tables(options)
 
 
+def worlds(options: argparse.Namespace) -> list[Table]:
+    """What is found in worlds whose truth is known."""
+    from exploration_worlds import tables
+
+    return tables(options)
+
+
 RUN: dict[str, Section] = {
     "line": line,
     "string": string,
@@ -78,6 +86,7 @@ RUN: dict[str, Section] = {
     "reach": reach,
     "speed": speed,
     "journal": journal,
+    "worlds": worlds,
 }
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-PACKAGES = ("numpy", "scipy", "numba", "pin", "python-fcl", "trimesh", "coacd")
+PACKAGES = ("numpy", "scipy", "numba", "pin", "python-fcl", "trimesh", "coacd", "scikit-learn", "mujoco")
 
 
 def percentile(values: Sequence[float], share: float) -> float:

@@ -14,7 +14,8 @@ class Validity:
     """How the validity of parameters is modelled.
 
     Attributes:
-        scale: λ_v, the distance over which trials say something about each other, as a share of the parameters' bounds.
+        scale: λ_v, the distance over which trials say something about each other, as a share of the parameters' bounds;
+            0.12 suits two parameters, 0.2 three or more.
         noise: the standard deviation of a single answer, valid (+1) or not (-1).
         alpha: the probability above which parameters may be tried [T 4.4].
     """

@@ -8,7 +8,6 @@ Its answer is a function of the request's bytes: what it keeps from one job to t
 [kabo.content_cache], and garbage is collected and memory given back between jobs [docs/decisions/026-worker-purity.md].
 """
 
-import ctypes
 import gc
 import importlib
 import os
@@ -27,6 +26,7 @@ from pathlib import Path
 import msgspec
 
 from kabo.errors import missing_library
+from kabo.free_memory import give_back
 from kabo.frozen_gc import frozen_gc
 from kabo.planner.result import Progress
 from kabo.requests import solve_file
@@ -208,13 +208,6 @@ def _tidy() -> None:
     """Collects garbage and gives memory back: each job leaves megabytes of cycles, made by parsers of meshes."""
     gc.collect()
     give_back()
-
-
-def give_back() -> None:
-    """Returns free memory to the operating system if the C library supports this (glibc)."""
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
 
 
 def _worked(

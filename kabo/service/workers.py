@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kabo.errors import ServiceError
+from kabo.free_memory import give_back
 from kabo.service.jobs import JobStore, Outcome, SolveJob
-from kabo.service.worker import STOP, give_back, worker_main
+from kabo.service.worker import STOP, worker_main
 
 GRACE_S = 0.5  # from asking a worker to stop until SIGKILL
 ATTEMPTS = 2  # at a job whose worker dies

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from kabo.errors import CutOff, Diagnostic, InputError
 from kabo.exploration import Question, trial_seed
+from kabo.free_memory import give_back
 from kabo.language.exploration_description import ExplorationDescription
 from kabo.tasks.core import Explanation, InitialisationError, Solution, Task
 from kabo.tasks.files.running import located_at_stage
@@ -56,6 +57,7 @@ class PlannedTrial:
             raise told from error
         finally:
             task.close()
+            give_back()  # 0.44 instead of 0.72 GB after 36 trials of examples/pick_and_place/reach.yaml
         if not solutions:
             return _invalid(task, prepared.trial.jobs)
         best = min(solutions, key=lambda each: each.cost)

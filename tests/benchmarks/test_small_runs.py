@@ -17,7 +17,7 @@ RUNS = (
     "certificates stacked/n2 --output out.json",
     "construction_set --seeds 1 --output out.json",
     "exploration bar --small --output out",
-    "exploration line string budget reach speed journal --small --seeds 1 --output out",
+    "exploration line string budget reach speed journal worlds --small --seeds 1 --output out",
     "geometry predicates --scene generated --configurations 8 --output out",
     "geometry refused --output out",
     "geometry scaling --largest 1e3 --output out",

@@ -55,9 +55,9 @@ def test_what_is_said_of_parameters_is_what_the_models_say_of_them():
         assert found.deviation[name] == pytest.approx(deviation[0], abs=1e-9)
 
 
-def test_of_several_outcomes_the_normalised_sum_of_squares_is_the_least():
+@pytest.mark.parametrize("target", [{"torque": 1.2, "noise": 35.0}, {"torque": 0.8, "noise": 60.0}])
+def test_of_several_outcomes_the_normalised_sum_of_squares_is_the_least(target):
     e = explored(("torque", "noise"), 120)
-    target = {"torque": 1.2, "noise": 35.0}
     _, expected = on_grid(e, 0.95)
     valid = [each.outcomes for each in e.trials if each.valid]
     spreads = {name: np.std([each[name] for each in valid]) for name in target}

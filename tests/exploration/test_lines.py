@@ -145,9 +145,18 @@ def test_points_of_any_size_give_a_finite_line_or_one_sentence(scale, offset, to
     assert np.isfinite(line.frame).all()
 
 
-def test_one_point_apart_from_many_duplicates_is_found():
+@pytest.mark.parametrize("seed", range(20))
+def test_two_points_define_a_line_even_if_rounding_exceeds_the_tolerance(seed):
+    points = 1_000 * np.random.default_rng(seed).normal(size=(2, 3))
+    line = fit_line(points, 1e-15)
+    assert line.inliers.all()
+    assert line.length == pytest.approx(np.linalg.norm(points[0] - points[1]))
+
+
+@pytest.mark.parametrize("index", range(0, 1_000, 90))
+def test_one_point_apart_from_many_duplicates_is_found(index):
     points = np.zeros((1_000, 3))
-    points[613] = [0.0, 0.5, 0.0]
+    points[index] = [0.0, 0.5, 0.0]
     line = fit_line(points)
     np.testing.assert_allclose(line.direction, [0, 1, 0])
     assert line.length == pytest.approx(0.5)
