@@ -137,7 +137,13 @@ class _Preparing:
         for source, name, place in named:
             direct = name in declared and name not in self.trial.keys
             if not direct and (source, name) not in used:
-                message = f'"{name}" has no effect: the task "{file.name}" declares no such property'
+                given = name in declared  # and `properties` gives it a value without the parameter
+                why = (
+                    "`properties` gives another value"
+                    if given
+                    else f'the task "{file.name}" declares no such property'
+                )
+                message = f'"{name}" has no effect: {why}'
                 hint = f"write <{source}:{name}> in a value of the trial's `properties`"
                 self.findings.add(place, message, hint)
 

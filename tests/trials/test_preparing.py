@@ -46,6 +46,12 @@ def test_a_mistake_is_told_at_its_place_with_the_remedy(
     assert one in caught.value.diagnostics
 
 
+def test_a_parameter_whose_property_is_given_another_value_has_no_effect(jumps: Path) -> None:
+    jumps.write_text(JUMPS.replace("{landing:", "{far: 2, landing:"))
+    (one,) = check_files([jumps])
+    assert one.message == '"far" has no effect: `properties` gives another value'
+
+
 def test_a_required_property_that_nothing_gives_is_missing(jumps: Path) -> None:
     text = JUMPS.replace("{landing:", "{ground: sand, landing:").replace("far: {from: 0, to: 4, unit: m}, ", "")
     jumps.write_text(text.replace("far: 0.5, ", "").replace("cases: {ground: [grass, ice]}\n", ""))

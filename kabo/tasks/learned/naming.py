@@ -3,7 +3,6 @@
 Values that are references are left out: what they stand for is known only when a job runs.
 """
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,8 @@ from kabo.tasks.core import Misfit, Reference, TaskError
 
 if TYPE_CHECKING:
     from kabo.tasks.learned.models import Model
+
+LARGEST = 1e100  # of an exploration, too; its squares are finite
 
 
 class MisfitError(TaskError):
@@ -55,8 +56,8 @@ def unknown(model: "Model", kind: str, name: object, known: Iterable[str], keys:
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a finite number; a truth value is none."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """Whether a value is a finite number that explorations take; a truth value is none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def no_probability(value: Any) -> str | None:

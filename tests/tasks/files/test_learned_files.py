@@ -66,6 +66,7 @@ def told(folder: Path, text: str) -> list[tuple[str, int, int, str, str | None]]
         ("target: {torque: 0.0}", "least: loudness", 9, 'the model model.jsonl has no outcome "loudness"', "it has torque"),
         ("{torque: 0.0}", "{torque: nan}", 9, 'the target of "torque" must be a finite number', None),
         ("{torque: 0.0}", "{torque: 1e999}", 9, 'the target of "torque" must be a finite number', None),
+        ("{torque: 0.0}", "{torque: 1e200}", 9, 'the target of "torque" must be a finite number', None),
         ("{torque: 0.0}", "{torque: level}", 9, 'the target of "torque" must be a finite number', None),
         ("{torque: 0.0}", "{}", 9, "the target names no outcome", "target: {outcome: value}"),
         ("    target: {torque: 0.0}\n", "", 5, "no outcome is wanted", "target: {outcome: value}"),
