@@ -2,6 +2,7 @@
 
 import os
 import runpy
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,15 @@ PIECES = [
     "stages:\n", "wrapped: ", "monitors: ../..", "monitors: /", "only: up\n", "cost: {sum: {a: b}}\n", "default: ",
     "type: any", "properties: [a, a]\n", "1e999", "90 deg", "-", "\t", "\0", "é", "\ud7ff", "\u2028", "true", "null",
 ]  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def beside_the_model() -> Iterator[None]:
+    """The tests run in the folder of the only model that these task files name."""
+    before = Path.cwd()
+    os.chdir(REPOSITORY / "examples" / "lifting_a_bar")
+    yield
+    os.chdir(before)
 
 
 def read(text: str) -> tuple[TaskFile | None, list[Diagnostic]]:
