@@ -31,7 +31,7 @@ REMEMBERED = {
     "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
     "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},
-    "kabo/exploration/processes.py": {"_sklearn", "_libraries"},  # loaded code
+    "kabo/exploration/gaussian_processes.py": {"_sklearn", "_libraries"},  # loaded code
     "kabo/finite_domain/search/blind_search.py": {"_compiled"},  # loaded code
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},

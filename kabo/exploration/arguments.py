@@ -1,4 +1,4 @@
-"""Checks of what an exploration is given: names, probabilities, outcomes, targets."""
+"""Checks of the arguments of an exploration: names, probabilities, outcomes, targets."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -34,14 +34,14 @@ def checked_units(units: Any, outcomes: Iterable[str]) -> dict[str, str]:
 
 
 def checked_text(text: Any, what: str) -> str:
-    """The text; raises ExplorationError if it is none, or none that a file can hold."""
+    """The text; raises ExplorationError if it is no text, or cannot be encoded in UTF-8."""
     if not is_text(text):
         raise ExplorationError(f"{what} must be a text, this is {shown(text)}")
     return str(text)
 
 
 def checked_reason(reason: Any) -> str:
-    """The reason; raises ExplorationError if it is no text, or none that fits into a line of what people read."""
+    """The reason; raises ExplorationError if it is not one short line of printable text."""
     text = checked_text(reason, "the reason")
     if not text.isprintable() or len(text) > LONGEST_REASON:
         raise ExplorationError(
@@ -58,7 +58,7 @@ def checked_seed(seed: Any) -> int:
 
 
 def checked_validity(options: Validity) -> Validity:
-    """The options with plain numbers; raises ExplorationError for numbers that are no scale, noise or probability."""
+    """The options with plain numbers; raises ExplorationError for an unusable scale, noise or alpha."""
     if not isinstance(options, Validity):
         raise ExplorationError(f"validity must be a Validity, this is {shown(options)}")
     scale, noise = finite(options.scale), finite(options.noise)
@@ -94,7 +94,7 @@ def checked_budget(budget: Any) -> float | None:
 
 
 def checked_retry(space: Space, retry: Any) -> dict[str, dict[str, float]]:
-    """By how much parameters change after each reason; raises ExplorationError for unknown ones, or no numbers."""
+    """The changes of parameters after each reason; raises ExplorationError for unknown parameters and unusable numbers."""
     if not isinstance(retry, Mapping):
         raise ExplorationError(f"retry must map reasons to changes, this is {shown(retry)}")
     return {checked_text(reason, "a reason"): _checked_change(space, reason, retry[reason]) for reason in retry}
@@ -116,7 +116,7 @@ def checked_outcomes(given: Any, outcomes: Iterable[str]) -> dict[str, float]:
 
 
 def checked_target(target: Any, outcomes: Iterable[str]) -> Target:
-    """What is wanted; raises ExplorationError for unknown outcomes, and for values that are no number, least or most."""
+    """The target; raises ExplorationError for unknown outcomes, and for values that are no number, `least` or `most`."""
     if not isinstance(target, Mapping) or not target:
         raise ExplorationError(f"a target maps one outcome or more to the wanted values, this is {shown(target)}")
     wanted: dict[str, Any] = {}

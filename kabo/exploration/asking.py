@@ -1,4 +1,4 @@
-"""What to try next: where to begin, then the most informative of the parameters believed valid [T 4.3.1, e10]."""
+"""What to try next: first the start, then the most informative of the parameters believed valid [T 4.3.1, e10]."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -14,8 +14,8 @@ from kabo.exploration.space import Space
 from kabo.streams import Key, stream_key, uniforms
 
 CANDIDATES = 2_000
-TRIES = 10  # trials around the start, all of them invalid, after which an exploration gives up
-MOST_CAUTIOUS = 4.0  # Φ(4) = 0.99997: no data ever say more
+TRIES = 10  # invalid trials of a case without a valid one, after which the case is given up
+MOST_CAUTIOUS = 4.0  # greatest z: V above Φ(4) = 0.99997 is out of reach of any data
 
 
 def next_point(model: CaseModel, space: Space, key: Key, alpha: float) -> Array | None:
@@ -23,13 +23,13 @@ def next_point(model: CaseModel, space: Space, key: Key, alpha: float) -> Array 
     found = _admissible(
         model, space, spread_candidates(key, CANDIDATES, model.valid_points, model.options.scale), alpha
     )
-    if not len(found):  # what was valid once may be tried again
+    if not len(found):  # then a trial that was valid may be repeated
         found = _admissible(model, space, model.valid_points, alpha)
     return found[int(np.argmax(model.entropy(found)))] if len(found) else None
 
 
 def safest_point(model: CaseModel, space: Space, key: Key) -> Array:
-    """The point (d,) of greatest validity among candidates."""
+    """The point (d,) of greatest V among candidates and the valid trials."""
     drawn = spread_candidates(key, CANDIDATES, model.valid_points, model.options.scale)
     points = space.rounded(np.vstack([model.valid_points, drawn]))[1]
     best: Array = points[int(np.argmax(model.validity(points)))]
@@ -44,13 +44,14 @@ def first_parameters(
     scale: float,
     key: Key,
 ) -> dict[str, float]:
-    """Parameters to begin with, while none of the `trials` of a case is valid [T 4.3.1].
+    """Parameters to try while none of the `trials` of a case is valid [T 4.3.1].
 
-    The first are `start`. After an invalid trial they change as `retry` says for its reason; where it says nothing, or
-    that leads to what has been tried, they are drawn around the start.
+    The first are `start`. After an invalid trial they change as `retry` says for its reason; if it says nothing, or the
+    result has been tried already, they are drawn around the start.
 
     Raises:
-        NoParametersError: `not_explored` without a start or trials, `nothing_valid` after too many invalid trials.
+        NoParametersError: `not_explored` without a start or trials; `nothing_valid` after too many invalid trials, or
+            after any if there is no start.
     """
     if start is None and not trials:
         raise NoParametersError(
@@ -69,7 +70,7 @@ def first_parameters(
     if all(changed != dict(each.parameters) for each in trials):
         return changed
     drawn = around(key, 0, 1, space.scaled([start]), scale)
-    return space.named(space.rounded(drawn)[0][0])
+    return space.parameters_at(drawn[0])
 
 
 def nothing_valid(trials: Sequence[Trial]) -> str:
@@ -82,9 +83,9 @@ def nothing_valid(trials: Sequence[Trial]) -> str:
 def caution(validities: Sequence[bool], alpha: float, budget: float) -> float:
     """The probability α above which to try after trials of these validities, so that a share `budget` is invalid.
 
-    The next parameters are sought at the border of the valid set, so α is no share of valid trials. α = Φ(z), and after
-    each trial z moves by half of what it was more, or less, invalid than the budget permits. The first α is the given
-    one, or the share of trials that are to be valid if that is more.
+    The next parameters are sought at the border of the valid set, so the share of valid trials is not α. Therefore
+    α = Φ(z), the cumulative normal distribution, and each trial adds ½ (i − budget) to z, where i is 1 if the trial is
+    invalid, else 0. The first α is `alpha`, or 1 − budget if that is greater.
     """
     from scipy.special import ndtr, ndtri  # with scikit-learn
 
@@ -97,7 +98,7 @@ def caution(validities: Sequence[bool], alpha: float, budget: float) -> float:
 def case_order(
     space: Space, cases: Sequence[Case], trials: Sequence[int], last: Case | None, key: Key
 ) -> list[int]:
-    """The indices of the cases in the order in which to try them: a random one first, near the last, with few trials.
+    """The indices of the cases in a random order, in which cases near the last one and with few trials tend to come first.
 
     Args:
         space: the space with the cases' variables.
@@ -114,7 +115,7 @@ def case_order(
 
 
 def trial_seed(seed: int, case: Case, number: int) -> int:
-    """The seed for the function of trial `number` (0, 1 …) of a case: below 2^53, as every language reads it."""
+    """The seed for the function of trial `number` (0, 1 …) of a case: below 2^53, so that JSON readers do not round it."""
     return int(
         stream_key(seed, "trial", *(each for item in case.items() for each in item), number) >> np.uint64(11)
     )

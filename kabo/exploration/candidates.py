@@ -1,4 +1,4 @@
-"""Candidates for Monte Carlo searches in the unit cube: anywhere, and around what is known to be valid."""
+"""Candidates for Monte Carlo searches in the unit cube: uniform, and around valid trials."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def spread_candidates(key: Key, count: int, known: Array, scale: float) -> Array
     Args:
         key: the stream from which they are drawn.
         known: valid points, at least one.
-        scale: the standard deviation of the distance to a known point, in each dimension.
+        scale: the standard deviation around a known point, in each dimension.
     """
     d = known.shape[1]
     anywhere = uniforms(key, 0, count // 2, d)

@@ -1,4 +1,4 @@
-"""Errors of explorations: what was asked of one, and that there is nothing to offer."""
+"""Errors of explorations: wrong arguments, and no parameters to offer."""
 
 from typing import Literal
 
@@ -9,7 +9,7 @@ Reason = Literal["not_explored", "nothing_valid", "out_of_range"]
 
 
 class ExplorationError(KaboError, ValueError):
-    """An unknown name, a value outside its bounds, a result without outcome; the exploration is as before (exit code 2)."""
+    """A wrong argument, such as an unknown name or a value outside its bounds; nothing has changed (exit code 2)."""
 
     exit_code = 2
 
@@ -18,7 +18,7 @@ class NoParametersError(ExplorationError):
     """There are no parameters to offer (exit code 4).
 
     Attributes:
-        reason: `not_explored`, no trial has been told; `nothing_valid`, none of the parameters is believed valid enough;
+        reason: `not_explored`, there are no trials; `nothing_valid`, no parameters are believed valid enough;
             `out_of_range`, what is wanted is farther off than the tolerance permits.
         nearest: of `out_of_range`, the parameters whose outcome is nearest to what is wanted; else None.
     """

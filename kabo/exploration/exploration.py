@@ -1,4 +1,4 @@
-"""An exploration: it is told trials, asked what to try next, and inverted once it knows enough [T 4.4]."""
+"""An exploration: takes trials in, says what to try next, and gives parameters for a wanted outcome [T 4.4]."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ from kabo.exploration.arguments import (
 )
 from kabo.exploration.asking import case_order, caution, first_parameters, next_point, nothing_valid, safest_point
 from kabo.exploration.errors import ExplorationError, NoParametersError
-from kabo.exploration.inverse import Asked
+from kabo.exploration.inverse import InverseProblem
 from kabo.exploration.models import CaseModel, Fits
 from kabo.exploration.records import Case, Inferred, Parameters, Question, Target, Trial, Validity
 from kabo.exploration.space import Space
@@ -41,7 +41,7 @@ Key = tuple[str, ...]  # the values of a case
 
 
 class Exploration:
-    """What trials have shown about the parameters of a space, case by case."""
+    """The trials made in a space, and what they say about its parameters, case by case."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class Exploration:
     # -------------------------------------------------------------------------------------------------- trials
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """All trials in the order in which they were told."""
+        """All trials, in the order in which they were added."""
         return tuple(self._trials)
 
     def trials_of(self, case: Case | None) -> tuple[Trial, ...]:
@@ -148,15 +148,16 @@ class Exploration:
     def ask(self, case: Case | None = None, alpha: float | None = None) -> Question:
         """What to try next: the parameters of greatest entropy among those with V > alpha [T e10].
 
-        It depends on the seed, the case and the trials alone.
+        While no trial of the case is valid: the start, and parameters around it. The answer depends on the options, the
+        arguments and the trials alone.
 
         Args:
-            case: the case to ask about; None (and there are several): one near the last, with few trials [T 4.3.1].
-            alpha: the probability above which parameters may be tried. None: that of the options, or what the budget of
-                invalid trials makes of it; with a budget, the safest parameters are offered where none are that safe.
+            case: the case to try; None: one is chosen, near the last and with few trials [T 4.3.1].
+            alpha: the probability above which parameters may be tried. None: `self.alpha(case)`; where a budget of
+                invalid trials has raised that beyond the V of all candidates, the one of greatest V is offered.
 
         Raises:
-            NoParametersError: nothing is to be tried: `not_explored`, or `nothing_valid`.
+            NoParametersError: there is nothing to try: `not_explored`, or `nothing_valid`.
             ExplorationError: the case is unknown, or alpha is no probability.
         """
         if alpha is not None:
@@ -184,17 +185,16 @@ class Exploration:
                 self.space, trials, self.start, self.retry, self.validity_options.scale, stream
             )
             return Question(case, parameters, float(model.validity(self.space.scaled([parameters]))[0]))
-        point = next_point(model, self.space, stream, self.alpha(case) if alpha is None else alpha)
+        level = self.alpha(case) if alpha is None else alpha
+        point = next_point(model, self.space, stream, level)
         if point is None and alpha is None and self.invalid_budget is not None:
             point = safest_point(model, self.space, stream)
         if point is None:
-            wanted = self.alpha(case) if alpha is None else alpha
-            raise NoParametersError("nothing_valid", f"{_none_above(wanted)}, or a smaller scale of validity")
-        row = point[None]
-        return Question(case, self.space.named(self.space.rounded(row)[0][0]), float(model.validity(row)[0]))
+            raise NoParametersError("nothing_valid", f"{_none_above(level)}, or a smaller scale of validity")
+        return Question(case, self.space.parameters_at(point), float(model.validity(point[None])[0]))
 
     def alpha(self, case: Case | None = None) -> float:
-        """The probability of being valid above which parameters of the case may be tried now."""
+        """α, the V above which parameters of the case may be tried now; a budget of invalid trials moves it."""
         if self.invalid_budget is None:
             return self.validity_options.alpha
         known = [each.valid for each in self._by_case[self._key(case)]]
@@ -233,10 +233,10 @@ class Exploration:
 
         Args:
             target: outcome: its value, or `least` or `most`; of several, the sum of normalised squares counts.
-            where: variables of the case with their values; all cases that have them are asked.
+            where: case variables with their values; all cases that have these values are searched.
             alpha: the probability above which parameters may be used [T 4.4.1].
-            tolerance: how far off the expected outcome may be, for all or by outcome (others: however far); `deviation`:
-                twice the deviation of the next observation there; None: however far.
+            tolerance: how far from the target the expected outcomes may be: one number for all, or one for each (for
+                others there is no limit); `deviation`: twice the deviation of the next observation; None: no limit.
 
         Raises:
             NoParametersError: `not_explored`, `nothing_valid`, or `out_of_range` with the nearest that can be had.
@@ -252,7 +252,7 @@ class Exploration:
         tolerance: Tolerance = None,
         count: int = 1,
     ) -> tuple[Inferred, ...]:
-        """One to `count` parameters as `infer` gives them, the nearest first; in each case at least λ_v apart.
+        """One to `count` sets of parameters like that of `infer`, the nearest first; within a case at least λ_v apart.
 
         Raises:
             NoParametersError: there is not even one.
@@ -266,7 +266,7 @@ class Exploration:
         cases = self.space.matching(where)
         models = [self._model(tuple(case.values())) for case in cases]
         self._require_valid(models)
-        found = Asked(self.space, cases, models, target, alpha, self.seed).best(count)
+        found = InverseProblem(self.space, cases, models, target, alpha, self.seed).best(count)
         if not found:
             raise NoParametersError("nothing_valid", _none_above(alpha))
         near = tuple(each for each in found if not too_far(each, target, permitted))
@@ -275,11 +275,11 @@ class Exploration:
         return near
 
     def checked_target(self, target: Target) -> Target:
-        """The target as numbers, least and most; raises ExplorationError for unknown outcomes, and for anything else."""
+        """The target with plain numbers; raises ExplorationError for unknown outcomes and unusable values."""
         return checked_target(target, self.outcomes)
 
     def leave_one_out(self, case: Case | None) -> dict[str, float | None]:
-        """Each outcome's mean absolute error where each valid trial is predicted from the others; None below three."""
+        """Each outcome's mean absolute leave-one-out error over the valid trials; None if there are fewer than three."""
         model = self._model(self._key(case))
         if len(model.valid_points) < 3:  # noqa: PLR2004
             return dict.fromkeys(self.outcomes)
@@ -287,7 +287,7 @@ class Exploration:
 
     @property
     def header(self) -> dict[str, Any]:
-        """All but the trials, as the first line of the journal has it."""
+        """The first line of the journal: everything but the trials."""
         space, options = self.space, self.validity_options
         parameters = {
             name: {"from": low, "to": high} | _unit(space.units, name)
@@ -312,7 +312,7 @@ class Exploration:
 
     @property
     def digest(self) -> str:
-        """The SHA-256 sum of the journal, in hexadecimal: another one is another model."""
+        """The SHA-256 sum of the journal, in hexadecimal; it tells models apart."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
     def save(self, path: str | PathLike[str]) -> None:

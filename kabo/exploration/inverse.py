@@ -16,13 +16,13 @@ from kabo.streams import Key, stream_key
 CANDIDATES = 4_000
 BEST = 20  # candidates around which closer ones are drawn
 CLOSER = (0.25, 0.06, 0.015)  # how far around them, as shares of λ_v, one round after the other
-# Of the deviation: outcomes that differ by less are equally good, and the safer parameters win.
+# Share of the deviation: outcomes that differ by less count as equal, and the parameters of greatest V win.
 NO_DIFFERENCE = 0.05
 
 
 @dataclass(frozen=True)
-class Asked:
-    """The cases asked for, each with its model and the key of its stream, and what is wanted."""
+class InverseProblem:
+    """A wanted outcome, and the cases that may have it, each with its model."""
 
     space: Space
     cases: Sequence[Case]
@@ -75,8 +75,8 @@ class _Offer:
 class _Search:
     """The search in one case; points near those that are taken are left out."""
 
-    def __init__(self, asked: Asked, index: int) -> None:
-        self.asked, self.case, self.model = asked, asked.cases[index], asked.models[index]
+    def __init__(self, problem: InverseProblem, index: int) -> None:
+        self.problem, self.case, self.model = problem, problem.cases[index], problem.models[index]
         self.taken: list[Array] = []
         self.pool: tuple[Array, Array] | None = None
         self._first: tuple[Array, Array] | None = None
@@ -91,7 +91,7 @@ class _Search:
         return _Offer(float(losses[chosen]), points[chosen], self._inferred(points[chosen]), self)
 
     def _closest(self) -> tuple[Array, Array]:
-        """Admissible points and their losses: drawn everywhere, then closer and closer around the best."""
+        """Admissible points and their losses: candidates from everywhere, then ever closer ones around the best."""
         if self._first is None:
             drawn = spread_candidates(
                 self._stream(0), CANDIDATES, self.model.valid_points, self.model.options.scale
@@ -114,16 +114,16 @@ class _Search:
         order = np.argsort(losses, kind="stable")[:200]
         near = points[order]
         equal = np.ones(len(order), bool)
-        for name in self.asked.target:
+        for name in self.problem.target:
             mean, deviation = self.model.outcomes[name].predict(near)
             equal &= np.abs(mean - mean[0]) <= NO_DIFFERENCE * deviation[0]
         kept = np.flatnonzero(equal)
         return int(order[kept[int(np.argmax(self.model.validity(near[kept])))]])
 
     def _judged(self, drawn: Array) -> tuple[Array, Array]:
-        points = self.asked.space.rounded(drawn)[1]
-        points = points[self.model.admissible(points, self.asked.alpha)]
-        return points, self.asked.loss(self.model, points) if len(points) else np.empty(0)
+        points = self.problem.space.rounded(drawn)[1]
+        points = points[self.model.admissible(points, self.problem.alpha)]
+        return points, self.problem.loss(self.model, points) if len(points) else np.empty(0)
 
     def _free(self, points: Array, losses: Array) -> tuple[Array, Array]:
         """Points that are at least λ_v away from those taken."""
@@ -133,14 +133,14 @@ class _Search:
         return points, losses
 
     def _stream(self, number: int) -> Key:
-        return stream_key(self.asked.seed, "infer", *self.case.values(), len(self.model.trials), number)
+        return stream_key(self.problem.seed, "infer", *self.case.values(), len(self.model.trials), number)
 
     def _inferred(self, point: Array) -> Inferred:
         row = point[None]
         predicted = {name: model.predict(row) for name, model in self.model.outcomes.items()}
         return Inferred(
             dict(self.case),
-            self.asked.space.named(self.asked.space.rounded(row)[0][0]),
+            self.problem.space.parameters_at(point),
             float(self.model.validity(row)[0]),
             {name: float(mean[0]) for name, (mean, _) in predicted.items()},
             {name: float(deviation[0]) for name, (_, deviation) in predicted.items()},

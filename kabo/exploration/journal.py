@@ -1,6 +1,6 @@
-"""The journal of an exploration: a header and then each trial, a line of JSON each, appended before the next question.
+"""The journal of an exploration, which is the model file: a header, then each trial, a line of JSON each.
 
-Whatever stops the program, all whole lines are kept; a torn last line is dropped.
+Each line is on disk before the next question, so a program that is stopped loses nothing but a torn last line.
 """
 
 import errno
@@ -38,7 +38,7 @@ def load_exploration(path: str | PathLike[str], name: str | None = None) -> Expl
 class Journal:
     """A journal that is open for appending, and the exploration that it holds.
 
-    Several programs may append to one file at a time: each takes in what the others have told before it adds a trial.
+    Several programs may append to one file at a time: each reads what the others have appended before it appends.
     """
 
     def __init__(self, path: Path, exploration: Exploration, length: int) -> None:
@@ -47,15 +47,15 @@ class Journal:
 
     @classmethod
     def create(cls, path: str | PathLike[str], exploration: Exploration) -> "Journal":
-        """A new file with the exploration, which is the journal from now on.
+        """Writes the exploration to a new file, and returns the journal in it.
 
         Raises:
-            FileExistsError: there is such a file: trials are not to be lost.
+            FileExistsError: there is such a file; it is not overwritten, lest trials are lost.
             OSError: the folder cannot be written.
         """
         path = Path(path)
         if path.exists():
-            raise FileExistsError(17, "there is such a file already", str(path))
+            raise FileExistsError(errno.EEXIST, "there is such a file already", str(path))
         exploration.save(path)
         return cls(path, exploration, path.stat().st_size)
 
@@ -83,9 +83,9 @@ class Journal:
         outcomes: Mapping[str, float] | None = None,
         reason: str = "",
     ) -> Trial:
-        """Appends a trial to the file, and tells it to the exploration once it is there.
+        """Appends a trial to the file, and then adds it to the exploration.
 
-        Trials that other programs have appended since are told to the exploration first.
+        Trials that other programs have appended since are added to the exploration first.
 
         Raises:
             ExplorationError: as `Exploration.tell`; nothing is written.
@@ -101,7 +101,7 @@ class Journal:
         return self.exploration.tell(case, parameters, valid, outcomes, reason)
 
     def _take_in(self, file: FileIO) -> None:
-        """Tells the exploration what other programs have appended to the locked file, and cuts a torn line off."""
+        """Adds the trials that other programs have appended to the locked file, and cuts off a torn last line."""
         length, reading = file.seek(0, os.SEEK_END), _Reading(str(self.path))
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return
@@ -119,9 +119,9 @@ class Journal:
 
 @contextmanager
 def _locked(path: Path) -> Iterator[FileIO]:
-    """An existing file, open to be read and written, that no other program appends to meanwhile; raises OSError."""
+    """A context with an existing file, open for reading and writing, locked against other journals; raises OSError."""
     with path.open("r+b", buffering=0) as file:
-        with suppress(ImportError, OSError):  # elsewhere than on POSIX, or on a disk that knows no locks
+        with suppress(ImportError, OSError):  # not on POSIX, or a file system without locks
             from fcntl import LOCK_EX, flock
 
             flock(file, LOCK_EX)
@@ -262,5 +262,5 @@ def _no_constant(text: str) -> NoReturn:
 
 
 def _whole(text: str) -> float:
-    """The number; Python reads whole numbers of any length very slowly, and none of them is needed."""
+    """The number; a very long one as a float, since Python reads such whole numbers slowly, and refuses the longest."""
     return int(text) if len(text) < 40 else float(text)  # noqa: PLR2004

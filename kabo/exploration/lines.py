@@ -12,7 +12,7 @@ from kabo.exploration.errors import ExplorationError
 from kabo.exploration.values import A_NUMBER, A_SEED, LARGEST, finite, is_seed, shown
 from kabo.streams import stream_key, uniforms
 
-HYPOTHESES = 400  # lines through two random points: enough to meet two good ones if one in five points is good
+HYPOTHESES = 400  # lines through two random points; enough to draw two inliers if one point in five is an inlier
 ROUNDS = 10  # of least squares over the inliers; they settle after two or three
 PRIMES = (2, 3, 5, 7, 11, 13)
 
@@ -61,7 +61,7 @@ def fit_line(points: npt.ArrayLike, tolerance: float = 0.01, seed: int = 0) -> L
     Args:
         points: (n, 3), two at least [m].
         tolerance: the greatest distance of an inlier [m].
-        seed: of the pairs of points that are tried.
+        seed: of the random pairs of points.
 
     Raises:
         ExplorationError: there are fewer than two different points, or numbers are not finite.
@@ -103,7 +103,7 @@ def halton(index: int, dimensions: int = 1) -> Array:
     """
     if not _is_whole(index, 0) or not _is_whole(dimensions, 1) or dimensions > len(PRIMES):
         raise ExplorationError(f"Halton's sequence has an index from 0 on and 1 to {len(PRIMES)} dimensions")
-    return np.array([_mirrored(int(index) + 1, base) for base in PRIMES[:dimensions]])
+    return np.array([_radical_inverse(int(index) + 1, base) for base in PRIMES[:dimensions]])
 
 
 def _is_whole(number: object, least: int) -> bool:
@@ -111,9 +111,9 @@ def _is_whole(number: object, least: int) -> bool:
 
 
 def _best_inliers(points: Array, tolerance: float, seed: int) -> npt.NDArray[np.bool_]:
-    """The points near the best of many lines through two of them: the most, then those with the least squares.
+    """The inliers (n,) of the best of many lines through two points: most inliers, then least sum of squares.
 
-    There are two at least, or none if all points are the same.
+    There are two inliers at least, or none if all points are the same.
     """
     n = len(points)
     farthest = int(np.argmax(np.linalg.norm(points - points[0], axis=1)))  # the random pairs may all be duplicates
@@ -155,14 +155,14 @@ def _distances(points: Array, origin: Array, direction: Array) -> Array:
 
 
 def _leftward(direction: Array) -> Array:
-    """The direction that leads left and up; if it leads nowhere of both, that which leads forward."""
+    """The direction or its opposite: the one that leads left and up or, where neither does clearly, forward."""
     side = direction[1] + direction[2]
     forward = side > 0 if abs(side) > 0.1 else direction[0] > 0
     return direction if forward else -direction
 
 
-def _mirrored(number: int, base: int) -> float:
-    """The digits of a number mirrored at the point: 6 = 110 in base 2 gives 0.011 = 3/8."""
+def _radical_inverse(number: int, base: int) -> float:
+    """The radical inverse: the digits mirrored at the radix point, as 6 = 110 in base 2 gives 0.011 = 3/8."""
     value, digit = 0.0, 1.0 / base
     while number:
         number, rest = divmod(number, base)

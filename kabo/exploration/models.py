@@ -1,4 +1,4 @@
-"""What is known of one case: which parameters are valid, and what comes of them [T e4, e8, e9]."""
+"""The Gaussian processes of one case: V, which parameters are valid, and D, their outcomes [T e4, e8, e9]."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.exploration.processes import Process, log_likelihoods
+from kabo.exploration.gaussian_processes import GaussianProcess, log_likelihoods
 from kabo.exploration.records import Trial, Validity
 from kabo.exploration.space import Space
 
-# Scale and noise of an outcome are fitted when there are so many valid trials, to that many of them.
+# Scale and noise of an outcome are fitted again at each of these numbers of valid trials, to that many first ones.
 FIT_AT = (20, 40, 80, 160)
 SCALES = (0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.57, 0.8)  # λ_d that are tried: shares of the bounds
 NOISES = (0.05, 0.1, 0.2, 0.35, 0.6)  # deviations of an observation that are tried: shares of the outcome's own
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
-ROUNDING = 1e-9  # of an expected answer, with a wide margin
-LEAST_SPREAD = 1e-30  # of an outcome: the squares of what is divided by it are finite
+ROUNDING = 1e-9  # more than the rounding error of an expected validity, which lies around -1 to 1
+LEAST_SPREAD = 1e-30  # of an outcome: keeps the squares of values divided by it finite
 Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
 
 
@@ -42,9 +42,9 @@ class OutcomeModel:
     spread: float
 
     @cached_property
-    def process(self) -> Process:
+    def process(self) -> GaussianProcess:
         """The process over the normalised values."""
-        return Process(self.points, self.values, self.scale, self.noise)
+        return GaussianProcess(self.points, self.values, self.scale, self.noise)
 
     @cached_property
     def error_left_out(self) -> float:
@@ -84,8 +84,8 @@ class CaseModel:
     def validity(self, points: Array) -> Array:
         """V, the probability that a trial at each of the points (n, d) is valid, as (n,) [T e9].
 
-        The thesis prints the probability of the contrary, and that of a positive expectation; meant is P(ν > 0), here
-        with the noise of a single answer.
+        V = P(ν > 0), where ν is the answer of a single trial with its noise: +1 valid, −1 not. The thesis prints the
+        probability of the opposite, and elsewhere P(E[ν] > 0).
         """
         from scipy.special import ndtr  # with scikit-learn
 
@@ -121,29 +121,31 @@ class CaseModel:
     def entropy(self, points: Array) -> Array:
         """The differential entropy of all outcomes at points (n, d), up to a constant, as (n,) [T e10].
 
-        It is that of processes whose scale is λ_v at most. An outcome that varies slowly is known everywhere between the
-        trials, and least at the border of what is valid: with its own λ_d nearly every question would be asked there.
+        The processes have their own scale λ_d, but at most λ_v. An outcome that varies slowly is well known everywhere
+        between the trials; with its large λ_d nearly every next trial would lie at the border of the valid set.
         """
         known: dict[tuple[float, float], Array] = {}  # the deviation depends on scale and noise, not on the values
         total = np.zeros(len(points))
         for model in self.outcomes.values():
             options = min(model.scale, self.options.scale), model.noise
             if options not in known:
-                process = Process(model.points, model.values, *options)
+                process = GaussianProcess(model.points, model.values, *options)
                 known[options] = np.log(np.maximum(process.mean_and_deviation(points)[1], 1e-12))
             total += known[options]
         return total
 
     @cached_property
-    def _validity(self) -> Process:
-        return Process(self.points, np.where(self.valid, 1.0, -1.0), self.options.scale, self.options.noise)
+    def _validity(self) -> GaussianProcess:
+        return GaussianProcess(
+            self.points, np.where(self.valid, 1.0, -1.0), self.options.scale, self.options.noise
+        )
 
 
 def normalised(values: Sequence[float]) -> tuple[Array, float, float]:
     """The values with zero mean and unit deviation, (n,), their mean, and their standard deviation (never zero)."""
     known = np.array(values, float)
     centre, spread = float(known.mean()), float(known.std())
-    if len(known) == 1:  # nobody knows yet how far it varies
+    if len(known) == 1:  # how far the outcome varies is not known yet
         spread = abs(centre) or 1.0
     spread = max(spread, 1e-12 * float(np.abs(known).max()), LEAST_SPREAD)  # all may be equal but for rounding
     return (known - centre) / spread, centre, spread
@@ -155,7 +157,7 @@ def _outcome_model(points: Array, values: Sequence[float], fits: Fits, name: str
 
 
 def _fitted(points: Array, values: Sequence[float], fits: Fits, name: str) -> tuple[float, float]:
-    """The scale and the noise under which the first values are the most probable; it depends on nothing but these."""
+    """The scale and the noise of greatest marginal likelihood; they depend on the first FIT_AT values only."""
     count = max((each for each in FIT_AT if each <= len(values)), default=0)
     if not count:
         return SCALE, NOISE

@@ -1,4 +1,4 @@
-"""What explorations exchange: trials that were told, parameters to try next, parameters for a wanted outcome."""
+"""The data of an exploration: trials, parameters to try next, parameters for a wanted outcome."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from typing import Literal
 
 Case = Mapping[str, str]  # variable: value, such as {"string": "d4"}
 Parameters = Mapping[str, float]  # in their own units
-Target = Mapping[str, float | Literal["least", "most"]]  # outcome: the wanted value
+Target = Mapping[str, float | Literal["least", "most"]]  # outcome: the wanted value, or its extreme
 
 
 @dataclass(frozen=True)
@@ -14,10 +14,10 @@ class Validity:
     """How the validity of parameters is modelled.
 
     Attributes:
-        scale: λ_v, the distance over which trials say something about each other, as a share of the parameters' bounds;
-            0.12 suits two parameters, 0.2 three or more.
+        scale: λ_v, the length of V's kernel: the distance over which trials say something about each other, as a share of
+            the parameters' bounds; 0.12 suits two parameters, 0.2 three or more.
         noise: the standard deviation of a single answer, valid (+1) or not (-1).
-        alpha: the probability above which parameters may be tried [T 4.4].
+        alpha: V must be greater than this for parameters to be tried [T 4.4].
     """
 
     scale: float = 0.12
@@ -43,7 +43,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Question:
-    """Parameters to try next, and the probability that they are valid by what is known."""
+    """Parameters to try next, and V there, the probability that they are valid."""
 
     case: Case
     parameters: Parameters
@@ -55,7 +55,7 @@ class Inferred:
     """Parameters for a wanted outcome.
 
     Attributes:
-        validity: the probability that they are valid.
+        validity: V, the probability that they are valid.
         expected: outcome: its expected value.
         deviation: outcome: the standard deviation of the next observation.
     """

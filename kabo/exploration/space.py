@@ -1,4 +1,4 @@
-"""The space of an exploration: parameters with bounds, and the cases of which each has a model of its own."""
+"""The space of an exploration: parameters with bounds, and the cases, each of which is learned on its own."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,8 +14,8 @@ from kabo.exploration.errors import ExplorationError
 from kabo.exploration.records import Case, Parameters
 from kabo.exploration.values import A_NUMBER, finite, is_text, shown
 
-MOST_CASES = 10_000  # their number is a product, and each has models of its own
-MOST_PARAMETERS = 6  # beyond, trials that can be made are too few for a process with one scale
+MOST_CASES = 10_000  # a product of the variables' values grows fast, and each case takes memory
+MOST_PARAMETERS = 6  # more would need more trials than can be made
 LONGEST = 80  # characters of an unknown name that a message repeats
 DIGITS = 6  # of proposed parameters, as a share of their range: journals stay readable, and no robot is more exact
 
@@ -135,7 +135,7 @@ class Space:
         return (np.array(rows, float).reshape(len(rows), len(self.parameters)) - low) / (high - low)
 
     def rounded(self, cube: Array) -> tuple[Array, Array]:
-        """Points of the unit cube (n, d) moved to the nearest parameters that a person would write: (parameters, points).
+        """Points of the unit cube (n, d) rounded to DIGITS digits of the bounds: (parameters, points), (n, d) each.
 
         Points outside the cube are moved to its surface.
         """
@@ -150,6 +150,10 @@ class Space:
     def named(self, values: Array) -> dict[str, float]:
         """A row of parameters (d,) by name."""
         return {name: float(value) for name, value in zip(self.parameters, values, strict=True)}
+
+    def parameters_at(self, point: Array) -> dict[str, float]:
+        """The rounded parameters, by name, at a point (d,) of the unit cube."""
+        return self.named(self.rounded(point[None])[0][0])
 
     def _bounds(self) -> tuple[Array, Array]:
         bounds = np.array(list(self.parameters.values()), float)

@@ -10,7 +10,7 @@ FORMAT = "kabo-exploration/1"
 
 
 def trial_to_json(trial: Trial) -> dict[str, Any]:
-    """A trial as a line of the journal has it."""
+    """The JSON object of a trial in the journal."""
     told: dict[str, Any] = {"case": dict(trial.case), "parameters": dict(trial.parameters), "valid": trial.valid}
     return told | ({"outcomes": dict(trial.outcomes)} if trial.valid else {"reason": trial.reason})
 

@@ -1,4 +1,4 @@
-"""What a number and a text of an exploration is, and how messages show what is neither."""
+"""Which numbers and texts explorations accept, and how messages show a value that they refuse."""
 
 import reprlib
 from numbers import Integral, Real
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-LARGEST = 1e100  # of all numbers: their squares are finite
+LARGEST = 1e100  # greatest absolute value of a number: its square is finite
 A_SEED = "a whole number of 64 bits"
 A_NUMBER = f"a finite number up to {LARGEST:g}"
 
@@ -28,12 +28,12 @@ def is_seed(value: Any) -> bool:
 
 
 def is_text(value: Any) -> bool:
-    """Whether the value is a text that a file can hold."""
+    """Whether the value is a text that can be encoded in UTF-8."""
     if not isinstance(value, str):
         return False
     try:
         value.encode()
-    except UnicodeEncodeError:  # half of a pair of surrogates
+    except UnicodeEncodeError:  # a lone surrogate
         return False
     return True
 
@@ -42,5 +42,5 @@ def shown(value: Any) -> str:
     """The value as messages show it: short, however long or deeply nested it is."""
     try:
         return reprlib.repr(value)
-    except ValueError:  # Python writes no number of more than 4,300 digits
+    except ValueError:  # Python converts no whole number of more than 4,300 digits
         return "a very long number"

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from kabo.exploration.processes import Process, log_likelihoods
+from kabo.exploration.gaussian_processes import GaussianProcess, log_likelihoods
 from tests.support.oracles_exploration import Gaussian
 
 DATA = [(1, 2, 0.12, 0.15), (7, 1, 0.3, 0.05), (40, 2, 0.12, 0.15), (60, 3, 0.4, 0.6), (90, 6, 0.8, 0.1)]
@@ -23,18 +23,18 @@ def drawn(count: int, dimensions: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
 @pytest.mark.parametrize(("count", "dimensions", "scale", "noise"), DATA)
 def test_mean_and_deviation_are_those_of_a_plain_cholesky(count, dimensions, scale, noise):
     points, values, at = drawn(count, dimensions)
-    mean, deviation = Process(points, values, scale, noise).mean_and_deviation(at)
+    mean, deviation = GaussianProcess(points, values, scale, noise).mean_and_deviation(at)
     expected = Gaussian(points, values, scale, noise).mean_and_deviation(at)
     np.testing.assert_allclose(mean, expected[0], atol=1e-11)
     np.testing.assert_allclose(deviation**2, expected[1] ** 2, atol=1e-12)
-    np.testing.assert_allclose(Process(points, values, scale, noise).mean(at), expected[0], atol=1e-11)
+    np.testing.assert_allclose(GaussianProcess(points, values, scale, noise).mean(at), expected[0], atol=1e-11)
 
 
 @pytest.mark.parametrize(("count", "dimensions", "scale", "noise"), DATA[1:])
 def test_leaving_one_out_is_that_of_processes_made_anew(count, dimensions, scale, noise):
     points, values, _ = drawn(count, dimensions)
     expected = Gaussian(points, values, scale, noise).left_out()
-    np.testing.assert_allclose(Process(points, values, scale, noise).left_out(), expected, atol=1e-10)
+    np.testing.assert_allclose(GaussianProcess(points, values, scale, noise).left_out(), expected, atol=1e-10)
 
 
 @pytest.mark.parametrize(("count", "dimensions", "scale", "noise"), DATA)
@@ -47,7 +47,7 @@ def test_the_likelihood_is_that_of_a_plain_cholesky(count, dimensions, scale, no
 
 def test_no_points_have_no_values():
     points, values, _ = drawn(5, 2)
-    mean, deviation = Process(points, values, 0.12, 0.15).mean_and_deviation(np.empty((0, 2)))
+    mean, deviation = GaussianProcess(points, values, 0.12, 0.15).mean_and_deviation(np.empty((0, 2)))
     assert mean.shape == deviation.shape == (0,)
 
 

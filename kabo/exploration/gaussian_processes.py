@@ -1,7 +1,7 @@
 """Gaussian processes with a fixed squared exponential kernel, conditioned on data [T 4.4, e8, e9].
 
-The regression is scikit-learn's. Its last bits depend on the number of threads of the linear algebra, and with them
-which candidate is the best of two that are nearly equal: so one thread does it.
+The regression is scikit-learn's. Its last bits depend on the number of BLAS threads, and so would the choice between
+two candidates that are nearly equal: all linear algebra here runs in one thread.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from kabo.errors import KaboError
 MISSING = 'exploration needs scikit-learn: install it with pip install "kabo[explore]"'
 
 
-class Process:
+class GaussianProcess:
     """A Gaussian process with zero mean and unit variance, given values with noise at points of the unit cube."""
 
     def __init__(self, points: Array, values: Array, scale: float, noise: float) -> None:
@@ -50,7 +50,7 @@ class Process:
         return mean, deviation
 
     def left_out(self) -> Array:
-        """At each of the n data, what the process expects there from all the others, (n,) [Rasmussen, Williams 5.12]."""
+        """The leave-one-out predictions (n,): each value as expected from all the others [Rasmussen, Williams 5.12]."""
         from scipy.linalg import cho_solve  # with scikit-learn
 
         lower, weights = self._regressor.L_, self._regressor.alpha_
@@ -61,13 +61,13 @@ class Process:
 
 
 def log_likelihoods(points: Array, values: Array, scale: float, noises: Sequence[float]) -> list[float]:
-    """The logarithm of the probability density of the values (n,), for each of the noises [Rasmussen, Williams 2.30].
+    """The log marginal likelihood of the values (n,) for each of the noises [Rasmussen, Williams 2.30].
 
-    All share one kernel matrix; a regressor for each would compute it anew, and its factor twice.
+    Not by scikit-learn's regressor: one for each noise would compute the kernel matrix anew, and its factor twice.
 
     Args:
-        points, values, scale: as for `Process`.
-        noises: the standard deviations of a value that are tried.
+        points, values, scale: as for `GaussianProcess`.
+        noises: the standard deviations of a value to compare.
     """
     from scipy.linalg import cholesky, solve_triangular  # with scikit-learn
 
@@ -89,7 +89,7 @@ def one_thread() -> AbstractContextManager[Any]:
 
 @cache
 def _libraries() -> Any:
-    """The linear algebra libraries of this process, found once: the search takes longer than a question."""
+    """Controls the BLAS threads of this program; made once, since finding the libraries takes longer than `ask`."""
     _sklearn()
     from threadpoolctl import ThreadpoolController  # comes with scikit-learn
 
@@ -108,5 +108,6 @@ def _sklearn() -> Any:
 
 
 def _regressor(scale: float, noise: float) -> Any:
-    room = _sklearn()
-    return room.GaussianProcessRegressor(room.kernels.RBF(scale, "fixed"), alpha=noise**2, optimizer=None)
+    library = _sklearn()
+    kernel = library.kernels.RBF(scale, "fixed")
+    return library.GaussianProcessRegressor(kernel, alpha=noise**2, optimizer=None)
