@@ -15,7 +15,7 @@ from kabo.streams import Key, stream_key, uniforms
 
 CANDIDATES = 2_000
 TRIES = 10  # invalid trials of a case without a valid one, after which the case is given up
-MOST_CAUTIOUS = 4.0  # greatest z: V above Φ(4) = 0.99997 is out of reach of any data
+MOST_CAUTIOUS = 4.0  # greatest z: Φ(4) = 0.99997 is as good as certain
 
 
 def next_point(model: CaseModel, space: Space, key: Key, alpha: float) -> Array | None:

@@ -89,7 +89,7 @@ def one_thread() -> AbstractContextManager[Any]:
 
 @cache
 def _libraries() -> Any:
-    """Controls the BLAS threads of this program; made once, since finding the libraries takes longer than `ask`."""
+    """The controller of BLAS threads; made once, since finding the libraries takes longer than an `ask`."""
     _sklearn()
     from threadpoolctl import ThreadpoolController  # comes with scikit-learn
 

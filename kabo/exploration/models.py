@@ -17,7 +17,7 @@ FIT_AT = (20, 40, 80, 160)
 SCALES = (0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.57, 0.8)  # λ_d that are tried: shares of the bounds
 NOISES = (0.05, 0.1, 0.2, 0.35, 0.6)  # deviations of an observation that are tried: shares of the outcome's own
 SCALE, NOISE = 0.28, 0.2  # until there are enough trials to fit
-ROUNDING = 1e-9  # more than the rounding error of an expected validity, which lies around -1 to 1
+ROUNDING = 1e-9  # more than the rounding error of a mean whose size is about 1
 LEAST_SPREAD = 1e-30  # of an outcome: keeps the squares of values divided by it finite
 Fits = dict[tuple[str, int], tuple[float, float]]  # (outcome, number of valid trials): scale and noise
 

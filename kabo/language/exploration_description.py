@@ -32,7 +32,7 @@ class ParameterDescription:
 
 @dataclass(frozen=True)
 class CaseDescription:
-    """A case variable and its values; every combination of the values of all variables is a case with its own model."""
+    """A case variable and its values; every combination of the values of all variables is a case."""
 
     name: str
     values: tuple[str, ...]

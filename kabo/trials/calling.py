@@ -1,4 +1,4 @@
-"""Calls a trial function: what it raises, and what it gives that is no result, is told at the function, with the trial."""
+"""Calls a trial function; what it raises, and unusable results, become a TrialError that names trial and function."""
 
 import inspect
 import traceback
@@ -17,17 +17,17 @@ _KABO = Path(__file__).resolve().parents[1]
 def call_trial(
     trial: TrialFunction, exploration: Exploration, question: Question, number: int, seed: int
 ) -> TrialResult:
-    """The result of a trial, which the exploration can be told.
+    """The result of a trial, which the exploration accepts.
 
     Args:
         trial: the function.
-        exploration: to know its outcomes; it is not told anything.
+        exploration: decides which results are usable; the trial is not added to it.
         question: case and parameters.
         number: of the trial, from 1, for messages.
-        seed: what is random in the trial follows from it.
+        seed: determines everything that is random in the trial.
 
     Raises:
-        TrialError: the function raised an error, or gave no Valid with all outcomes and no Invalid with a reason.
+        TrialError: the function raised an error, or returned neither Valid with all outcomes nor Invalid with a reason.
         CutOff: the trial was stopped before it had a result.
     """
     name = f"trial {number} ({named(question)})"
@@ -48,7 +48,7 @@ def call_trial(
     except InputError as error:
         told = [_named(each, name) for each in error.diagnostics]
         raise TrialError(told, number, question.case, question.parameters) from error
-    except (Exception, SystemExit) as error:  # a trial that ends the program would end the run without a word
+    except (Exception, SystemExit) as error:  # `sys.exit` in a trial would end the run without a message
         raise fault(
             f"raised {type(error).__name__}{f': {error}' if str(error) else ''}",
             f"its seed is {seed}; all trials before it are kept",
@@ -98,9 +98,9 @@ def _fault_of_result(result: Any, exploration: Exploration, question: Question) 
 
 
 def _place_of_error(error: BaseException, trial: TrialFunction) -> tuple[str, int]:
-    """The last line of the function's file that an error passed through; where the function begins if there is none.
+    """The innermost line of the function's file in the traceback, else the first line of the function.
 
-    Where the function is kabo's, which plans a task, the last line that is not kabo's: of a stage of one's own.
+    For kabo's own function, which plans a task: the innermost line outside kabo, which belongs to a user's stage.
     """
     file, line = _place_of(trial)
     frames = traceback.extract_tb(error.__traceback__)

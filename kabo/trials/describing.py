@@ -1,4 +1,4 @@
-"""Explorations in words: counts, and of each case why trials were invalid and how well outcomes are predicted."""
+"""Explorations as text: counts and, for each case, the reasons of invalid trials and the errors of outcomes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -11,8 +11,8 @@ def describe_exploration(exploration: Exploration, summaries: Sequence[CaseSumma
     """The whole exploration as text: the counts, and each case that has trials.
 
     Args:
-        exploration: what is known.
-        summaries: of its cases (`summaries_of`).
+        exploration: the exploration.
+        summaries: those of its cases (`summaries_of`).
     """
     tried = [each for each in summaries if each.trials]
     blocks = [headline(exploration, summaries), *("\n".join(_lines(each)) for each in tried)]

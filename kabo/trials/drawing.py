@@ -1,7 +1,7 @@
-"""Drawings of functions on a square: heat maps with contours and dots, and curves, as SVG without a library.
+"""Plots as SVG without a library: heat maps with contours and dots, and curves.
 
-Colours of lines, text and dots are CSS variables of the page, so that one drawing serves light and dark pages: where a
-heat map is transparent, the page shows.
+Colours of lines, text and dots are CSS variables of the page, and heat maps may be transparent, so that one drawing suits
+light and dark pages.
 """
 
 import base64
@@ -24,8 +24,8 @@ Point = tuple[float, float]
 SIZE = 250.0  # side of the plotted square, in the units of the drawing
 LEFT, RIGHT, TOP, BOTTOM = 58.0, 14.0, 8.0, 40.0  # margins for axes
 MAX_TICKS = 5
-SMALLEST_STEP, LARGEST_STEP = 1e-300, 1e300  # between two ticks
-# Between a dark blue and a bright yellow: evenly brighter, and readable without seeing colours.
+SMALLEST_STEP, LARGEST_STEP = 1e-300, 1e300  # between ticks; beyond, powers of ten overflow or lose digits
+# The colour map viridis: brightness grows evenly, so that it can be read without seeing colours.
 _COLOURS = np.array(
     [(68, 1, 84), (71, 44, 122), (59, 81, 139), (44, 113, 142), (33, 144, 141), (39, 173, 129), (92, 200, 99),
      (170, 220, 50), (253, 231, 37)], dtype=np.float64,
@@ -41,11 +41,11 @@ class Axis:
     upper: float
 
     def share(self, value: float) -> float:
-        """Where a value lies between the two ends, from 0 to 1."""
+        """The position of a value: 0 at the lower end, 1 at the upper end."""
         return (value - self.lower) / (self.upper - self.lower)
 
     def ticks(self) -> list[float]:
-        """Round values along the axis, at most six; the two ends where numbers are too small or too large for that."""
+        """Round values along the axis, at most six; the two ends if the range is too small or too large for that."""
         step = _round_step((self.upper - self.lower) / MAX_TICKS)
         if step is None:
             return [self.lower, self.upper]
@@ -56,7 +56,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Dot:
-    """One trial in a drawing: where it is, how it looks (`colour` is CSS), and what it says when pointed at."""
+    """The mark of one trial: its place, its look (`colour` is CSS), and its tooltip `text`."""
 
     x: float
     y: float
@@ -96,7 +96,7 @@ def png(pixels: Bytes) -> bytes:
 
 # ------------------------------------------------------------------------------------------------------ contours
 def contours(values: Array, level: float) -> list[list[Point]]:
-    """The lines along which values (rows, columns) pass a level, as (x, y) in columns and rows of the grid."""
+    """The contour lines of values (rows, columns) at a level, as points (column, row) of the grid."""
     above = values > level
     corners = above[:-1, :-1].astype(int) + above[:-1, 1:] + above[1:, :-1] + above[1:, 1:]
     pieces = [
@@ -108,7 +108,7 @@ def contours(values: Array, level: float) -> list[list[Point]]:
 
 
 def _pieces(values: Array, level: float, row: int, column: int) -> list[tuple[Point, Point]]:
-    """The one or two line pieces within a cell, between the points of its edges where the level is passed."""
+    """The one or two pieces of contour within a cell, between the points where its edges cross the level."""
     around = [(column, row), (column + 1, row), (column + 1, row + 1), (column, row + 1)]
     passed = [
         _passed(values, level, *sorted((here, there)))
@@ -116,15 +116,14 @@ def _pieces(values: Array, level: float, row: int, column: int) -> list[tuple[Po
         if (values[here[::-1]] > level) != (values[there[::-1]] > level)
     ]
     middle = values[row : row + 2, column : column + 2].mean()
-    if len(passed) == 4 and (values[row, column] > level) == (
-        middle > level
-    ):  # which corners of a saddle are joined
+    # Of a saddle with four points the middle decides which two corners are connected.
+    if len(passed) == 4 and (values[row, column] > level) == (middle > level):
         passed = [*passed[1:], passed[0]]
     return [(passed[k], passed[k + 1]) for k in range(0, len(passed), 2)]
 
 
 def _passed(values: Array, level: float, here: tuple[int, int], there: tuple[int, int]) -> Point:
-    """The point between two neighbours of the grid where the level is passed; the same for both cells at an edge."""
+    """The point between two neighbours of the grid at the level; the same bits for both cells that share the edge."""
     (x0, y0), (x1, y1) = here, there
     first, second = float(values[y0, x0]), float(values[y1, x1])
     share = (level - first) / (second - first)
@@ -132,7 +131,7 @@ def _passed(values: Array, level: float, here: tuple[int, int], there: tuple[int
 
 
 def _joined(pieces: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
-    """Line pieces with common ends as few long lines."""
+    """The pieces joined at common ends to as few lines as possible."""
     at: dict[Point, list[int]] = {}
     for k, piece in enumerate(pieces):
         for point in piece:
@@ -164,7 +163,7 @@ def heat_map(
             centred on the ends of the axes.
         lines: values (rows, columns), the level and the CSS class of each contour.
         dots: the trials.
-        said: what the picture shows, for those who do not see it.
+        said: the description for screen readers.
     """
     rows, columns = pixels.shape[:2]
     data = base64.b64encode(png(pixels[::-1])).decode()
@@ -215,13 +214,13 @@ def curve(
 
 
 def _runs(known: NDArray[np.bool_]) -> list[slice]:
-    """The longest slices in which all are true."""
+    """The maximal slices in which all are true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8)))
     return [slice(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def number(value: float) -> str:
-    """A number as people write it, with four significant digits."""
+    """A number with four significant digits."""
     return f"{value:.4g}"
 
 
@@ -272,7 +271,7 @@ def _framed(x: Axis, y: Axis, content: str, said: str) -> str:
 
 
 def _round_step(step: float) -> float | None:
-    """The least of 1, 2, 5, 10, … times a power of ten that is not below a step; None beyond what numbers can do."""
+    """The least of 1, 2 and 5 times a power of ten that is not below a step; None outside SMALLEST_ to LARGEST_STEP."""
     if not SMALLEST_STEP < step < LARGEST_STEP:
         return None
     power = 10.0 ** floor(log10(step))

@@ -1,4 +1,4 @@
-"""The error of a trial that cannot be used: it names the trial, and the place of its function."""
+"""The error of a trial that failed to give a usable result: it names the trial, and the place of its function."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,7 @@ from kabo.exploration import Case, Parameters
 
 
 class TrialError(InputError):
-    """A trial raised an error, or gave something that is no result; all trials before it are kept (exit code 2).
+    """A trial raised an error, or returned something that is no result; all trials before it are kept (exit code 2).
 
     Attributes:
         number: of the trial, from 1, counted over all cases.
@@ -20,5 +20,5 @@ class TrialError(InputError):
         super().__init__(diagnostics)
 
     def __reduce__(self) -> tuple[type["TrialError"], tuple[object, ...]]:  # type: ignore[override]
-        """Another process gets the findings and the trial, not their text."""
+        """Pickles the arguments: by default only the message would be passed to `__init__` in another process."""
         return type(self), (self.diagnostics, self.number, self.case, self.parameters)

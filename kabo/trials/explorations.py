@@ -1,4 +1,4 @@
-"""Explorations of files: a new one, and whether a model that is to be gone on with is of the same file."""
+"""Makes the exploration that a file describes, and checks that a model to be resumed was made from the same file."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from kabo.exploration import Exploration, Space, Validity
 from kabo.language.exploration_description import ExplorationDescription
 from kabo.language.findings import Findings
 
-MOST_DIFFERENCES = 8  # that are told
+MOST_DIFFERENCES = 8  # listed in a message
 
 
 def exploration_of(
@@ -16,8 +16,8 @@ def exploration_of(
 ) -> Exploration:
     """A new exploration, without trials, as a file describes it.
 
-    A file that says how a trial is made, and gives no `start`, begins in the middle of the bounds. Where trials are
-    made elsewhere nothing is tried that nobody has named: without a start, the first trial must be told.
+    If the file says how a trial is made, but gives no `start`, it begins in the middle of the bounds. If trials are made
+    elsewhere, as by a robot, no start is chosen for it: without one, the first trial must be told.
 
     Args:
         description: the file.
@@ -61,12 +61,12 @@ def require_same(
     seed: int | None = None,
     invalid_budget: float | None = None,
 ) -> None:
-    """Checks that a model which is to be gone on with was made with the same file and options.
+    """Checks that a model to be resumed was made from the same file with the same options.
 
     Args:
         description: the file.
-        exploration: what the model holds.
-        seed, invalid_budget: None: those of the model are right.
+        exploration: the exploration in the model.
+        seed, invalid_budget: the options of this run; None: as in the model.
 
     Raises:
         InputError: names everything that differs.
@@ -85,7 +85,7 @@ def require_same(
 
 
 def _differences(mine: Any, theirs: Any, name: str) -> Iterator[str]:
-    """What differs between two headers, such as `seed is 1, in the model 0`."""
+    """The differences between two headers, such as `seed is 1, in the model 0`."""
     if isinstance(mine, Mapping) and isinstance(theirs, Mapping):
         for key in dict.fromkeys([*mine, *theirs]):
             inner = f"{name} {key}".strip()

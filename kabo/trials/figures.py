@@ -1,4 +1,4 @@
-"""Figures of a section of an exploration: its validity, and each outcome, with contours and the trials near it."""
+"""Figures of a section: the validity and each outcome, with contours and the trials near the section."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,24 +13,21 @@ from kabo.trials.drawing import Axis, Bytes, Dot, colours, css_colour, curve, he
 from kabo.trials.maps import LEAST_NEARNESS, Section, nearness
 
 INFERRED_ALPHA = 0.95  # the contour within which `infer` looks, unless it is told otherwise [T 4.4.1]
-KNOWN_FROM, WHOLE_FROM = (
-    0.5,
-    0.7,
-)  # outcomes are shown where the validity is above the one, and fade below the other
-SURE = 1e-12  # validities nearer to 0 or 1 are not told apart
+KNOWN_FROM, WHOLE_FROM = 0.5, 0.7  # an outcome is transparent where V is below the first, opaque above the second
+SURE = 1e-12  # V is clipped this far from 0 and 1, where its probit would be infinite
 MARGIN = 0.04  # of the range of an outcome, above and below its values
 LEAST_MARGIN = 1e-6  # of the outcome itself
-HUGE = 1e300  # values beyond are drawn there
-VALID_COLOUR = (13, 148, 136)  # of validity; its opacity is V, so that it serves light and dark pages
+HUGE = 1e300  # the ends of axes are clipped to it, so that their difference is finite
+VALID_COLOUR = (13, 148, 136)  # of the map of V, whose opacity is V: it suits light and dark pages
 
 
 @dataclass(frozen=True)
 class _Scene:
-    """What the figures of one section share."""
+    """The data that all figures of one section share."""
 
     axes: tuple[Axis, ...]
     section: Section
-    near: tuple[tuple[Trial, float], ...]  # the trials that are drawn, each with how near it is to the section
+    near: tuple[tuple[Trial, float], ...]  # the trials to be drawn, each with its `nearness` to the section
     marks: Mapping[str, str]  # reason: its CSS colour
     units: Mapping[str, str]  # of outcomes
     parameter_units: Mapping[str, str]
@@ -43,8 +40,8 @@ def figures(
     """One figure of the validity, and one of each outcome, along one parameter or over two, as HTML.
 
     Args:
-        exploration, case: what is known of the case.
-        section: what is drawn.
+        exploration, case: whose trials are drawn.
+        section: the values to be drawn.
         marks: reason: the CSS colour of trials that were invalid for it.
     """
     space = exploration.space
@@ -68,7 +65,7 @@ def _labelled(name: str, unit: str) -> str:
 
 
 def _dot(scene: _Scene, trial: Trial, x: float, y: float, colour: str | None = None, opacity: float = 1.0) -> Dot:
-    """A trial in a figure; without a colour, that of its reason or of valid trials."""
+    """The mark of a trial; by default in the colour of its reason, or of valid trials."""
     said = described_values(trial.parameters, scene.parameter_units)
     if trial.valid:
         said += f": {described_values(trial.outcomes, scene.units)}"
@@ -79,7 +76,7 @@ def _dot(scene: _Scene, trial: Trial, x: float, y: float, colour: str | None = N
 
 
 def _range(values: Array, label: str) -> Axis:
-    """An axis over values (n,), with a margin; it has a width even if all are equal, and an end if they are huge."""
+    """An axis over values (n,) with a margin; never of zero or infinite length."""
     lower, upper = np.clip([np.min(values), np.max(values)], -HUGE, HUGE).tolist()
     margin = max(MARGIN * (upper - lower), LEAST_MARGIN * max(abs(lower), abs(upper))) or 0.5
     return Axis(label, lower - margin, upper + margin)
@@ -111,7 +108,7 @@ def _heat_maps(scene: _Scene) -> Iterator[tuple[str, str]]:
 
 
 def _probit(validity: Array) -> Array:
-    """The z of V = Φ(z): it varies evenly where V is close to 0 or 1, so that contours are smooth between grid points."""
+    """The z of V = Φ(z), the cumulative normal: smoother than V near 0 and 1, so interpolated contours are smooth."""
     from scipy.special import ndtri  # with scikit-learn
 
     found: Array = ndtri(np.clip(validity, SURE, 1.0 - SURE))
@@ -124,7 +121,7 @@ def _place(scene: _Scene, trial: Trial) -> tuple[float, float]:
 
 
 def _shown_values(scene: _Scene, name: str) -> Array:
-    """The values of an outcome where it is known, and of the trials that are drawn."""
+    """The values over which an outcome's colours range: expected where V is above KNOWN_FROM, and of drawn trials."""
     mean = scene.section.outcomes[name][0]
     tried = [float(trial.outcomes[name]) for trial, _ in scene.near if trial.valid]
     known = mean[scene.section.validity > KNOWN_FROM]
@@ -138,7 +135,7 @@ def _pixels(rgb: Array, opacity: Array) -> Bytes:
 
 
 def _colour_key(scale: Axis) -> str:
-    """The colours from the lower to the upper end of a scale, as HTML."""
+    """The colour bar of a scale with its two ends, as HTML."""
     stops = ", ".join(css_colour(k / 8) for k in range(9))
     bar = f'<b class="key" style="background-image:linear-gradient(90deg, {stops})"></b>'
     return f"{number(scale.lower)}{bar}{number(scale.upper)}"

@@ -1,4 +1,4 @@
-"""Exploration files: reads them, and makes of what they say about trials a function that makes them."""
+"""Reads exploration files, and gives the function that makes the trials of such a file."""
 
 import os
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from kabo.trials.running import never
 
 
 def load_exploration_file(path: str | Path, name: str | None = None) -> ExplorationDescription:
-    """The exploration that a file describes; messages call the file `name`. What it says about trials is not followed.
+    """The exploration that a file describes; messages call the file `name`. Files that it names are not opened.
 
     Raises:
         InputError: lists every error of the file.
@@ -29,8 +29,8 @@ def load_exploration_file(path: str | Path, name: str | None = None) -> Explorat
 def trial_findings(description: ExplorationDescription) -> tuple[Diagnostic, ...]:
     """All findings about the trials of an exploration: in the task, its properties, the scene.
 
-    Of a trial that plans a task a few jobs are executed, at the start. Whether a function is registered is not known
-    before a run.
+    A trial that plans a task is run for a few jobs, with the start as parameters. Functions are not looked up: they are
+    registered only before a run.
     """
     if not isinstance(description.trial, TaskTrial):
         return ()
@@ -48,7 +48,7 @@ def trial_of(
 
     Args:
         description: the exploration.
-        stop: called while a task is planned; True ends the trial without a result, by CutOff.
+        stop: called while a task is planned; True ends the trial with CutOff, without a result.
         workers: processes that plan a task; results do not depend on their number.
 
     Raises:

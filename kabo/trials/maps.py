@@ -1,6 +1,6 @@
-"""Values of what was learned, to be drawn: validity V and outcomes D along one parameter, or over pairs of two.
+"""Values to be drawn: validity V and outcomes D along one parameter, or over pairs of parameters.
 
-With more than two parameters the others are held at the point of greatest validity, so each pair is a slice through it.
+With more than two parameters each map is a slice: the others are those of the valid trial with the greatest V.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,8 +13,12 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.exploration import Exploration, ExplorationError, Trial
 
-CURVE_POINTS, MAP_POINTS, SLICE_POINTS = 161, 41, 27  # along one parameter, and along a side of a map
-LEAST_NEARNESS = 0.15  # trials that are less near to a slice are not drawn in it
+CURVE_POINTS, MAP_POINTS, SLICE_POINTS = (
+    161,
+    41,
+    27,
+)  # of a curve, along a side of the only map, and of one of several
+LEAST_NEARNESS = 0.15  # trials with a smaller `nearness` to a section are not drawn in it
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ def sections(exploration: Exploration, case: Mapping[str, str]) -> Iterator[Sect
 
 
 def most_valid(exploration: Exploration, case: Mapping[str, str]) -> dict[str, float]:
-    """The valid trial's parameters of greatest validity V; of equals the first; the middle if no trial is valid."""
+    """The parameters of the valid trial with the greatest V, of equals the first; the middle if no trial is valid."""
     tried = [dict(trial.parameters) for trial in exploration.trials_of(case) if trial.valid]
     if not tried:
         return {

@@ -1,6 +1,6 @@
-"""An exploration as one self-contained HTML page: of each case the numbers, and maps of validity and outcomes.
+"""An exploration as one HTML page without scripts or other files: the numbers and maps of each case.
 
-No scripts, no other files. Colours follow the reader's choice of a light or dark page.
+Colours follow the reader's choice of a light or dark page.
 """
 
 from collections import Counter
@@ -16,8 +16,8 @@ from kabo.trials.figures import INFERRED_ALPHA, VALID_COLOUR, figures
 from kabo.trials.maps import sections
 from kabo.trials.summaries import CaseSummary, OutcomeSummary, summaries_of
 
-UNFOLDED_CASES = 4  # cases that are unfolded at first
-REASON_COLOURS = 6  # colours for reasons; further ones share the last
+UNFOLDED_CASES = 4  # shown when the page is opened; further ones on a click
+REASON_COLOURS = 6  # --r0 to --r5; rarer reasons share the last
 
 _STYLE = """
 :root { color-scheme: light dark; --line: #8884; --ink: #222; --page: #fff; --dim: #666;
@@ -49,8 +49,8 @@ def exploration_page(exploration: Exploration, model: Path | str) -> str:
     """The page of an exploration.
 
     Args:
-        exploration: what is known.
-        model: the file that it was read from, as the page names it.
+        exploration: the exploration.
+        model: its file, as the page names it.
     """
     return "".join(_page(exploration, str(model)))
 
@@ -83,7 +83,7 @@ def _page(exploration: Exploration, model: str) -> Iterator[str]:
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table whose columns, but for the first and those called `unit`, are numbers."""
+    """An HTML table; all columns are numbers, except the first and those called `unit`."""
     kinds = ["" if k == 0 or name == "unit" else ' class="n"' for k, name in enumerate(header)]
     head = "".join(f'<th scope="col"{kind}>{name}</th>' for kind, name in zip(kinds, header, strict=True))
     body = "".join(
@@ -95,7 +95,7 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 # ------------------------------------------------------------------------------------------------------- one case
 def _marks(summaries: Sequence[CaseSummary]) -> dict[str, str]:
-    """The CSS colour of each reason, the same in all cases; the most frequent ones have colours of their own."""
+    """The CSS colour of each reason, the same in all cases; only the most frequent reasons have their own."""
     counts: Counter[str] = Counter()
     for each in summaries:
         counts.update(each.reasons)

@@ -15,16 +15,18 @@ from kabo.trials.preparing import PreparedTask, usual_examples
 from kabo.trials.results import Invalid, TrialResult, Valid
 from kabo.trials.running import never
 
-JOBS_SPENT = "jobs spent"  # the reason if no stage is to blame
-NOTHING_FOUND = "nothing found"
-PROBED_JOBS, PROBED_TRIALS = 40, 20  # by `kabo check`: enough that most stages are called once
+JOBS_SPENT = "jobs spent"  # the reason if no stage is to blame when the jobs ran out
+NOTHING_FOUND = (
+    "nothing found"  # the reason if none is when everything was tried, or if the stage to blame has no failures
+)
+PROBED_JOBS, PROBED_TRIALS = 40, 20  # of `kabo check`: enough to call most stages once
 
 
 class PlannedTrial:
     """The trial function that plans a task.
 
-    A job is one call of one stage. How many are executed until there is a solution depends on the task, its properties
-    and the seed alone, not on the clock, the machine, or the number of workers; so does the result.
+    A job is one call of one stage. The result, and the number of jobs that it takes, depend on the task, its properties
+    and the seed alone, not on the clock, the machine, or the number of workers.
     """
 
     def __init__(
@@ -43,8 +45,8 @@ class PlannedTrial:
         """The result of one trial.
 
         Raises:
-            CutOff: it was stopped.
-            InputError: the stages refuse these parameters; located in the task file.
+            CutOff: `stop` returned True before there was a result.
+            InputError: the stages refuse these parameters; with the place in the task file.
         """
         prepared = self.prepared
         task = prepared.file.task(prepared.arguments(case, parameters), seed=seed)
@@ -57,7 +59,7 @@ class PlannedTrial:
             raise told from error
         finally:
             task.close()
-            give_back()  # 0.44 instead of 0.72 GB after 36 trials of examples/pick_and_place/reach.yaml
+            give_back()  # else memory grows: 0.72 instead of 0.44 GB after 36 trials of examples/pick_and_place/reach.yaml
         if not solutions:
             return _invalid(task, prepared.trial.jobs)
         best = min(solutions, key=lambda each: each.cost)
@@ -75,14 +77,14 @@ class PlannedTrial:
             check_against_scene(task, first)
         solutions = task.plan(first, trial.max_solutions, jobs=trial.jobs, stop=self.stop, workers=self.workers)
         if len(solutions) < trial.max_solutions and self.stop():
-            raise CutOff  # with more time there might be more solutions
+            raise CutOff  # the best of fewer solutions would depend on the clock
         return solutions[: trial.max_solutions]
 
 
 def findings_in_trials(prepared: PreparedTask, description: ExplorationDescription) -> tuple[Diagnostic, ...]:
-    """What the stages refuse in trials at the start, in the first of the cases that has such findings.
+    """What the stages refuse in trials with the parameters of the start, in the first case where they refuse anything.
 
-    Some values are looked at by a stage only while it plans, so a few jobs of each trial are executed.
+    Some stages check values only while they plan, so a few jobs of each trial are executed.
     """
     few = replace(prepared, trial=replace(prepared.trial, jobs=min(prepared.trial.jobs, PROBED_JOBS)))
     exploration = exploration_of(description)

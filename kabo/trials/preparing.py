@@ -1,4 +1,4 @@
-"""Prepares trials that plan a task: reads task and scene, and reports whatever a run would refuse, all at once."""
+"""Prepares trials that plan a task: reads task and scene, and reports all at once what a run would refuse."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 COST = "cost"  # the outcome that is the cost of the whole solution
-MAX_EXAMPLES = 200  # trials whose tasks are checked without planning them
+MAX_EXAMPLES = 200  # trials whose tasks are checked, without planning
 
 
 @dataclass(frozen=True)
@@ -48,20 +48,22 @@ class PreparedTask:
 def prepare_task(
     description: ExplorationDescription, trial: TaskTrial
 ) -> tuple[PreparedTask | None, tuple[Diagnostic, ...]]:
-    """The prepared trial, and all findings about it; None if it cannot be made, which is among the findings.
+    """The prepared trial, or None if a finding is an error; and all findings.
 
-    Nothing is planned. That the stages fit together, and that values make sense, is checked at the corners of the
-    bounds, at the start, and for each value of each case variable.
+    Nothing is planned. Whether the stages fit together and accept the values is checked at the corners of the bounds, at
+    the start, and for each value of each case variable.
     """
     return _Preparing(description, trial).prepared()
 
 
 class _Preparing:
+    """Collects the findings about one trial that plans a task."""
+
     def __init__(self, description: ExplorationDescription, trial: TaskTrial) -> None:
         self.description, self.trial = description, trial
         self.findings = Findings()
         self.findings.know(description.source)
-        self.others: list[Diagnostic] = []  # in files that the exploration names
+        self.others: list[Diagnostic] = []  # findings in the task file and the scene
 
     def prepared(self) -> tuple[PreparedTask | None, tuple[Diagnostic, ...]]:
         file, scene = self.task_file(), self.scene_description()
@@ -137,18 +139,14 @@ class _Preparing:
         for source, name, place in named:
             direct = name in declared and name not in self.trial.keys
             if not direct and (source, name) not in used:
-                given = name in declared  # and `properties` gives it a value without the parameter
-                why = (
-                    "`properties` gives another value"
-                    if given
-                    else f'the task "{file.name}" declares no such property'
-                )
-                message = f'"{name}" has no effect: {why}'
+                overridden = "`properties` gives another value"
+                undeclared = f'the task "{file.name}" declares no such property'
+                message = f'"{name}" has no effect: {overridden if name in declared else undeclared}'
                 hint = f"write <{source}:{name}> in a value of the trial's `properties`"
                 self.findings.add(place, message, hint)
 
     def value(self, declared: Input) -> None:
-        """Reports a value that is missing, or not of the property's type."""
+        """Reports that the value of a property is missing in a trial, or not of its type."""
         for case, parameters in examples(self.description):
             written = written_for(self.trial, declared, case, parameters)
             if written is None:
@@ -177,9 +175,8 @@ class _Preparing:
             return None
         scene = None
         if described is not None:
-            from kabo.scene.findings import (
-                findings_in_scene,
-            )  # files without a scene are read without mesh libraries
+            # Only here, since tasks without a scene need no mesh libraries.
+            from kabo.scene.findings import findings_in_scene
             from kabo.scene.scene import load_scene
 
             self.others += findings_in_scene(described)
@@ -219,7 +216,7 @@ class _Preparing:
 
 
 def examples(description: ExplorationDescription) -> list[tuple[dict[str, str], dict[str, float]]]:
-    """Cases and parameters to check: the corners of the bounds with the first case, and all of `usual_examples`."""
+    """Cases and parameters to check: the corners of the bounds with the first case, then `usual_examples`."""
     names = [each.name for each in description.parameters]
     usual = usual_examples(description)
     corners = product(*((each.lower, each.upper) for each in description.parameters))

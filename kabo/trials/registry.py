@@ -1,4 +1,4 @@
-"""The names of trial functions in exploration files: what users register, like stages."""
+"""The registry of trial functions: exploration files name the functions that users have registered."""
 
 from typing import TypeVar
 
@@ -44,7 +44,7 @@ def names() -> list[str]:
 
 
 def near(name: str) -> str:
-    """A hint for an unknown name: a similar one, those that there are, or how to register one."""
+    """A hint for an unknown name: a similar name, or all names, or how to register a function."""
     known = names()
     if not known:
         return "--stages FILE.py executes a file that registers it: kabo.trials.register(function, name)"

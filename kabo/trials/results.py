@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Valid:
-    """A trial that went well: its outcomes by name, and a comment for whoever watches the run."""
+    """A valid trial: its outcomes by name, and a comment that is shown during the run."""
 
     outcomes: Mapping[str, float]
     comment: str = ""
@@ -14,7 +14,7 @@ class Valid:
 
 @dataclass(frozen=True)
 class Invalid:
-    """A trial that went wrong: a short reason, always the same word for the same fault, and a comment."""
+    """An invalid trial: a short reason, always the same for the same fault, and a comment shown during the run."""
 
     reason: str
     comment: str = ""

@@ -1,4 +1,4 @@
-"""Runs an exploration: asks, tries, and writes each trial down before the next is asked for [T 4.4]."""
+"""Runs an exploration: asks what to try, makes the trial, and writes it to the journal before asking again [T 4.4]."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from kabo.exploration import Case, Journal, NoParametersError, Question, trial_s
 from kabo.trials.calling import call_trial
 from kabo.trials.results import TrialFunction, TrialResult, Valid
 
-MAX_REFUSALS = 20  # cases of which it is said why there is nothing to try
+MAX_REFUSALS = 20  # greatest number of refusals that an ExplorationRun lists
 
 
 def never() -> bool:
@@ -19,7 +19,7 @@ def never() -> bool:
 
 @dataclass(frozen=True)
 class TrialReport:
-    """One trial of a run: its number from 1, how many there are to be in all, what was tried, and what came of it."""
+    """One trial of a run: its number from 1, the wanted number of trials, what was tried, and the result."""
 
     number: int
     trials: int
@@ -35,7 +35,7 @@ class ExplorationRun:
         ended: `done`, there are as many trials as wanted; `stopped`, by the caller; `no_parameters`, no case has
             parameters to try.
         made: how many trials this run has made.
-        refusals: of `no_parameters`, why each case has none, of the first cases; else empty.
+        refusals: for `no_parameters`, the first cases with the errors that say why they have none; else empty.
     """
 
     ended: Literal["done", "stopped", "no_parameters"]
@@ -53,18 +53,18 @@ def run_exploration(
 ) -> ExplorationRun:
     """Makes trials until the journal holds `trials` of them; each is in the file before the next is asked for.
 
-    The n-th trial depends on the exploration's seed and the trials before it alone, so a run that was interrupted and is
+    The n-th trial depends on the exploration's options and the trials before it alone, so a run that was interrupted and is
     resumed writes the same bytes as one that was not.
 
     Args:
         journal: the exploration, new or resumed.
         trial: the function that makes a trial.
-        trials: how many there are to be in all, with those that the journal holds already.
-        stop: called between trials; True ends the run. A trial that raises CutOff ends it, too, and is not told.
+        trials: the wanted number in all, including those that the journal holds already.
+        stop: called before each trial; True ends the run. A trial that raises CutOff ends it, too, and is not added.
         progress: called after each trial.
 
     Raises:
-        TrialError: a trial raised an error, or gave something that is no result; all trials before it are kept.
+        TrialError: a trial raised an error, or returned something that is no result; all trials before it are kept.
         OSError: the journal cannot be written.
     """
     exploration, made = journal.exploration, 0
@@ -92,7 +92,7 @@ def run_exploration(
 
 
 def _refusals(journal: Journal) -> tuple[tuple[Case, NoParametersError], ...]:
-    """Why cases have nothing to try."""
+    """The first cases that have nothing to try, each with the error that says why."""
     found = []
     for case in journal.exploration.space.all_cases[:MAX_REFUSALS]:
         try:

@@ -1,4 +1,4 @@
-"""What an exploration holds, case by case, as data: for people and for other programs."""
+"""Summaries of the trials of an exploration, case by case, as data."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from kabo.exploration import Case, Exploration
 
 @dataclass(frozen=True)
 class OutcomeSummary:
-    """The range of an outcome over the valid trials, and its mean absolute error by leaving one out (None: too few)."""
+    """The range of an outcome over the valid trials, and its mean absolute leave-one-out error (None: too few trials)."""
 
     lowest: float
     highest: float
@@ -23,9 +23,9 @@ class CaseSummary:
     """The trials of one case.
 
     Attributes:
-        trials: how many there are, and `valid`: how many of them were valid.
-        reasons: how often trials were invalid for which reason, the most frequent first.
-        alpha: the probability of being valid above which the next parameters are tried.
+        trials, valid: the number of trials, and of valid ones.
+        reasons: the number of invalid trials for each reason, the most frequent first.
+        alpha: V must be greater than this for the next parameters.
         outcomes: of the valid trials; empty without any.
     """
 

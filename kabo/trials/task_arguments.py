@@ -1,4 +1,4 @@
-"""The properties of a task in a trial: values of the exploration file, with parameters and the case put in."""
+"""The properties of a task in a trial: values of the exploration file, with references replaced."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,8 +15,8 @@ from kabo.tasks.files.values import value_of
 def arguments_of(trial: TaskTrial, file: TaskFile, case: Case, parameters: Parameters) -> dict[str, Any]:
     """The values of a task's declared properties in a trial.
 
-    A property that the file sets has that value, with `<PARAMETER:name>` and `<CASE:name>` replaced. One that it does
-    not set, and that is called like a parameter or a case variable, has the value of that. Others have their defaults.
+    A property that the exploration file sets has that value, with `<PARAMETER:name>` and `<CASE:name>` replaced. Any
+    other that is called like a parameter or a case variable has the value of that. All others are left out.
 
     Raises:
         NoValue: a value is not of the property's type.
@@ -31,7 +31,7 @@ def arguments_of(trial: TaskTrial, file: TaskFile, case: Case, parameters: Param
 
 
 def written_for(trial: TaskTrial, declared: Input, case: Case, parameters: Parameters) -> Written | None:
-    """The value that the exploration gives for a declared property, as it is written; None: the property's default."""
+    """The value of a declared property before references are replaced; None: the exploration gives none."""
     name = declared.name
     if name in trial.properties:
         return trial.properties[name]
@@ -46,7 +46,7 @@ def value_in_trial(written: Written, declared: Input, case: Case, parameters: Pa
 
 
 def _filled(written: Written, case: Case, parameters: Mapping[str, float]) -> Written:
-    """The value with all references replaced; numbers are written with all digits."""
+    """The value with all references replaced; numbers keep all digits."""
     if isinstance(written, Items):
         return Items(tuple(_filled(each, case, parameters) for each in written.values), written.place)
     if isinstance(written, Entries):

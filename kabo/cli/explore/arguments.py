@@ -1,4 +1,4 @@
-"""Arguments of `kabo explore`: pairs `NAME=VALUE`, and errors of explorations as findings about an option."""
+"""Arguments of `kabo explore`: options with pairs `NAME=VALUE`, and findings about an option."""
 
 import argparse
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ def pairs(given: list[str], option: str) -> dict[str, str]:
     """The values by name of an option with pairs.
 
     Raises:
-        InputError: texts are no pairs, or a name is given twice; the message lists all of them.
+        InputError: texts are no pairs, or a name is given two values; the message lists all of them.
     """
     found: dict[str, str] = {}
     faults = []
@@ -65,7 +65,7 @@ def numbers(given: list[str], option: str) -> dict[str, float]:
 
 
 def number(text: str) -> float | None:
-    """The finite number that a text is; None if it is none."""
+    """The finite number that a text stands for; None if it stands for none."""
     try:
         value = float(text)
     except ValueError:
@@ -80,7 +80,7 @@ def finding(option: str, message: str, text: str | None = None) -> Diagnostic:
 
 @contextmanager
 def findings_of(option: str) -> Iterator[None]:
-    """A context in which misuse of an exploration is a finding about an option.
+    """A context that turns an ExplorationError into a finding about an option.
 
     Raises:
         InputError: instead of an ExplorationError. A NoParametersError is raised as it is: it is an answer.

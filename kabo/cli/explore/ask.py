@@ -1,4 +1,4 @@
-"""`kabo explore ask`: says which parameters to try next, for trials that are made elsewhere, as by a robot."""
+"""`kabo explore ask`: prints the parameters to try next, for trials that are made elsewhere, as by a robot."""
 
 import argparse
 

@@ -10,7 +10,7 @@ from kabo.cli.terminal import print_json, tell
 def answer_nothing(
     options: argparse.Namespace, command: Literal["ask", "infer"], error: "rooms.NoParametersError"
 ) -> int:
-    """Prints why there is nothing, with the nearest that can be had, and returns the exit code 4."""
+    """Prints why there are no parameters, and with --json the nearest ones, and returns the exit code 4."""
     tell(f"{options.model}: {error}")
     if options.json:
         print_json(rooms.nothing_answer(command, error))

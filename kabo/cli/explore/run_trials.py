@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
 def _run(
     options: argparse.Namespace, journal: "rooms.Journal", trial: "rooms.TrialFunction", flag: StopFlag
 ) -> "rooms.ExplorationRun | None":
-    """Makes the trials, and says how that ended; None: Ctrl-C was pressed twice, within a trial."""
+    """Makes the trials, and returns how the run ended; None: a second Ctrl-C aborted a trial."""
     try:
         with options.surrounding.showing("trying") as show:
             report = None if show is None else _reporter(show)
@@ -83,10 +83,10 @@ def _run(
 
 
 def _exploration(options: argparse.Namespace, file: "rooms.ExplorationDescription") -> "rooms.Exploration":
-    """The exploration to go on with: a new one, or with --resume that of the model if there is one.
+    """A new exploration, or with --resume that of the model if there is such a file.
 
     Raises:
-        InputError: there is one and it is not to be resumed, or it is of another exploration.
+        InputError: the model exists without --resume, or was made from another file, seed or budget.
     """
     budget = _budget(options.invalid_budget)
     if options.seed is not None and options.seed > LARGEST_SEED:
@@ -149,18 +149,17 @@ def _stopped(ended: "rooms.ExplorationRun", flag: StopFlag) -> "tuple[rooms.Stop
         return None, None
     if ended.ended == "no_parameters":
         case, error = ended.refusals[0]
-        return (
-            "not_explored" if error.reason == "not_explored" else "nothing_valid"
-        ), f"{rooms.described_case(case)}: {error}"
+        why: rooms.Stopped = "not_explored" if error.reason == "not_explored" else "nothing_valid"
+        return why, f"{rooms.described_case(case)}: {error}"
     reason: rooms.Stopped = "interrupted" if flag.interrupted else "memory" if flag.spent == "memory" else "time"
     said = "interrupted" if reason == "interrupted" else f"{reason} exhausted"
     return reason, f"{said}; all trials are kept: --resume goes on"
 
 
 def _cut_off(options: argparse.Namespace, why: "CutOffBy | None", message: str) -> int:
-    """Reports that the run was ended by force, within a trial, and returns the exit code.
+    """Reports that the run was aborted within a trial, and returns the exit code.
 
-    `why` is what ended it; None: nobody knows, as where a library ends the process.
+    `why` is the cause; None: unknown, as when a library ends the process.
     """
     kept = _kept(options.model)
     if kept is None:
@@ -177,7 +176,7 @@ def _cut_off(options: argparse.Namespace, why: "CutOffBy | None", message: str) 
 
 
 def _kept(path: Path) -> "rooms.Exploration | None":
-    """What the model holds; None if it is no model, or there is none yet."""
+    """The exploration in the model; None if the file does not exist or is no model."""
     try:
         return rooms.load_exploration(path)
     except InputError:

@@ -1,4 +1,4 @@
-"""`kabo explore show`: shows what trials have taught, as text or as an HTML page with maps."""
+"""`kabo explore show`: prints a summary of the trials of each case, or writes an HTML page with maps."""
 
 import argparse
 
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the counts and outcomes of each case, or writes the page, and returns the exit code."""
+    """Writes the page or prints a summary of each case, with --json both, and returns the exit code."""
     exploration = rooms.load_exploration(options.model)
     if options.html is not None:
         if options.html.exists() and options.html.samefile(options.model):

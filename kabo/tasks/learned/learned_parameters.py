@@ -1,4 +1,4 @@
-"""The stage that brings what was learned into a task: parameters for a wanted outcome, as interface properties [T e5]."""
+"""The stage LearnedParameters: parameters for a wanted outcome, as interface properties of a task [T e5]."""
 
 import math
 from collections.abc import Collection, Iterator, Mapping
@@ -67,7 +67,7 @@ class LearnedParameters(Propagator):
 
     @classmethod
     def misfits(cls, values: Values) -> Iterator[Misfit]:
-        """Names that the model does not have, and a target, least or most that is missing or one too many."""
+        """Names that the model does not have, unusable numbers, and not exactly one of target, least and most."""
         model = values.get("model")
         given = [key for key in WANTED if values.get(key) is not None]
         if len(given) != 1:
@@ -84,14 +84,14 @@ class LearnedParameters(Propagator):
             yield from outcome_misfits(model, values[key], (key,))
 
     def forward(self, scene: Any, properties: Values, seed: int) -> list[Result | Failure]:
-        """One result for each of the alternatives, the nearest first, with the unchanged scene; or why there is none."""
+        """One result for each alternative, the nearest first, with the unchanged scene; or a failure that says why."""
         from kabo.exploration import ExplorationError, NoParametersError
 
         model: Model = properties["model"]
         where = {name: case_text(value) for name, value in properties["where"].items()}
         try:
             model.exploration.space.part_of_case(where)
-        except ExplorationError as error:  # a value that a reference stands for
+        except ExplorationError as error:  # other values were checked before: this one comes from a reference
             return [Failure("not_explored", f"by {model}: {error}", proof=self.is_fixed)]
         target, tolerance = _wanted(properties), properties["tolerance"]
         try:
@@ -118,9 +118,9 @@ class LearnedParameters(Propagator):
     backward = forward
 
     def refute(self) -> Failure | None:
-        """The failure that every solution of the task must meet, whatever the scene; None if there is none.
+        """The failure that makes the task unsolvable in any scene; None if there is none.
 
-        Of alternatives and fallbacks the failure of one stage proves nothing.
+        Below `Alternatives` or `Fallbacks` there may be another way, so None.
         """
         from kabo.exploration import ExplorationError
 
@@ -132,20 +132,20 @@ class LearnedParameters(Propagator):
         try:
             values = {name: self.properties.value(name) for name in self.properties.declared}
             answers = self.forward(None, values, 0)
-        except UndefinedProperty:  # it reads what earlier stages write
+        except UndefinedProperty:  # the stage reads what other stages write
             return None
-        except ExplorationError:  # planning says where
+        except ExplorationError:  # planning reports it, with its place
             return None
         return next((each for each in answers if isinstance(each, Failure)), None)
 
     @property
     def is_fixed(self) -> bool:
-        """Whether its answers depend on nothing that earlier stages write."""
+        """Whether the results depend on nothing that other stages write."""
         return not any(self.properties.reads_interface(name) for name in self.properties.declared)
 
 
 def _wanted(properties: Values) -> Mapping[str, Any]:
-    """The target as explorations are asked for it."""
+    """The target in the form of `Exploration.infer`."""
     if properties["target"] is not None:
         return dict(properties["target"])
     key = "least" if properties["least"] is not None else "most"

@@ -1,6 +1,6 @@
-"""Models that tasks name: the journal of an exploration, read once with the task file, and what it answers.
+"""Models in tasks: the journal of an exploration, read with the task file, and a cache of its answers.
 
-Answers are kept by the content of the model: a file that has changed is another model.
+Answers are cached by the content of the model, so a changed file is never mistaken for the old one.
 """
 
 import os
@@ -13,7 +13,7 @@ from kabo.content_cache import ContentCache
 from kabo.errors import Diagnostic, InputError
 from kabo.language.source import UnreadableError, beside, missing_file_reason
 
-if TYPE_CHECKING:  # numpy: only tasks with a model pay for it
+if TYPE_CHECKING:  # imports numpy, which only tasks with a model need
     from kabo.exploration import Exploration, Inferred, NoParametersError
 
 CACHE_BYTES, ANSWER_BYTES = 10_000_000, 2_000
@@ -23,7 +23,7 @@ _ANSWERS: ContentCache[_Answer] = ContentCache(CACHE_BYTES, lambda _: ANSWER_BYT
 
 @dataclass(frozen=True)
 class Model:
-    """A model: the exploration, its path as a task names it, and the path at which it was opened."""
+    """A model: its path as the task writes it, the path at which it was opened, and its exploration."""
 
     written: str
     path: str

@@ -1,6 +1,6 @@
-"""Names that a task gives to a model: outcomes, variables of cases and their values; faults before planning.
+"""Checks, before planning, of what a task says about a model: outcomes, case variables and their values, numbers.
 
-Values that are references are left out: what they stand for is known only when a job runs.
+References are not checked: their values are known only when a job runs.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -12,11 +12,11 @@ from kabo.tasks.core import Misfit, Reference, TaskError
 if TYPE_CHECKING:
     from kabo.tasks.learned.models import Model
 
-LARGEST = 1e100  # of an exploration, too; its squares are finite
+LARGEST = 1e100  # as in `kabo.exploration`, which is not imported here, since it loads numpy
 
 
 class MisfitError(TaskError):
-    """An error: values do not fit the model; the message has all `misfits`."""
+    """Values do not fit the model; the message lists all `misfits`."""
 
     def __init__(self, misfits: Iterable[Misfit]) -> None:
         self.misfits = tuple(misfits)
@@ -25,12 +25,12 @@ class MisfitError(TaskError):
 
 
 def case_text(value: Any) -> str:
-    """The value of a variable as models write it: text, even where a task file has a number or a truth value."""
+    """The value of a case variable as text, as models have it, even if it is a number or a truth value in the task file."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def case_misfits(model: "Model", where: Any, keys: tuple[str, ...] = ("where",)) -> Iterator[Misfit]:
-    """Variables that the model does not have, and values that they do not take."""
+    """Case variables that the model does not have, and values that its variables do not take."""
     known = model.exploration.space.cases
     for name, value in where.items() if isinstance(where, Mapping) else ():
         if name not in known:
@@ -49,7 +49,7 @@ def outcome_misfits(model: "Model", given: Any, keys: tuple[str, ...]) -> Iterat
 
 
 def unknown(model: "Model", kind: str, name: object, known: Iterable[str], keys: tuple[str, ...]) -> Misfit:
-    """The fault that a model does not have a name, with the nearest one that it has."""
+    """The misfit of a name that the model does not have; the hint is the nearest name that it has, or all."""
     names = list(known)
     hint = did_you_mean(str(name), names) or f"it has {', '.join(names) or 'none'}"
     return Misfit(keys, f'the model {model} has no {kind} "{name}"', hint)

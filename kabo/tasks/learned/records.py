@@ -1,4 +1,4 @@
-"""What solutions say about the learned parameters that they use: the records that reports and plans carry."""
+"""The records of learned parameters that solutions, task reports and plans carry."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def record_of(model: "Model", found: "Inferred") -> Learned:
-    """The record of parameters that were inferred, or that a model was asked about."""
+    """The record of parameters that were inferred from a model, or judged by it."""
     return Learned(str(model), dict(found.case), dict(found.parameters), found.validity, dict(found.expected))
 
 
 def learned_by(solution: Solution) -> Learned | None:
-    """The record of a solution's own stage; None if it uses no learned parameters."""
+    """The record of a solution's own stage; None if the stage uses no learned parameters."""
     return solution.details if isinstance(solution.details, Learned) else None
 
 
@@ -34,7 +34,7 @@ def learned_in(solution: Solution) -> tuple[Learned, ...]:
 def comment_of(model: "Model", found: "Inferred", *, spread: bool = True) -> str:
     """Parameters, validity and expected outcomes as text: `along 0.01 m, valid at 0.97, torque 0.1 ± 0.2 Nm`."""
     known = model.exploration
-    told = [f"{_measured(name, value, known.space.units)}" for name, value in found.parameters.items()]
+    told = [_measured(name, value, known.space.units) for name, value in found.parameters.items()]
     told += [f"{name} {value}" for name, value in found.case.items()]
     told.append(f"valid at {described_validity(found.validity)}")
     for name, value in found.expected.items():

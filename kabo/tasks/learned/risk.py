@@ -13,7 +13,7 @@ from kabo.tasks.learned.records import comment_of, record_of
 if TYPE_CHECKING:
     from kabo.exploration import Inferred
 
-NONE = math.inf
+INFINITE = math.inf  # the cost of parameters that are not believed valid enough
 
 
 class Risk:
@@ -22,7 +22,7 @@ class Risk:
     Args:
         model: the model.
         where: every variable of the case with its value.
-        alpha: the probability that the validity must exceed.
+        alpha: the validity must be greater than this.
         parameters: values by name; a parameter that is left out is the interface property of its name.
     """
 
@@ -46,17 +46,17 @@ class Risk:
             )
             found = self.found(case, parameters)
         except (TaskError, ExplorationError) as error:
-            return NONE, f"{self.model}: {error}"
+            return INFINITE, f"{self.model}: {error}"
         comment = comment_of(self.model, found)
         if not found.validity > self.alpha:
-            return NONE, f"{comment}: not above {self.alpha:g}"
+            return INFINITE, f"{comment}: not above {self.alpha:g}"
         return -math.log(found.validity) + 0.0, comment, record_of(self.model, found)
 
     def found(self, case: Mapping[str, Any], parameters: Mapping[str, Any]) -> "Inferred":
-        """What the model says about parameters.
+        """The parameters with their validity and expected outcomes by the model.
 
         Raises:
-            ExplorationError: they are outside the bounds, no numbers, of an unknown case, or nothing of it was valid.
+            ExplorationError: parameters or case are not usable, or no trial of the case is valid.
         """
         from kabo.exploration import Inferred
 
