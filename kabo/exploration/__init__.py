@@ -1,4 +1,4 @@
-"""Exploration of parameters by trying: which are valid, what comes of them, what to try next [T ch. 4]."""
+"""Exploration of parameters by trying: which are valid, which outcomes they have, what to try next [T ch. 4]."""
 
 from kabo.lazy import lazy_names
 

@@ -1,4 +1,4 @@
-"""Trials of parameters: runs explorations with functions, with planned tasks, or by asking and being told."""
+"""Trials of an exploration: made by functions or by planning tasks, and what they show, as text, JSON and HTML."""
 
 from kabo.lazy import lazy_names
 
