@@ -111,8 +111,8 @@ class Exploration:
             case: the value of each variable.
             parameters: what was tried, within the bounds.
             valid: whether it was valid.
-            outcomes: what came of it, every outcome of the exploration: of a valid trial only.
-            reason: a word for why it was not: of an invalid trial only.
+            outcomes: the value of every outcome of the exploration; only of a valid trial.
+            reason: a word for why it was not valid; only of an invalid trial.
 
         Raises:
             ExplorationError: a name is unknown, a number is outside its bounds or not finite, a valid trial has no

@@ -47,7 +47,7 @@ class InverseProblem:
 
     @cached_property
     def spreads(self) -> Mapping[str, float]:
-        """The standard deviation of each wanted outcome over all valid trials of the cases asked for."""
+        """The standard deviation of each wanted outcome over the valid trials of all cases."""
         trials = [trial for model in self.models for trial in model.trials if trial.valid]
         return {name: normalised([trial.outcomes[name] for trial in trials])[2] for name in self.target}
 
@@ -77,8 +77,9 @@ class _Search:
 
     def __init__(self, problem: InverseProblem, index: int) -> None:
         self.problem, self.case, self.model = problem, problem.cases[index], problem.models[index]
-        self.taken: list[Array] = []
-        self.pool: tuple[Array, Array] | None = None
+        self.taken: list[Array] = []  # points of alternatives that were chosen before
+        self.pool: tuple[Array, Array] | None = None  # points and losses; None: to be searched again
+        # The same for candidates from everywhere, before those near `taken` are left out.
         self._first: tuple[Array, Array] | None = None
 
     def offer(self) -> _Offer | None:

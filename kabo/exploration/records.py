@@ -27,7 +27,7 @@ class Validity:
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial: what was tried, whether it was valid, and what came of it or why it was not [T e7].
+    """One trial: what was tried, whether it was valid, and its outcomes or the reason why it was not [T e7].
 
     Attributes:
         outcomes: outcome: value, of a valid trial; else empty.

@@ -4,8 +4,6 @@ import reprlib
 from numbers import Integral, Real
 from typing import Any
 
-import numpy as np
-
 LARGEST = 1e100  # greatest absolute value of a number: its square is finite
 A_SEED = "a whole number of 64 bits"
 A_NUMBER = f"a finite number up to {LARGEST:g}"
@@ -13,7 +11,7 @@ A_NUMBER = f"a finite number up to {LARGEST:g}"
 
 def finite(value: Any) -> float | None:
     """The value as a number, or None if it is no finite number up to LARGEST."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Real):
+    if isinstance(value, bool) or not isinstance(value, Real):  # numpy's truth values are no Real
         return None
     try:
         number = float(value)

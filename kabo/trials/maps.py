@@ -80,7 +80,7 @@ def _section(
     shape = grid[0].shape
     try:
         found = exploration.predict(case, points)
-    except ExplorationError:  # no valid trial: nothing is known of outcomes
+    except ExplorationError:  # no trial is valid, so there is no D
         found = {}
     outcomes = {name: (mean.reshape(shape), spread.reshape(shape)) for name, (mean, spread) in found.items()}
     return Section(names, values, exploration.validity(case, points).reshape(shape), outcomes, through)

@@ -51,7 +51,7 @@ def run_exploration(
     stop: Callable[[], bool] = never,
     progress: Callable[[TrialReport], None] | None = None,
 ) -> ExplorationRun:
-    """Makes trials until the journal holds `trials` of them; each is in the file before the next is asked for.
+    """Makes trials until the journal holds `trials` of them; each is in the file before the next question.
 
     The n-th trial depends on the exploration's options and the trials before it alone, so a run that was interrupted and is
     resumed writes the same bytes as one that was not.

@@ -22,7 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_pairs(parser, "--target", "O=X", "the wanted outcomes; X is a number, least or most", needed=True)
     add_pairs(parser, "--where", "K=V", "variables of the case; without them, all cases are asked")
     parser.add_argument(
-        "--alpha", default=str(ALPHA), metavar="A", help=f"least probability of being valid (default: {ALPHA})"
+        "--alpha",
+        default=str(ALPHA),
+        metavar="A",
+        help=f"the probability of being valid must be greater (default: {ALPHA})",
     )
     parser.add_argument(
         "--tolerance",

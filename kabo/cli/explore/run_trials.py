@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_limits(parser)
     parser.set_defaults(cut_off_with_trials=_cut_off)
-    parser.add_argument("--json", action="store_true", help="print what came of it as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -130,7 +130,7 @@ def _reporter(show: Callable[[str], None]) -> "Callable[[rooms.TrialReport], Non
 def _answer(
     options: argparse.Namespace, exploration: "rooms.Exploration", ended: "rooms.ExplorationRun", flag: StopFlag
 ) -> int:
-    """Prints what came of the run, and returns the exit code."""
+    """Prints the result of the run, and returns the exit code."""
     stopped, message = _stopped(ended, flag)
     if options.json:
         print_json(rooms.run_answer(exploration, options.model, ended.made, stopped, message))

@@ -10,7 +10,7 @@ from kabo.cli.terminal import print_json, tell
 from kabo.errors import InputError
 
 NAME = "show"
-HELP = "show what trials have taught: of each case the counts, the outcomes, and maps of both"
+HELP = "show the trials of each case: counts, ranges of outcomes, and maps of validity and outcomes"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

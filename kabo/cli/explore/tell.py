@@ -8,7 +8,7 @@ from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 
 NAME = "tell"
-HELP = "add a trial that was made elsewhere: what was tried, whether it was valid, what came of it"
+HELP = "add a trial that was made elsewhere: what was tried, whether it was valid, and its outcomes"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     valid = parser.add_mutually_exclusive_group(required=True)
     valid.add_argument("--valid", dest="valid", action="store_true", help="the trial was valid")
     valid.add_argument("--invalid", dest="valid", action="store_false", help="the trial was not valid")
-    add_pairs(parser, "--outcome", "O=X", "what came of a valid trial, every outcome")
+    add_pairs(parser, "--outcome", "O=X", "the outcomes of a valid trial, all of them")
     parser.add_argument("--reason", default="", metavar="R", help="why a trial was invalid, in a word")
     add_limits(parser)
     parser.add_argument("--json", action="store_true", help="print the trial as one JSON object")
