@@ -24,6 +24,8 @@ if TYPE_CHECKING:  # for the same reason
     from kabo.explain.explain import Explanation
     from kabo.verify import Report
 
+MODEL = ".jsonl"  # how models of explorations end
+
 
 @dataclass(frozen=True)
 class SolveAnswer:
@@ -151,10 +153,14 @@ def explain_file(
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs.
 
-    Of an exploration that plans a task, the beginning of a trial is planned.
+    Of an exploration that plans a task, the beginning of a trial is planned. Models are known by their ending, `.jsonl`.
     """
-    named = list(paths)
+    given = list(paths)
+    named = [path for path in given if path.suffix.lower() != MODEL]
     found = list(findings_in(named))
+    for path in given:
+        if path.suffix.lower() == MODEL:
+            found += _model_findings(path)
     faulty = {finding.file for finding in found if finding.severity == "error"}
     for path in named:
         if str(path) not in faulty and not is_imported(path):
@@ -162,6 +168,17 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
             found += _stage_findings(path)
             found += _trial_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
+
+
+def _model_findings(path: Path) -> tuple[Diagnostic, ...]:
+    """What is wrong with the model of an exploration."""
+    from kabo.exploration import load_exploration  # most files are none
+
+    try:
+        load_exploration(path)
+    except InputError as error:
+        return error.diagnostics
+    return ()
 
 
 def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:

@@ -14,7 +14,11 @@ HELP = "report all errors in files of any kind, with their places and remedies"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments and options of `kabo check` to the parser."""
     parser.add_argument(
-        "files", type=Path, nargs="+", metavar="FILE", help="domain, problem, scene, task or exploration files"
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="domain, problem, scene, task or exploration files, or models (.jsonl)",
     )
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
     add_limits(parser)

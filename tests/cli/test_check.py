@@ -2,6 +2,8 @@
 
 import trimesh
 
+from kabo.exploration import Exploration, Space
+
 
 def test_correct_files_are_exit_0(kabo, parcels):
     said = kabo("check", *sorted(parcels.glob("*.yaml")))
@@ -35,6 +37,17 @@ def test_a_mesh_that_does_not_load_is_found_where_it_is_named(kabo, parcels):
 
 def test_a_missing_file_is_a_finding(kabo, parcels):
     assert kabo("check", "absent.yaml").code == 2
+
+
+def test_the_model_of_an_exploration_is_read(kabo, parcels):
+    Exploration(Space({"force": (0.0, 1.0)}), ["torque"]).save(parcels / "held.jsonl")
+    assert kabo("check", "held.jsonl", "one.yaml").code == 0
+    with (parcels / "held.jsonl").open("a") as file:
+        file.write('{"case": {}, "parameters": {"force": 2.0}, "valid": false, "reason": "crushed"}\n')
+    said = kabo("check", "held.jsonl", "--json")
+    assert said.code == 2
+    (found,) = said.json["diagnostics"]
+    assert (found["file"], found["line"]) == ("held.jsonl", 2) and "outside its bounds" in found["message"]
 
 
 def test_a_mesh_in_millimetres_is_a_warning_with_the_fix(kabo, parcels):
