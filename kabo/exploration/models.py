@@ -58,7 +58,7 @@ class OutcomeModel:
 
 
 class CaseModel:
-    """The models of one case after some trials: validity, and each outcome. Cases share nothing [T 4.4].
+    """V and D of one case after some trials: a process of the validity, one of each outcome. Cases share nothing [T 4.4].
 
     Attributes:
         points: (n, d) parameters of all trials in the unit cube.
@@ -68,7 +68,7 @@ class CaseModel:
     def __init__(
         self, space: Space, trials: Sequence[Trial], outcomes: Sequence[str], options: Validity, fits: Fits
     ) -> None:
-        """The models after `trials` of one case; `fits` keeps what was fitted for earlier ones of the same case."""
+        """V and D after `trials` of one case; `fits` keeps scales and noises fitted to the same case before."""
         self.options, self._fits = options, fits
         self.trials = tuple(trials)
         self.points = space.scaled([each.parameters for each in trials])

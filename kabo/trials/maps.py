@@ -13,11 +13,8 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.exploration import Exploration, ExplorationError, Trial
 
-CURVE_POINTS, MAP_POINTS, SLICE_POINTS = (
-    161,
-    41,
-    27,
-)  # of a curve, along a side of the only map, and of one of several
+CURVE_POINTS = 161
+MAP_POINTS, SLICE_POINTS = 41, 27  # along a side of the only map, and of each of several
 LEAST_NEARNESS = 0.15  # trials with a smaller `nearness` to a section are not drawn in it
 
 

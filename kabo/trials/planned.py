@@ -16,9 +16,8 @@ from kabo.trials.results import Invalid, TrialResult, Valid
 from kabo.trials.running import never
 
 JOBS_SPENT = "jobs spent"  # the reason if no stage is to blame when the jobs ran out
-NOTHING_FOUND = (
-    "nothing found"  # the reason if none is when everything was tried, or if the stage to blame has no failures
-)
+# The reason if no stage is to blame when everything was tried, or if the stage to blame has no failures.
+NOTHING_FOUND = "nothing found"
 PROBED_JOBS, PROBED_TRIALS = 40, 20  # of `kabo check`: enough to call most stages once
 
 
