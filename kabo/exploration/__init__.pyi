@@ -4,6 +4,11 @@ from kabo.exploration.errors import NoParametersError as NoParametersError
 from kabo.exploration.exploration import Exploration as Exploration
 from kabo.exploration.journal import Journal as Journal
 from kabo.exploration.journal import load_exploration as load_exploration
+from kabo.exploration.limits import INFERRED_ALPHA as INFERRED_ALPHA
+from kabo.exploration.limits import LARGEST_NUMBER as LARGEST_NUMBER
+from kabo.exploration.limits import MOST_CASES as MOST_CASES
+from kabo.exploration.limits import MOST_PARAMETERS as MOST_PARAMETERS
+from kabo.exploration.limits import OPTION_BOUNDS as OPTION_BOUNDS
 from kabo.exploration.lines import Line as Line
 from kabo.exploration.lines import fit_line as fit_line
 from kabo.exploration.lines import halton as halton

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from kabo.exploration.errors import ExplorationError
+from kabo.exploration.limits import OPTION_BOUNDS
 from kabo.exploration.records import Inferred, Target, Validity
 from kabo.exploration.space import Space, faults_of_units, unknown
 from kabo.exploration.values import A_NUMBER, A_SEED, finite, is_seed, is_text, shown
@@ -61,16 +62,16 @@ def checked_validity(options: Validity) -> Validity:
     """The options with plain numbers; raises ExplorationError for an unusable scale, noise or alpha."""
     if not isinstance(options, Validity):
         raise ExplorationError(f"validity must be a Validity, this is {shown(options)}")
-    scale, noise = finite(options.scale), finite(options.noise)
-    if scale is None or not 0.01 <= scale <= 10:
-        raise ExplorationError(
-            f"the scale of validity must be between 0.01 and 10, this is {shown(options.scale)}"
-        )
-    if noise is None or not 0.01 <= noise <= 10:
-        raise ExplorationError(
-            f"the noise of validity must be between 0.01 and 10, this is {shown(options.noise)}"
-        )
-    return Validity(scale, noise, checked_alpha(options.alpha))
+    low, high = OPTION_BOUNDS
+    numbers = []
+    for name, given in (("scale", options.scale), ("noise", options.noise)):
+        number = finite(given)
+        if number is None or not low <= number <= high:
+            raise ExplorationError(
+                f"the {name} of validity must be between {low:g} and {high:g}, this is {shown(given)}"
+            )
+        numbers.append(number)
+    return Validity(numbers[0], numbers[1], checked_alpha(options.alpha))
 
 
 def checked_alpha(alpha: Any) -> float:

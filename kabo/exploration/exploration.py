@@ -29,6 +29,7 @@ from kabo.exploration.arguments import (
 from kabo.exploration.asking import case_order, caution, first_parameters, next_point, nothing_valid, safest_point
 from kabo.exploration.errors import ExplorationError, NoParametersError
 from kabo.exploration.inverse import InverseProblem
+from kabo.exploration.limits import INFERRED_ALPHA
 from kabo.exploration.models import CaseModel, Fits
 from kabo.exploration.records import Case, Inferred, Parameters, Question, Target, Trial, Validity
 from kabo.exploration.space import Space
@@ -226,7 +227,7 @@ class Exploration:
         self,
         target: Target,
         where: Case | None = None,
-        alpha: float = 0.95,
+        alpha: float = INFERRED_ALPHA,
         tolerance: Tolerance = None,
     ) -> Inferred:
         """The parameters with V > alpha whose expected outcomes are the nearest to the target [T e5].
@@ -248,7 +249,7 @@ class Exploration:
         self,
         target: Target,
         where: Case | None = None,
-        alpha: float = 0.95,
+        alpha: float = INFERRED_ALPHA,
         tolerance: Tolerance = None,
         count: int = 1,
     ) -> tuple[Inferred, ...]:

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.exploration.errors import ExplorationError
-from kabo.exploration.values import A_NUMBER, A_SEED, LARGEST, finite, is_seed, shown
+from kabo.exploration.limits import LARGEST_NUMBER
+from kabo.exploration.values import A_NUMBER, A_SEED, finite, is_seed, shown
 from kabo.streams import stream_key, uniforms
 
 HYPOTHESES = 400  # lines through two random points; enough to draw two inliers if one point in five is an inlier
@@ -74,7 +75,7 @@ def fit_line(points: npt.ArrayLike, tolerance: float = 0.01, seed: int = 0) -> L
         raise ExplorationError(
             f"a line is fitted to two points or more, as an array (n, 3), this is {known.shape}"
         )
-    if not (np.abs(known) <= LARGEST).all():
+    if not (np.abs(known) <= LARGEST_NUMBER).all():
         raise ExplorationError(f"each coordinate of a line's points must be {A_NUMBER}")
     if not (finite(tolerance) or 0.0) > 0:
         raise ExplorationError(f"the tolerance of a line must be a positive number, this is {shown(tolerance)}")

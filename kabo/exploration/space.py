@@ -11,11 +11,10 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.exploration.errors import ExplorationError
+from kabo.exploration.limits import MOST_CASES, MOST_PARAMETERS
 from kabo.exploration.records import Case, Parameters
 from kabo.exploration.values import A_NUMBER, finite, is_text, shown
 
-MOST_CASES = 10_000  # a product of the variables' values grows fast, and each case takes memory
-MOST_PARAMETERS = 6  # more would need more trials than can be made
 LONGEST = 80  # characters of an unknown name that a message repeats
 DIGITS = 6  # of proposed parameters, as a share of their range: journals stay readable, and no robot is more exact
 

@@ -4,20 +4,21 @@ import reprlib
 from numbers import Integral, Real
 from typing import Any
 
-LARGEST = 1e100  # greatest absolute value of a number: its square is finite
+from kabo.exploration.limits import LARGEST_NUMBER
+
 A_SEED = "a whole number of 64 bits"
-A_NUMBER = f"a finite number up to {LARGEST:g}"
+A_NUMBER = f"a finite number up to {LARGEST_NUMBER:g}"
 
 
 def finite(value: Any) -> float | None:
-    """The value as a number, or None if it is no finite number up to LARGEST."""
+    """The value as a number, or None if it is no finite number up to LARGEST_NUMBER."""
     if isinstance(value, bool) or not isinstance(value, Real):  # numpy's truth values are no Real
         return None
     try:
         number = float(value)
     except OverflowError:
         return None
-    return number if abs(number) <= LARGEST else None
+    return number if abs(number) <= LARGEST_NUMBER else None
 
 
 def is_seed(value: Any) -> bool:

@@ -13,9 +13,6 @@ from kabo.language.formulas import Place
 from kabo.language.source import SourceFile
 from kabo.language.task_description import Entries, Items, Word, Written
 
-# The limits of `kabo.exploration.Space`: whoever reads a file reports them with their place.
-MAX_PARAMETERS = 6
-MAX_CASES = 10_000  # combinations of the values of all case variables
 DEFAULT_JOBS = 400  # of one trial that plans a task
 _REFERENCE = re.compile(r"<(PARAMETER|CASE):([a-z][a-z0-9_]*)>")
 

@@ -7,12 +7,11 @@ from html import escape
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.exploration import Exploration, Trial
+from kabo.exploration import INFERRED_ALPHA, Exploration, Trial
 from kabo.trials.describing import described_reason, described_values
 from kabo.trials.drawing import Axis, Bytes, Dot, colours, css_colour, curve, heat_map, number
 from kabo.trials.maps import LEAST_NEARNESS, Section, nearness
 
-INFERRED_ALPHA = 0.95  # the contour within which `infer` searches by default [T 4.4.1]
 KNOWN_FROM, WHOLE_FROM = 0.5, 0.7  # an outcome is transparent where V is below the first, opaque above the second
 SURE = 1e-12  # V is clipped this far from 0 and 1, where its probit would be infinite
 MARGIN = 0.04  # of the range of an outcome, above and below its values

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
-from kabo.exploration import Exploration
+from kabo.exploration import INFERRED_ALPHA, Exploration
 from kabo.tasks.files.describing import counted
 from kabo.trials.describing import described_case, described_reason, described_trials, headline
 from kabo.trials.drawing import number
-from kabo.trials.figures import INFERRED_ALPHA, VALID_COLOUR, figures
+from kabo.trials.figures import VALID_COLOUR, figures
 from kabo.trials.maps import sections
 from kabo.trials.summaries import CaseSummary, OutcomeSummary, summaries_of
 

@@ -9,10 +9,10 @@ from kabo.cli.explore.nothing import answer_nothing
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json
 from kabo.errors import InputError
+from kabo.exploration import INFERRED_ALPHA
 
 NAME = "infer"
 HELP = "give the parameters that are expected to have a wanted outcome"
-ALPHA = 0.95  # [T 4.4.1]
 EXTREMES: dict[str, Literal["least", "most"]] = {"least": "least", "most": "most"}
 
 
@@ -23,9 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_pairs(parser, "--where", "K=V", "variables of the case; without them, all cases are asked")
     parser.add_argument(
         "--alpha",
-        default=str(ALPHA),
+        default=str(INFERRED_ALPHA),
         metavar="A",
-        help=f"the probability of being valid must be greater (default: {ALPHA})",
+        help=f"the probability of being valid must be greater (default: {INFERRED_ALPHA})",
     )
     parser.add_argument(
         "--tolerance",

@@ -8,10 +8,9 @@ import os
 import re
 from pathlib import Path
 
+from kabo.exploration import LARGEST_NUMBER, MOST_CASES, MOST_PARAMETERS, OPTION_BOUNDS
 from kabo.language.exploration_description import (
     DEFAULT_JOBS,
-    MAX_CASES,
-    MAX_PARAMETERS,
     CaseDescription,
     ExplorationDescription,
     FunctionTrial,
@@ -36,8 +35,6 @@ TRIAL_KEYS = ("task", "scene", "jobs", "max_solutions", "properties")
 PARAMETER_KEYS = ("from", "to", "unit")
 OUTCOME_KEYS = ("unit",)
 VALIDITY_KEYS = ("scale", "noise", "alpha")
-SMALLEST, LARGEST = 0.01, 10.0  # of scale and noise of the model of validity
-FARTHEST = 1e100  # of bounds: their squares are finite
 _LONGEST_WORD = 80
 _LIKE_REFERENCE = re.compile(r"<[^<>]*>")
 
@@ -109,9 +106,9 @@ class _Reading:
         count = len(node.entries) if isinstance(node, Mapping) else None
         if node is not None and count == 0:
             self.findings.add(node.place, "an exploration needs at least one parameter")
-        elif node is not None and count is not None and count > MAX_PARAMETERS:
+        elif node is not None and count is not None and count > MOST_PARAMETERS:
             hint = "explore the others first, and fix them; or explore the parts of the motion one by one"
-            message = f"an exploration has at most {MAX_PARAMETERS} parameters, these are {count}"
+            message = f"an exploration has at most {MOST_PARAMETERS} parameters, these are {count}"
             self.findings.add(self.root.key("parameters").place, message, hint)
         return tuple(each for each in found if each is not None)
 
@@ -146,8 +143,8 @@ class _Reading:
             if values:
                 found.append(CaseDescription(name, values, key.place))
         count = math.prod(len(each.values) for each in found)
-        if count > MAX_CASES:
-            message = f"these are {count} cases, at most {MAX_CASES} can be explored: each has a model of its own"
+        if count > MOST_CASES:
+            message = f"these are {count} cases, at most {MOST_CASES} can be explored: each has a model of its own"
             self.findings.add(self.root.key("cases").place, message)
         return tuple(found)
 
@@ -251,8 +248,9 @@ class _Reading:
     def share(self, validity: Mapping | None, key: str) -> float | None:
         node = None if validity is None else validity.get(key)
         value = self.reader.positive(node, f"`{key}` of `validity`")
-        if node is not None and value is not None and not SMALLEST <= value <= LARGEST:
-            message = f"`{key}` of `validity` must lie between {SMALLEST:g} and {LARGEST:g}, this is {value:g}"
+        low, high = OPTION_BOUNDS
+        if node is not None and value is not None and not low <= value <= high:
+            message = f"`{key}` of `validity` must lie between {low:g} and {high:g}, this is {value:g}"
             self.findings.add(node.place, message)
             return None
         return value
@@ -351,8 +349,8 @@ def _fault_of_bounds(lower: float, upper: float) -> str | None:
         return f"its bounds are equal: {lower:g}; a parameter that does not vary is none"
     if lower > upper:
         return f"its bounds are the wrong way round: from {lower:g} to {upper:g}"
-    if max(abs(lower), abs(upper)) > FARTHEST:
-        return f"its bounds reach beyond {FARTHEST:g}"
+    if max(abs(lower), abs(upper)) > LARGEST_NUMBER:
+        return f"its bounds reach beyond {LARGEST_NUMBER:g}"
     if upper - lower < 1e-9 * max(abs(lower), abs(upper)):
         return f"its bounds are equal but for rounding: {lower!r} and {upper!r}"
     return None

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping
 from types import NoneType
 from typing import Any
 
+from kabo.exploration import INFERRED_ALPHA
 from kabo.tasks.core import (
     Agreed,
     Alternatives,
@@ -49,7 +50,9 @@ class LearnedParameters(Propagator):
             None,
             "how far from the target an outcome may be, or {name: how far}; none: twice the deviation there",
         ),
-        "alpha": Property(float, 0.95, "the parameters are valid with a greater probability", no_probability),
+        "alpha": Property(
+            float, INFERRED_ALPHA, "the parameters are valid with a greater probability", no_probability
+        ),
         "count": Property(int, 1, "how many parameters, at least the scale of validity apart", _no_count),
     }
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from kabo.exploration import INFERRED_ALPHA
 from kabo.tasks.core import Interface, Misfit, Reference, Solution, TaskError
 from kabo.tasks.core.model.stages import Told
 from kabo.tasks.learned.models import Model, model_of
@@ -73,7 +74,7 @@ class Risk:
 def risk(
     model: Any,
     where: Mapping[str, Any] | None = None,
-    alpha: float = 0.95,
+    alpha: float = INFERRED_ALPHA,
     parameters: Mapping[str, Any] | None = None,
 ) -> Risk:
     """The cost term for a model, given by its path, or in Python as an exploration.
