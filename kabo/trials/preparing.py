@@ -17,7 +17,7 @@ from kabo.language.task_description import Input
 from kabo.tasks.core import CostTerm, InitialisationError
 from kabo.tasks.files import find_task_file
 from kabo.tasks.files.building import TaskFile, fits
-from kabo.tasks.files.costs import NoCost, cost_of
+from kabo.tasks.files.costs import NoCost, cost_of, of_robots
 from kabo.tasks.files.running import check_things, located_at_stage, needs_scene
 from kabo.tasks.files.values import NoValue
 from kabo.trials.explorations import first_parameters
@@ -111,6 +111,10 @@ class _Preparing:
         for outcome in self.description.outcomes:
             if outcome.name == COST:
                 terms[COST] = None
+                continue
+            if of_robots(outcome.name) and self.trial.scene is None:
+                message = f'the outcome "{outcome.name}" is a cost of robots, and the trial has no scene'
+                self.findings.add(outcome.place, message, f"`{COST}` is the cost of the whole solution")
                 continue
             try:
                 terms[outcome.name] = cost_of(outcome.name).term

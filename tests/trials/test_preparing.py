@@ -25,6 +25,7 @@ REACH = (EXAMPLE / "reach.yaml").read_text()
         ("{far: {from: 0, to: 4, unit: m}, side", "{«along»: {from: 0, to: 4}, side", '"along" has no effect: the task "jump" declares no such property', "write <PARAMETER:along> in a value of the trial's `properties`"),
         ("cases: {ground: ", "cases: {«grond»: ", '"grond" has no effect: the task "jump" declares no such property', "write <CASE:grond> in a value of the trial's `properties`"),
         ("{cost: {unit: J}}", "{«costs»: {unit: J}}", 'the outcome "costs" of a task is `cost` or the name of a cost term: unknown cost term "costs"', 'did you mean "constant"?'),
+        ("{cost: {unit: J}}", "{«duration»: }", 'the outcome "duration" is a cost of robots, and the trial has no scene', "`cost` is the cost"),
         ("{cost: {unit: J}}", "{«constant»: }", "the outcome \"constant\" of a task is `cost` or the name of a cost term: the cost term constant: missing a required argument: 'value'", "it is constant("),
     ],
 )  # fmt: skip

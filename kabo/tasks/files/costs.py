@@ -74,6 +74,11 @@ def names() -> list[str]:
     return sorted({*_OF_CORE, *_OF_ROBOTS, *_registered, SUM})
 
 
+def of_robots(name: str) -> bool:
+    """Whether the cost term of that name is about robots, and so means nothing without a scene."""
+    return name in _OF_ROBOTS
+
+
 def cost_of(written: Any) -> NamedCost:
     """The cost term that a value describes: a name, `{name: {arguments}}`, or `{sum: {name: weight, …}}`.
 
