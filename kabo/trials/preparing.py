@@ -67,7 +67,7 @@ class _Preparing:
 
     def prepared(self) -> tuple[PreparedTask | None, tuple[Diagnostic, ...]]:
         file, scene = self.task_file(), self.scene_description()
-        terms = self.terms()
+        terms = self.terms(file)
         made = None
         if file is not None:
             self.properties(file)
@@ -105,14 +105,17 @@ class _Preparing:
         return reason is None
 
     # --------------------------------------------------------------------------------------- names and values
-    def terms(self) -> dict[str, CostTerm | None]:
+    def terms(self, file: TaskFile | None) -> dict[str, CostTerm | None]:
         """The cost term of each outcome."""
+        robots = (
+            self.trial.scene is not None or file is None or needs_scene(file)
+        )  # a missing scene is reported itself
         terms: dict[str, CostTerm | None] = {}
         for outcome in self.description.outcomes:
             if outcome.name == COST:
                 terms[COST] = None
                 continue
-            if of_robots(outcome.name) and self.trial.scene is None:
+            if of_robots(outcome.name) and not robots:
                 message = f'the outcome "{outcome.name}" is a cost of robots, and the trial has no scene'
                 self.findings.add(outcome.place, message, f"`{COST}` is the cost of the whole solution")
                 continue
