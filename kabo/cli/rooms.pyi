@@ -6,6 +6,7 @@ from kabo.exploration import Journal as Journal
 from kabo.exploration import NoParametersError as NoParametersError
 from kabo.exploration import Target as Target
 from kabo.exploration import load_exploration as load_exploration
+from kabo.exploration import require_scikit_learn as require_scikit_learn
 from kabo.geometry import bounding_decomposition as bounding_decomposition
 from kabo.geometry import bounding_mesh as bounding_mesh
 from kabo.geometry import crossing_faces as crossing_faces

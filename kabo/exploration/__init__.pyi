@@ -2,6 +2,7 @@ from kabo.exploration.asking import trial_seed as trial_seed
 from kabo.exploration.errors import ExplorationError as ExplorationError
 from kabo.exploration.errors import NoParametersError as NoParametersError
 from kabo.exploration.exploration import Exploration as Exploration
+from kabo.exploration.gaussian_processes import require_scikit_learn as require_scikit_learn
 from kabo.exploration.journal import Journal as Journal
 from kabo.exploration.journal import load_exploration as load_exploration
 from kabo.exploration.limits import INFERRED_ALPHA as INFERRED_ALPHA

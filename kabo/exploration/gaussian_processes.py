@@ -87,6 +87,15 @@ def one_thread() -> AbstractContextManager[Any]:
     return limited
 
 
+def require_scikit_learn() -> None:
+    """Checks that scikit-learn is there: the first question of a case does without, the second does not.
+
+    Raises:
+        KaboError: it is not installed.
+    """
+    _sklearn()
+
+
 @cache
 def _libraries() -> Any:
     """The controller of BLAS threads; made once, since finding the libraries takes longer than an `ask`."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kabo.errors import CutOff
-from kabo.exploration import Case, Journal, NoParametersError, Question, trial_seed
+from kabo.exploration import Case, Journal, NoParametersError, Question, require_scikit_learn, trial_seed
 from kabo.trials.calling import call_trial
 from kabo.trials.results import TrialFunction, TrialResult, Valid
 
@@ -66,8 +66,11 @@ def run_exploration(
     Raises:
         TrialError: a trial raised an error, or returned something that is no result; all trials before it are kept.
         OSError: the journal cannot be written.
+        KaboError: scikit-learn is not installed; no trial was made.
     """
     exploration, made = journal.exploration, 0
+    if len(exploration.trials) < trials:
+        require_scikit_learn()  # else the first trial would be made, and the second could not be asked for
     while len(exploration.trials) < trials:
         if stop():
             return ExplorationRun("stopped", made)

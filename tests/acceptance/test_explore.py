@@ -183,6 +183,13 @@ def test_without_the_extra_it_is_told_how_to_install_it(discs, command):
     assert json.loads(said.stdout)["code"] == "failed"
 
 
+def test_without_the_extra_no_first_trial_is_made(discs):
+    (discs / "sitecustomize.py").write_text(BLOCKED)
+    said = done(discs, *RUN, "--trials", 5)
+    assert said.returncode == 1 and 'pip install "kabo[explore]"' in said.stderr
+    assert not (discs / "m.jsonl").exists()
+
+
 def test_without_the_extra_a_trial_can_be_told(discs):
     (discs / "sitecustomize.py").write_text(BLOCKED)
     assert done(discs, *RUN, "--trials", 0).returncode == 0

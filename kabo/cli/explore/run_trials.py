@@ -59,6 +59,8 @@ def run(options: argparse.Namespace) -> int:
         with interruptible() as interrupted:
             flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, interrupted)
             complete = len(exploration.trials) >= options.trials
+            if not complete:
+                rooms.require_scikit_learn()
             trial = None if complete else rooms.trial_of(file, stop=flag)  # before anything is written
             exists = options.model.exists()
             journal = (
