@@ -1,7 +1,7 @@
 """What is found in worlds whose truth is known, by questions, by the same trials in random order, and by uniform ones."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from table import Table
@@ -70,7 +70,7 @@ def explore(world: str, dimensions: int, seed: int, budget: float | None, unifor
     return found
 
 
-def judged(found: Exploration, trials: list[Trial], world: str) -> dict[str, float]:
+def judged(found: Exploration, trials: Sequence[Trial], world: str) -> dict[str, float]:
     """Overlap of Φ^0.75 with the true set, and mean error of D in that, after such trials."""
     again = Exploration(found.space, found.outcomes, seed=found.seed, validity=found.validity_options)
     for each in trials:
@@ -110,9 +110,10 @@ def _add(shown: Table, name: str, explored: list[tuple[str, Exploration]], shuff
     for count in (20, 40, 70, TRIALS):
         seen = []
         for world, found in explored:
-            trials = list(found.trials)
+            trials = found.trials
             if shuffled:
-                np.random.default_rng(found.seed).shuffle(trials)  # type: ignore[arg-type]
+                order = np.random.default_rng(found.seed).permutation(len(trials))
+                trials = tuple(trials[index] for index in order)
             seen.append(judged(found, trials[:count], world))
         figures |= {
             f"{key} {count}": float(np.nanmean([each[key] for each in seen])) for key in ("overlap", "error")

@@ -23,6 +23,7 @@ from kabo.exploration.text import FORMAT, line_of, trial_to_json
 from kabo.exploration.values import shown
 
 HEADER = ("format", "name", "space", "outcomes", "validity", "invalid_budget", "start", "retry", "seed")
+A_HEADER = 'a model begins with {"format": …; kabo explore run makes one of an exploration file'
 TRIAL = ("case", "parameters", "valid", "outcomes", "reason")
 
 
@@ -150,7 +151,7 @@ def _read(path: Path, name: str) -> tuple[Exploration, int, int]:
     lines = content[:whole].split(b"\n")[:-1]
     reading = _Reading(name)
     if not lines:
-        reading.fail(1, "this is no model of an exploration: it has no header", 'a model begins with {"format": …')
+        reading.fail(1, "this is no model of an exploration: it has no header", A_HEADER)
     exploration = reading.header(lines[0])
     for number, text in enumerate(lines[1:], 2):
         reading.trial(exploration, number, text)
@@ -199,7 +200,7 @@ class _Reading:
         except UnicodeDecodeError as error:
             self.fail(number, "this is no text in UTF-8", column=error.start + 1)
         except json.JSONDecodeError as error:
-            self.fail(number, f"this is no JSON: {error.msg}", column=error.colno)
+            self.fail(number, f"this is no JSON: {error.msg}", A_HEADER if number == 1 else None, error.colno)
         except RecursionError:
             self.fail(number, "brackets are nested too deep")
         except ValueError as error:

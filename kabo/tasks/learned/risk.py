@@ -40,6 +40,7 @@ class Risk:
         from kabo.exploration import ExplorationError
 
         start = {} if solution.start is None else solution.start.properties
+        # Costs are computed in the process that plans, where a solution has its stage, not only the stage's name.
         resolved = solution.stage.properties.resolved  # type: ignore[attr-defined]
         try:
             case, parameters = (
