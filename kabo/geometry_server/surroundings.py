@@ -28,9 +28,7 @@ _ENCLOSURES: ContentCache[Enclosure] = ContentCache(16 << 20, lambda made: made.
 def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
     """The parts of a mesh, kept across scenes, by the content of the mesh and of the parts file beside it."""
     key = mesh.digest, geometry.digest_beside(mesh.path), tolerance
-    return _ENCLOSURES.get_or_make(
-        key, lambda: geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
-    )
+    return _ENCLOSURES.get_or_make(key, lambda: geometry.enclosing_parts(mesh, tolerance, look=look))
 
 
 class SceneSurroundings:
