@@ -1,13 +1,15 @@
-"""Child processes that can be killed: for code that checks no stop flag, as in libraries, and for whole commands.
+"""Child processes that can be killed: for code that checks no stop flag, for parallel work, and for whole commands.
 
 A child never outlives its parent: on Linux the system kills it when the parent ends, in whatever way.
 """
 
+import gc
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
 from kabo.errors import KaboError
@@ -43,30 +45,75 @@ def made_in_child(make: Callable[[], _Made], look: Callable[[], None] = never) -
     Raises:
         KaboError: the forked process died without returning a value.
     """
+    ((_, made),) = made_in_children([make], 1, look)
+    if isinstance(made, Exception):
+        raise made
+    return made
+
+
+def made_in_children(
+    makes: Sequence[Callable[[], _Made]], size: int, look: Callable[[], None] = never
+) -> "Generator[tuple[int, _Made | Exception], None, None]":
+    """The values of functions, or the errors that they raised, each with its index, in the order of completion.
+
+    Each function runs in a forked process of its own, as in `made_in_child`; they begin in the given order. If `look`
+    raises an error, or the iteration is abandoned, all processes are killed. A process that died without returning a
+    value gives a KaboError.
+
+    Args:
+        makes: the functions, whose values must be picklable and no errors.
+        size: how many processes run at once.
+        look: called periodically.
+    """
+    waiting = list(enumerate(makes))[::-1]
+    running: dict[object, _Child] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < max(1, size):
+                child = _forked(*waiting.pop())
+                running[child.receiving] = child
+            for ready in wait([child.receiving for child in running.values()], POLL_S):
+                child = running.pop(ready)
+                yield child.index, child.ending()
+            look()
+    finally:
+        for child in running.values():
+            os.kill(child.process, signal.SIGKILL)
+        for child in running.values():
+            child.ending()
+
+
+@dataclass(frozen=True)
+class _Child:
+    """A forked process, the index of its function, and the connection on which its value comes."""
+
+    index: int
+    process: int
+    receiving: Connection
+
+    def ending(self) -> Any:
+        """The value or error of the function, once the process has ended; KaboError if it has sent neither."""
+        try:
+            made, error = self.receiving.recv()
+        except (EOFError, OSError):
+            made, error = None, None
+        self.receiving.close()
+        _, status = os.waitpid(self.process, 0)
+        if error is None and status:
+            return KaboError(f"a process of kabo ended by {ended_by(status)}, without an answer")
+        return made if error is None else error
+
+
+def _forked(index: int, make: Callable[[], Any]) -> _Child:
+    """The process that runs a function."""
     parent = os.getpid()
     receiving, sending = Pipe(duplex=False)
-    child = os.fork()
-    if child == 0:
+    process = os.fork()
+    if process == 0:
         receiving.close()
         _make(make, sending, parent)
     sending.close()
-    try:
-        while not receiving.poll(POLL_S):
-            look()
-        made, error = receiving.recv()
-    except EOFError:
-        made, error = None, None
-    except BaseException:
-        os.kill(child, signal.SIGKILL)
-        raise
-    finally:
-        receiving.close()
-        _, status = os.waitpid(child, 0)
-    if error is not None:
-        raise error
-    if status:
-        raise KaboError(f"a process of kabo ended by {ended_by(status)}, without an answer")
-    return made  # type: ignore[no-any-return]
+    return _Child(index, process, receiving)
 
 
 def ended_by(status: int) -> str:
@@ -84,6 +131,7 @@ def _make(make: Callable[[], Any], channel: Connection, parent: int) -> None:
     code = 1
     try:
         end_with_parent(parent)
+        gc.freeze()  # else a collection would write to all objects of the parent, and copy their memory
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C, and kills this process
         try:
             channel.send((make(), None))

@@ -41,10 +41,12 @@ def run(options: argparse.Namespace) -> int:
     given["geometry"] = options.geometry != "none"
     if options.changes is not None:
         given["changes"] = options.changes
-    with clean_standard_output(), interruptible() as stop:
+    with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
         if options.timeout is not None:
             given["timeout"] = max(0.0, given["timeout"] - REPORT_S)
-        found, error = rooms.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
+        found, error = rooms.explain_file(
+            options.problem, domain=options.domain, cancelled=stop, progress=report, **given
+        )
     if error is not None:
         tell(str(error))
     if options.json:

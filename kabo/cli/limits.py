@@ -90,10 +90,22 @@ class Surrounding:
         return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
-        """A context with a function that shows progress, or with None if standard error is not a terminal."""
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None]]":
+        """A context with a function that shows progress: on a terminal all of it, else only what has a line of its own."""
         with shown_text() as show:
-            yield None if show is None else lambda progress: show(described(progress))
+
+            def report(progress: "rooms.Progress") -> None:
+                if show is not None:
+                    show(described(progress))
+                if progress.line:
+                    tell(progress.line)
+
+            yield report
+
+    def preparing(self, state: "rooms.Preparing") -> None:
+        """Shows the progress of a preparation, whose lines stay."""
+        if state.line:
+            tell(state.line)
 
     @contextmanager
     def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
@@ -113,11 +125,19 @@ class _ChildSurrounding(Surrounding):
         self.began, self._channel = began, channel
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None]]":
         def report(progress: "rooms.Progress") -> None:
-            self._channel.send(("doing", progress.doing, described(progress)))
+            self._send(progress.doing, described(progress), progress.line)
 
         yield report
+
+    def preparing(self, state: "rooms.Preparing") -> None:
+        self._send(str(state), str(state), state.line)
+
+    def _send(self, doing: str, text: str, line: str) -> None:
+        self._channel.send(("doing", doing, text))
+        if line:
+            self._channel.send(("line", line, ""))
 
     @contextmanager
     def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
@@ -257,6 +277,8 @@ class _Watch:
         kind, first, second = message
         if kind == "found":
             self.found = dict(first), second
+        elif kind == "line":
+            tell(first)
         else:
             self.doing = first
             if show is not None:

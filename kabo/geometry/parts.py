@@ -12,20 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.meshes import Rounding as Rounding  # noqa: PLC0414 - kernels and views read it beside Enclosure
 
 Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
 COLUMNS = 64  # corners of a part at most: `support` has six bits for their numbers
 LANE = 8  # columns of blocks are a multiple of it
 AXIS_TOLERANCE = 1e-12  # by which the length of a disc's axis may differ from 1
-
-
-class Rounding(NamedTuple):
-    """What is added to the hull of a part's corners: a ball of `radius`, and a flat disc across `axis`."""
-
-    radius: float = 0.0  # [m]
-    disc: float = 0.0  # [m] radius of the disc
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)  # of length 1, in the body's frame
 
 
 SHARP = Rounding()  # of a part that is the hull of its corners
@@ -91,6 +84,14 @@ class Enclosure:
     def root_parts(self) -> range:
         """The numbers of the parts that cover the body and are children of none."""
         return range(len(self.parts) if self.roots is None else self.roots)
+
+    def support(self, directions: Array) -> Array:
+        """How far the parts reach in each of the unit directions (H, 3), from the origin of the body's frame (H,) [m]."""
+        reached = np.full(len(directions), -np.inf)
+        for index, part in enumerate(self.parts):
+            own = (directions @ part.T).max(axis=1) + self.rounding_of(index).reach(directions)
+            reached = np.maximum(reached, own)
+        return reached
 
     @property
     def nbytes(self) -> int:

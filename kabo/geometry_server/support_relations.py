@@ -113,5 +113,10 @@ def _box(body: Body, pose: Array) -> tuple[Array, Array]:
 def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:
     """Whether a body at a pose (4, 4) in the world is proven to lie inside a region, by its convex parts [K Def. 1]."""
     region_T_body = np.linalg.inv(region.world_T_region) @ pose
-    points = np.concatenate(surroundings.enclosure(name).parts) @ region_T_body[:3, :3].T + region_T_body[:3, 3]
-    return bool(contains((region.normals, region.offsets), points, surroundings.budget.numeric))
+    normals = region.normals @ region_T_body[:3, :3]
+    offsets = region.offsets - region.normals @ region_T_body[:3, 3]
+    enclosure = surroundings.enclosure(name)
+    return all(
+        contains((normals, offsets - enclosure.rounding_of(i).reach(normals)), part, surroundings.budget.numeric)
+        for i, part in enumerate(enclosure.parts)
+    )

@@ -66,6 +66,7 @@ def run(options: argparse.Namespace) -> int:
                 max(1, options.repeat),
                 options.workers or None,
                 StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
+                options.surrounding.preparing,
             )
             with blamed(options.stages):
                 runs = rooms.plan_file(file, arguments, scene, settings)
