@@ -7,6 +7,7 @@ import gc
 import os
 import signal
 from collections.abc import Callable, Generator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
@@ -56,64 +57,79 @@ def made_in_children(
 ) -> "Generator[tuple[int, _Made | Exception], None, None]":
     """The values of functions, or the errors that they raised, each with its index, in the order of completion.
 
-    Each function runs in a forked process of its own, as in `made_in_child`; they begin in the given order. If `look`
-    raises an error, or the iteration is abandoned, all processes are killed. A process that died without returning a
-    value gives a KaboError.
+    The functions run in forked processes, as in `made_in_child`, and begin in the given order; a process takes the next
+    one when it is done. If `look` raises an error, or the iteration is abandoned, all processes are killed. A process
+    that died without returning a value gives a KaboError, and is replaced.
 
     Args:
         makes: the functions, whose values must be picklable and no errors.
         size: how many processes run at once.
         look: called periodically.
     """
-    waiting = list(enumerate(makes))[::-1]
-    running: dict[object, _Child] = {}
+    waiting = list(range(len(makes)))[::-1]
+    workers: dict[object, _Worker] = {}
     try:
-        while waiting or running:
-            while waiting and len(running) < max(1, size):
-                child = _forked(*waiting.pop())
-                running[child.receiving] = child
-            for ready in wait([child.receiving for child in running.values()], POLL_S):
-                child = running.pop(ready)
-                yield child.index, child.ending()
+        while waiting or workers:
+            while waiting and len(workers) < max(1, size):
+                worker = _forked(makes, waiting.pop())
+                workers[worker.channel] = worker
+            for ready in wait([worker.channel for worker in workers.values()], POLL_S):
+                worker = workers.pop(ready)
+                index, made, alive = worker.answer()
+                if alive and waiting:
+                    worker.ask(waiting.pop())
+                    workers[worker.channel] = worker
+                elif alive:
+                    worker.end()
+                yield index, made
             look()
     finally:
-        for child in running.values():
-            os.kill(child.process, signal.SIGKILL)
-        for child in running.values():
-            child.ending()
+        for worker in workers.values():
+            os.kill(worker.process, signal.SIGKILL)
+        for worker in workers.values():
+            worker.end()
 
 
-@dataclass(frozen=True)
-class _Child:
-    """A forked process, the index of its function, and the connection on which its value comes."""
+@dataclass
+class _Worker:
+    """A forked process, the index of the function that it runs, and the connection to it."""
 
-    index: int
     process: int
-    receiving: Connection
+    channel: Connection
+    index: int
 
-    def ending(self) -> Any:
-        """The value or error of the function, once the process has ended; KaboError if it has sent neither."""
+    def ask(self, index: int) -> None:
+        self.index = index
+        with suppress(OSError):  # it has died: its answer says so
+            self.channel.send(index)
+
+    def answer(self) -> tuple[int, Any, bool]:
+        """The index, the value or error, and whether the process lives on."""
         try:
-            made, error = self.receiving.recv()
+            made, error = self.channel.recv()
         except (EOFError, OSError):
-            made, error = None, None
-        self.receiving.close()
-        _, status = os.waitpid(self.process, 0)
-        if error is None and status:
-            return KaboError(f"a process of kabo ended by {ended_by(status)}, without an answer")
-        return made if error is None else error
+            said = f"a process of kabo ended by {ended_by(self.end())}, without an answer"
+            return self.index, KaboError(said), False
+        return self.index, made if error is None else error, True
+
+    def end(self) -> int:
+        """Waits until the process has ended, which it is asked to do; returns its status."""
+        with suppress(OSError):
+            self.channel.send(None)
+        self.channel.close()
+        return os.waitpid(self.process, 0)[1]
 
 
-def _forked(index: int, make: Callable[[], Any]) -> _Child:
-    """The process that runs a function."""
+def _forked(makes: Sequence[Callable[[], Any]], index: int) -> _Worker:
+    """A process that runs the function with this index, and then those for which it is asked."""
     parent = os.getpid()
-    receiving, sending = Pipe(duplex=False)
+    here, there = Pipe()
     process = os.fork()
     if process == 0:
-        receiving.close()
-        _make(make, sending, parent)
-    sending.close()
-    return _Child(index, process, receiving)
+        here.close()
+        _work(makes, index, there, parent)
+    there.close()
+    return _Worker(process, here, index)
 
 
 def ended_by(status: int) -> str:
@@ -126,17 +142,20 @@ def ended_by(status: int) -> str:
     return f"signal {known.get(number, number)}{hint}"
 
 
-def _make(make: Callable[[], Any], channel: Connection, parent: int) -> None:
-    """Runs the child; never returns."""
+def _work(makes: Sequence[Callable[[], Any]], index: int | None, channel: Connection, parent: int) -> None:
+    """Runs a worker until it is told to end; never returns."""
     code = 1
     try:
         end_with_parent(parent)
         gc.freeze()  # else a collection would write to all objects of the parent, and copy their memory
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C, and kills this process
-        try:
-            channel.send((make(), None))
-        except Exception as error:  # noqa: BLE001 - it is raised again where the answer is wanted
-            channel.send((None, error))
+        while index is not None:
+            try:
+                made, error = makes[index](), None
+            except Exception as raised:  # noqa: BLE001 - it is raised again where the answer is wanted
+                made, error = None, raised
+            channel.send((made, error))
+            index = channel.recv()
         code = 0
     finally:
         os._exit(code)

@@ -6,7 +6,7 @@ from typing import Any
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import add_options, add_problem_argument, chosen_options
+from kabo.cli.solving import add_options, add_problem_argument, chosen_options, has_geometry
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 
 NAME = "explain"
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, NAME, max_samples=MAX_SAMPLES)
     parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
     add_limits(parser, "60")
-    parser.set_defaults(cut_off=_cut_off)
+    parser.set_defaults(cut_off=_cut_off, needs_kernels=has_geometry)
     parser.add_argument(
         "--changes", type=natural, metavar="N", help="changes tried at most to see whether they help (default: 6)"
     )

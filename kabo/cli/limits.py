@@ -20,9 +20,11 @@ from time import perf_counter
 from typing import Any
 
 from kabo.budgets import default_memory, held_bytes, process_began
-from kabo.children import end_with_parent, ended_by
+from kabo.children import end_with_parent, ended_by, made_in_child
 from kabo.cli import exit_codes, rooms
-from kabo.cli.terminal import described, print_json, shown_text, tell
+from kabo.cli.terminal import clean_standard_output, described, print_json, shown_text, tell
+from kabo.compilation import usual_kernels_compiled
+from kabo.errors import KaboError
 
 GRACE_S = 0.15  # from a limit until the child is killed
 INTERRUPTED_S = 2.0  # from Ctrl-C until the child is killed
@@ -149,7 +151,12 @@ class _ChildSurrounding(Surrounding):
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
     """Runs a command within its limits, in a child process; returns the exit code."""
-    began, parent = process_began(), os.getpid()  # importing kabo took time as well
+    try:
+        compiling = _compiled_first(options)
+    except KeyboardInterrupt:
+        tell("kabo: interrupted while compiling; what is compiled is kept")
+        return exit_codes.INTERRUPTED
+    began, parent = process_began() + compiling, os.getpid()  # importing kabo took time as well
     options.memory = default_memory() if options.memory is None else options.memory
     here, there = Pipe(duplex=False)
     sys.stdout.flush()
@@ -168,6 +175,28 @@ def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int
     finally:
         for number, act in before.items():
             signal.signal(number, act)
+
+
+def _compiled_first(options: argparse.Namespace) -> float:
+    """The seconds that were spent on compiling kernels, in a process of its own, before the command's clock starts.
+
+    A command whose `needs_kernels` says so waits for this once for each version and machine; after that it takes none.
+    """
+    needs = getattr(options, "needs_kernels", None)
+    if needs is None or usual_kernels_compiled() or not needs(options):
+        return 0.0
+    tell("kabo: compiling kernels, which takes a minute or two, once; --timeout counts from then on")
+    began = perf_counter()
+
+    def make() -> None:
+        with clean_standard_output():
+            rooms.compile_usual()
+
+    with suppress(
+        KaboError
+    ):  # it died: then kernels are compiled when they are first used, and faults are told there
+        made_in_child(make)
+    return perf_counter() - began
 
 
 def _work(

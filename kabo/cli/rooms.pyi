@@ -40,6 +40,7 @@ from kabo.requests import solve_file as solve_file
 from kabo.requests import verify_file as verify_file
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
+from kabo.service.warming import compile_usual as compile_usual
 from kabo.tasks.core import InitialisationError as InitialisationError
 from kabo.tasks.core import directions as directions
 from kabo.tasks.core import shown as shown

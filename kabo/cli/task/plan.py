@@ -48,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
+    parser.set_defaults(needs_kernels=lambda options: options.scene is not None)
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
 
