@@ -3,7 +3,7 @@
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry import FixedGroup, contains
+from kabo.geometry import FixedGroup, lies_within
 from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -115,8 +115,4 @@ def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region:
     region_T_body = np.linalg.inv(region.world_T_region) @ pose
     normals = region.normals @ region_T_body[:3, :3]
     offsets = region.offsets - region.normals @ region_T_body[:3, 3]
-    enclosure = surroundings.enclosure(name)
-    return all(
-        contains((normals, offsets - enclosure.rounding_of(i).reach(normals)), part, surroundings.budget.numeric)
-        for i, part in enumerate(enclosure.parts)
-    )
+    return lies_within((normals, offsets), surroundings.enclosure(name), surroundings.budget)
