@@ -41,11 +41,12 @@ _WORDS: dict[str, Words] = {  # for each element that counts: its elements, its 
     "mimic": (frozenset(), frozenset(("joint", "multiplier", "offset")), frozenset()),
     "parent": (frozenset(), frozenset(("link",)), frozenset()),
     "child": (frozenset(), frozenset(("link",)), frozenset()),
-    "geometry": (frozenset(("mesh", "box", "cylinder", "sphere")), frozenset(), frozenset()),
+    "geometry": (frozenset(("mesh", "box", "cylinder", "sphere", "capsule")), frozenset(), frozenset()),
     "mesh": (frozenset(), frozenset(("filename", "scale")), frozenset()),
     "box": (frozenset(), frozenset(("size",)), frozenset()),
     "cylinder": (frozenset(), frozenset(("radius", "length")), frozenset()),
     "sphere": (frozenset(), frozenset(("radius",)), frozenset()),
+    "capsule": (frozenset(), frozenset(("radius", "length")), frozenset()),
 }
 MAX_LINKS = 500  # the work of pinocchio and of collision checks grows with the square of this
 MISSPELLING_RATIO = 0.85  # similarity ratio of words above which an unknown word counts as misspelt
@@ -53,8 +54,11 @@ JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 UNPLANNED_JOINT_TYPES = ("floating", "planar")
 
 
-def check(urdf: Urdf) -> list[Diagnostic]:
-    """All findings in the links, joints and numbers of a URDF file; none if it is sound."""
+def check(urdf: Urdf, *, drives: bool = False) -> list[Diagnostic]:
+    """All findings in the links, joints and numbers of a URDF file; none if it is sound.
+
+    If the robot's base `drives`, a planar or floating joint of the root link may stand for that.
+    """
     collected = Collected()
     _check_words(urdf, collected)
     links, joints = (_named(urdf, tag, collected) for tag in ("link", "joint"))
@@ -71,7 +75,9 @@ def check(urdf: Urdf) -> list[Diagnostic]:
     if links and len(collected.found) == before:
         _check_tree(urdf, links, parents, collected)
     for name, joint in joints.items():
-        _check_joint(urdf, name, joint, joints, collected)
+        _check_joint(urdf, name, joint, collected, drives=drives)
+    if drives:
+        _check_base(urdf, joints, parents, collected)
     _check_mimics(urdf, joints, collected)
     return collected.diagnostics
 
