@@ -185,12 +185,23 @@ def _check_tree(urdf: Urdf, links: dict[str, Element], parents: dict[str, str], 
         settled.update(way)
 
 
-def _check_joint(urdf: Urdf, name: str, joint: Element, joints: dict[str, Element], collected: Collected) -> None:
+def _check_base(urdf: Urdf, joints: dict[str, Element], parents: dict[str, str], collected: Collected) -> None:
+    """Collects planar and floating joints, but for one of the root link, which may move the base."""
+    loose = [(name, joint) for name, joint in joints.items() if joint.get("type") in UNPLANNED_JOINT_TYPES]
+    for number, (name, joint) in enumerate(loose):
+        if number > 0 or any(end.get("link") in parents for end in joint.findall("parent")):
+            said = f'joint "{shortened(name)}" is {joint.get("type")}, and not the one that moves the base'
+            hint = "only one joint of the first link may be planar or floating"
+            collected.found.append(urdf.finding(joint, said, hint))
+
+
+def _check_joint(urdf: Urdf, name: str, joint: Element, collected: Collected, *, drives: bool) -> None:
     kind = joint.get("type", "")
     if kind in UNPLANNED_JOINT_TYPES:
-        said = f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one'
-        hint = 'write type="fixed", and say in the scene where the robot stands (`base`)'
-        collected.found.append(urdf.finding(joint, said, hint))
+        if not drives:
+            said = f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one'
+            hint = 'write type="fixed", and say in the scene where the robot stands (`base`)'
+            collected.found.append(urdf.finding(joint, said, hint))
     elif kind not in JOINT_TYPES:
         hint = did_you_mean(kind, JOINT_TYPES) or f"there are {', '.join(JOINT_TYPES)}"
         said = f'joint "{shortened(name)}" has the unknown type "{shortened(kind)}"'
