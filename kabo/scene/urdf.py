@@ -12,6 +12,7 @@ from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription
 from kabo.scene.elements import Element
+from kabo.scene.native_messages import names_in, with_messages
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
@@ -50,11 +51,12 @@ def load_robot(
 
 
 def _model(file: UrdfFile, place: Place | None) -> Any:
-    try:
-        return pinocchio().buildModelFromXML(file.kinematics)
-    except (ValueError, RuntimeError) as error:
-        reason = str(error).strip().splitlines()[0]
-        raise refusal(place, f'robot file "{file.path.name}" is not a usable URDF: {reason}') from None
+    model, lines, reason = with_messages(lambda: pinocchio().buildModelFromXML(file.kinematics))
+    if reason is None:
+        return model
+    named = (file.places[name] for line in lines for name in names_in(line) if name in file.places)
+    told = lines[0] if lines else reason
+    raise refusal(next(named, place), f'robot file "{file.path.name}" is not a usable URDF: {told}')
 
 
 def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
