@@ -7,6 +7,7 @@ checks, sampling or motion.
 from kabo.meshes import Mesh, load_mesh
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
+from kabo.scene.sensors import Sensor, beyond_angle
 from kabo.scene.shapes import mesh_of
 from kabo.scene.state import Attachment, Component, Configuration, GeometricState
 from kabo.scene.structure import NoStructure, Structure, structure_of
@@ -28,9 +29,11 @@ __all__ = [
     "Region",
     "Robot",
     "Scene",
+    "Sensor",
     "Structure",
     "Tool",
     "attachment",
+    "beyond_angle",
     "link_poses",
     "load_mesh",
     "load_scene",

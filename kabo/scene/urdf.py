@@ -13,6 +13,7 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
@@ -143,6 +144,7 @@ def _assemble(
         description.inverse_kinematics,
         description.hulls,
         _named(description, description.acceleration, names, "accelerations"),
+        sensors_of(description, links),
     )
     _check_configurations(description, robot)
     _check_structure(description, robot)
