@@ -98,10 +98,12 @@ class PlacementFamily:
 class Shape:
     """The shape of a body: a mesh file with a scale, or a primitive with full side lengths [m]."""
 
-    kind: Literal["mesh", "box", "cylinder", "sphere"]
+    kind: Literal["mesh", "box", "cylinder", "sphere", "capsule"]
     path: Path | None = None
     scale: float = 1.0
-    size: Vector | None = None  # box: x, y, z; cylinder: radius, radius, height; sphere: radius three times
+    size: Vector | None = (
+        None  # box: x, y, z; cylinder and capsule: radius, radius, height; sphere: radius three times
+    )
     place: Place | None = field(default=None, compare=False, repr=False)
 
 

@@ -13,6 +13,7 @@ from kabo.arrays import Array
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
+from kabo.scene.elements import Element, one_mesh
 from kabo.scene.sensors import Sensor
 from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
@@ -21,13 +22,18 @@ from kabo.scene.tree import KinematicTree
 
 @dataclass(frozen=True)
 class Link:
-    """A link: the joint that carries it, its pose in the joint's frame, and its mesh in the link's frame."""
+    """A link: the joint that carries it, its pose in the joint's frame, and the elements of which it consists."""
 
     name: str
     joint: int
     joint_T_link: Array  # (4, 4)
-    mesh: Mesh | None
+    elements: tuple[Element, ...] = ()  # in the link's frame
     place: Place | None = field(default=None, compare=False)  # of its element in the URDF
+
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """The elements as one mesh in the link's frame; None for a link without geometry."""
+        return one_mesh(self.elements)
 
 
 @dataclass(frozen=True)

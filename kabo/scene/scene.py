@@ -27,8 +27,9 @@ from kabo.language.scene_description import (
 )
 from kabo.meshes import Mesh, unusable
 from kabo.scene.bounds import findings
+from kabo.scene.elements import Element
 from kabo.scene.robots import Robot, link_poses
-from kabo.scene.shapes import CYLINDER_SIDES, mesh_of
+from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
@@ -49,6 +50,11 @@ class Body:
     grasps: Mapping[str, GraspFamily]
     placements: Mapping[str, PlacementFamily]
     mass: float | None = None
+
+    @cached_property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements of which the body consists, in its own frame."""
+        return (element_of(self.shape, None, self.mesh),)
 
 
 @dataclass(frozen=True)
@@ -251,8 +257,11 @@ def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
         return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
     mesh = mesh_of(shape, described.place)
     points = mesh.vertices
-    if shape.kind == "sphere" and shape.size is not None:
-        points = points * (shape.size[0] / np.linalg.norm(points, axis=1, keepdims=True))
+    if shape.kind in ("sphere", "capsule") and shape.size is not None:
+        half = shape.size[2] / 2 if shape.kind == "capsule" else 0.0
+        centres = np.clip(points, [0.0, 0.0, -half], [0.0, 0.0, half])  # the nearest point of the axis
+        arms = points - centres
+        points = centres + arms * (shape.size[0] / np.linalg.norm(arms, axis=1, keepdims=True))
     equations = np.unique(_hull(mesh, points, described).equations.round(12), axis=0)
     return np.ascontiguousarray(equations[:, :3]), np.ascontiguousarray(-equations[:, 3])
 

@@ -52,11 +52,12 @@ _WORDS: dict[str, Words] = {  # for each element that counts: its elements, its 
     "mimic": (frozenset(), frozenset(("joint", "multiplier", "offset")), frozenset()),
     "parent": (frozenset(), frozenset(("link",)), frozenset()),
     "child": (frozenset(), frozenset(("link",)), frozenset()),
-    "geometry": (frozenset(("mesh", "box", "cylinder", "sphere")), frozenset(), frozenset()),
+    "geometry": (frozenset(("mesh", "box", "cylinder", "sphere", "capsule")), frozenset(), frozenset()),
     "mesh": (frozenset(), frozenset(("filename", "scale")), frozenset()),
     "box": (frozenset(), frozenset(("size",)), frozenset()),
     "cylinder": (frozenset(), frozenset(("radius", "length")), frozenset()),
     "sphere": (frozenset(), frozenset(("radius",)), frozenset()),
+    "capsule": (frozenset(), frozenset(("radius", "length")), frozenset()),
 }
 MAX_LINKS = 500  # the work of pinocchio and of collision checks grows with the square of this
 MISSPELLING_RATIO = 0.85  # similarity ratio of words above which an unknown word counts as misspelt
