@@ -14,7 +14,8 @@ KEYS = {
     *problem_file.OPTION_KEYS, *problem_file.BUDGET_KEYS, *scene_file.SCENE_KEYS, *scene_file.MATE_KEYS,
     *robots.ROBOT_KEYS, *robots.GRIPPER_KEYS, *robots.TOOL_KEYS, *bodies.BODY_KEYS, *bodies.REGION_KEYS,
     *bodies.GRASP_KEYS, *bodies.PLACEMENT_KEYS, *bodies.STROKE_KEYS, *poses.POSE_KEYS, *CONSTRAINT_KINDS,
-    *procedures.library_names(), *sensors.SENSOR_KEYS, *sensors.VIEW_KEYS, *exploration_file.EXPLORATION_KEYS, *exploration_file.TRIAL_KEYS,
+    *procedures.library_names(),
+    *sensors.SENSOR_KEYS, *sensors.VIEW_KEYS, *exploration_file.EXPLORATION_KEYS, *exploration_file.TRIAL_KEYS,
     *exploration_file.PARAMETER_KEYS, *exploration_file.OUTCOME_KEYS, *exploration_file.VALIDITY_KEYS,
 }  # fmt: skip
 
