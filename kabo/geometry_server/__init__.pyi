@@ -41,6 +41,8 @@ from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.server import GeometryServer as GeometryServer
 from kabo.geometry_server.shortfall import Shortfall as Shortfall
 from kabo.geometry_server.shortfall import shortfall_of as shortfall_of
+from kabo.geometry_server.sight.views import Unseen as Unseen
+from kabo.geometry_server.sight.views import View as View
 from kabo.geometry_server.situation import Situation as Situation
 from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT

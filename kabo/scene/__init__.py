@@ -8,6 +8,7 @@ from kabo.meshes import Mesh, Rounding, load_mesh
 from kabo.scene.elements import Element, ElementKind
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
+from kabo.scene.sensors import Sensor, beyond_angle
 from kabo.scene.shapes import element_of, mesh_of
 from kabo.scene.state import Attachment, Component, Configuration, GeometricState
 from kabo.scene.structure import NoStructure, Structure, structure_of
@@ -32,9 +33,11 @@ __all__ = [
     "Robot",
     "Rounding",
     "Scene",
+    "Sensor",
     "Structure",
     "Tool",
     "attachment",
+    "beyond_angle",
     "element_of",
     "link_poses",
     "load_mesh",

@@ -14,6 +14,7 @@ from kabo.language.scene_description import RobotDescription
 from kabo.scene.elements import Element
 from kabo.scene.native_messages import names_in, with_messages
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
@@ -145,6 +146,7 @@ def _assemble(
         description.inverse_kinematics,
         description.hulls,
         _named(description, description.acceleration, names, "accelerations"),
+        sensors_of(description, links),
     )
     _check_configurations(description, robot)
     _check_structure(description, robot)
