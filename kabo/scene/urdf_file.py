@@ -50,13 +50,15 @@ def pinocchio() -> Any:
     return module
 
 
-def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
+def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, drives: bool = False) -> UrdfFile:
     """The links' geometry (collision, else visual), the mimic rules and the kinematics of a URDF file.
+
+    If the robot `drives`, its first joint may be planar or floating.
 
     Raises:
         InputError: the file is not XML, has impossible values, or names a mesh that does not load.
     """
-    urdf = read_text(path, place)
+    urdf = read_text(path, place, drives=drives)
     meshes, files = {}, [path]
     for name, link in named(urdf, "link"):
         shapes = link.findall("collision") or link.findall("visual")

@@ -133,12 +133,13 @@ def _wanted(count: int) -> str:
     return "a number" if count == 1 else f"{count} numbers"
 
 
-def read_text(path: Path, place: Place | None) -> Urdf:
+def read_text(path: Path, place: Place | None, *, drives: bool = False) -> Urdf:
     """The checked tree of a URDF file.
 
     Args:
         path: the URDF file.
         place: the place where a scene names the file, for error messages.
+        drives: whether the robot's base drives: a planar or floating joint of the root link then stands for that.
 
     Raises:
         InputError: the file cannot be read, is not XML, or has invalid links, joints or numbers.
@@ -158,7 +159,7 @@ def read_text(path: Path, place: Place | None) -> Urdf:
     urdf = _parsed(path, content)
     if urdf.root.tag != "robot":
         raise urdf.wrong(urdf.root, f'robot file "{path.name}" has <{urdf.root.tag}> where <robot> is expected')
-    _check(urdf)
+    _check(urdf, drives)
     return urdf
 
 
@@ -201,7 +202,7 @@ def _parsed(path: Path, content: bytes) -> Urdf:
 
 
 # ------------------------------------------------------------------------------------------------ links and joints
-def _check(urdf: Urdf) -> None:
+def _check(urdf: Urdf, drives: bool) -> None:
     _check_words(urdf)
     links = _named(urdf, "link")
     joints = _named(urdf, "joint")
@@ -212,12 +213,24 @@ def _check(urdf: Urdf) -> None:
         raise urdf.wrong(element, f"{len(links)} links are too many: kabo plans for robots of up to {MAX_LINKS}")
     parents: dict[str, str] = {}
     for name, joint in joints.items():
-        _check_joint(urdf, name, joint, joints)
+        if not (drives and joint.get("type") in UNPLANNED_JOINT_TYPES):
+            _check_joint(urdf, name, joint, joints)
+        origin_of(urdf, joint)
         parent, child = (_end_of(urdf, name, joint, tag, links) for tag in ("parent", "child"))
         if child in parents:
             raise urdf.wrong(joint, f'link "{child}" is the child of two joints; the second is "{name}"')
         parents[child] = parent
     _check_tree(urdf, links, parents)
+    _check_base(urdf, joints, parents)
+
+
+def _check_base(urdf: Urdf, joints: dict[str, ElementTree.Element], parents: dict[str, str]) -> None:
+    """Raises InputError for a planar or floating joint that is not on the root link, or not the first one there."""
+    loose = [(name, joint) for name, joint in joints.items() if joint.get("type") in UNPLANNED_JOINT_TYPES]
+    for number, (name, joint) in enumerate(loose):
+        if number > 0 or any(end.get("link") in parents for end in joint.findall("parent")):
+            said = f'joint "{name}" is {joint.get("type")}, and not the one that moves the base'
+            raise urdf.wrong(joint, said, "only one joint of the first link may be planar or floating")
 
 
 def _check_words(urdf: Urdf) -> None:
@@ -300,7 +313,9 @@ def _check_joint(
     kind = joint.get("type", "")
     if kind in UNPLANNED_JOINT_TYPES:
         raise urdf.wrong(
-            joint, f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one'
+            joint,
+            f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one',
+            "if it moves the base, write in the scene base: {moves: {within: REGION}}",
         )
     if kind not in JOINT_TYPES:
         hint = did_you_mean(kind, JOINT_TYPES) or f"there are {', '.join(JOINT_TYPES)}"
