@@ -22,7 +22,7 @@ class Drive:
     The floor is all points (x, y) with normals (E, 2) @ point <= offsets (E,) [m], unit normals, in the frame
     `world_T_floor` (4, 4), in which the base's values are written. `footprint` (V, 2) are the corners of the base's
     outline about its vertical axis at yaw 0 [m]. `joint` is the last of the three in the tree, `links` those that make
-    the footprint. `travel` are the values of the arm on long drives.
+    the footprint, or one without a shape. `travel` are the values of the arm on long drives.
     """
 
     floor: str
@@ -45,7 +45,7 @@ class Drive:
         return np.asarray((corners @ self.normals.T - self.offsets).max(axis=(1, 2)))
 
     def outside_along(self, start: Array, goal: Array, epsilon: float) -> float:
-        """An upper bound of `outside` on the straight way between base values (3,), by `epsilon` [m] / 20 at most too large.
+        """An upper bound of `outside` on the way between base values (3,), too large by `epsilon` / 20 [m] at most.
 
         A corner leaves the chord between two poses by no more than its distance from the axis times the square of the
         turn, over eight.
@@ -59,7 +59,7 @@ class Drive:
     def missing(self, points: Array) -> Array:
         """Lower bounds (N,) [m] of the distance from world points (N, 3) to the nearest place of the base's axis."""
         local = (points - self.world_T_floor[:3, 3]) @ self.world_T_floor[:3, :2]
-        return np.maximum(0.0, (local @ self.normals.T - self.offsets).max(axis=1) + self.inset)
+        return np.asarray(np.maximum(0.0, (local @ self.normals.T - self.offsets).max(axis=1) + self.inset))
 
     @property
     def inset(self) -> float:
@@ -77,7 +77,7 @@ class Drive:
         return corners.min(axis=0), corners.max(axis=0)
 
     def _directions(self) -> Array:
-        """The unit directions (D, 2) in which the footprint's support may be least: its edges' normals, and its corners'."""
+        """The unit directions (D, 2) in which the footprint's support may be least."""
         around = np.vstack([self.footprint, self.footprint[:1]])
         edges = np.diff(around, axis=0)
         found = [np.stack([edges[:, 1], -edges[:, 0]], axis=1), -self.footprint]

@@ -1,4 +1,4 @@
-"""Robots whose base drives: the joints of the base put into the URDF, and the floor under it [docs/files.md#mobile-bases]."""
+"""Robots whose base drives: the joints of the base put into the URDF, and its floor [docs/files.md#mobile-bases]."""
 
 import math
 from dataclasses import replace
@@ -128,20 +128,21 @@ def on_floor(robot: Robot, description: RobotDescription, outline: Array) -> Rob
 def _drive(robot: Robot, described: DriveDescription, outline: Array) -> Drive:
     joint, world_T_floor, floor_T_joint = _planar(robot, described)
     links = robot.links_on(joint)
+    shaped = [robot.links[name] for name in links]
     local = (outline - world_T_floor[:3, 3]) @ world_T_floor[:3, :2]
     corners = hull_of_points(local)
     if len(corners) < 3:
         raise refusal(described.place, f'the floor "{described.within}" has no area seen from above')
-    points = [np.zeros((1, 3))] if not links else []
-    for name in links:
-        link = robot.links[name]
-        assert link.mesh is not None
-        placed = floor_T_joint @ link.joint_T_link
-        points.append(link.mesh.vertices @ placed[:3, :3].T + placed[:3, 3])
+    points = [] if links else [np.zeros((1, 3))]
+    for link in shaped:
+        placed, mesh = floor_T_joint @ link.joint_T_link, link.mesh
+        assert mesh is not None
+        points.append(mesh.vertices @ placed[:3, :3].T + placed[:3, 3])
     travel = None if described.travel is None else robot.configurations.get(described.travel)
     arm = None if travel is None else travel[BASE_VALUES:]
     footprint = hull_of_points(np.concatenate(points)[:, :2])
-    return Drive(described.within, joint, links, world_T_floor, *edges_of(corners), footprint, arm)
+    bare = next(name for name, link in robot.links.items() if link.joint == joint)
+    return Drive(described.within, joint, links or (bare,), world_T_floor, *edges_of(corners), footprint, arm)
 
 
 def _planar(robot: Robot, described: DriveDescription) -> tuple[int, Array, Array]:

@@ -94,7 +94,6 @@ class Robot:
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
     drive: Drive | None = None  # how the base drives, whose values are then the first; None: it stands
-    memory: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # as in `Scene`
 
     def __post_init__(self) -> None:
         """Registers the robot under a new index."""
@@ -126,7 +125,7 @@ class Robot:
 
     @property
     def base_values(self) -> int:
-        """The number of values of a configuration, the first ones, that belong to the base: three if it drives, else none."""
+        """The number of values, the first of a configuration, that move the base: three if it drives, else none."""
         return 0 if self.drive is None else BASE_VALUES
 
     @property
