@@ -21,6 +21,8 @@ from kabo.geometry_server.destinations import HOLD_TOLERANCE as HOLD_TOLERANCE
 from kabo.geometry_server.destinations import Destination as Destination
 from kabo.geometry_server.destinations import grasp_family_of as grasp_family_of
 from kabo.geometry_server.destinations import placement_streams as placement_streams
+from kabo.geometry_server.driving.standing import Standing as Standing
+from kabo.geometry_server.driving.standing import standing_of as standing_of
 from kabo.geometry_server.extras import Extra as Extra
 from kabo.geometry_server.extras import extra as extra
 from kabo.geometry_server.extras import padding as padding

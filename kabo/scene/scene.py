@@ -144,12 +144,19 @@ class _Loader:
         if name not in self.robots:
             described = self.description.robots[name]
             base = self.pose(described.base)
-            self.robots[name], read = load_robot(described, base, self.description.packages)
+            floor = None if described.drive is None else self.floor(described.drive.within)
+            self.robots[name], read = load_robot(described, base, self.description.packages, floor)
             self.files.extend(read)
         return self.robots[name]
 
     def pose(self, described: PoseDescription) -> Array:
         return self.frame(described.frame, described.place) @ transform(described.position, described.quaternion)
+
+    def floor(self, region: str) -> Array:
+        """Points (P, 3) in the world whose hull is a region."""
+        described = self.description.regions[region]
+        world_T = self.frame(region, described.place)
+        return np.asarray(_hull_points(described) @ world_T[:3, :3].T + world_T[:3, 3])
 
     def frame(self, name: str, place: Place | None) -> Array:
         if name in self.poses:
@@ -256,14 +263,28 @@ def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
         inner = np.full(CYLINDER_SIDES, shape.size[0] * np.cos(np.pi / CYLINDER_SIDES))
         return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
     mesh = mesh_of(shape, described.place)
-    points = mesh.vertices
+    equations = np.unique(_hull(mesh, _hull_points(described), described).equations.round(12), axis=0)
+    return np.ascontiguousarray(equations[:, :3]), np.ascontiguousarray(-equations[:, 3])
+
+
+def _hull_points(described: RegionDescription) -> Array:
+    """Points (P, 3) of a region's frame whose hull is the region that `_half_spaces` describes."""
+    shape = described.shape
+    if shape.kind == "box" and shape.size is not None:
+        signs = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
+        return np.asarray(signs * np.asarray(shape.size))
+    if shape.kind == "cylinder" and shape.size is not None:
+        radius, _, height = shape.size
+        angles = 2 * np.pi * (np.arange(CYLINDER_SIDES) + 0.5) / CYLINDER_SIDES
+        ring = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return np.concatenate([np.c_[ring, np.full(CYLINDER_SIDES, z)] for z in (-0.5 * height, 0.5 * height)])
+    points = mesh_of(shape, described.place).vertices
     if shape.kind in ("sphere", "capsule") and shape.size is not None:
         half = shape.size[2] / 2 if shape.kind == "capsule" else 0.0
         centres = np.clip(points, [0.0, 0.0, -half], [0.0, 0.0, half])  # the nearest point of the axis
         arms = points - centres
         points = centres + arms * (shape.size[0] / np.linalg.norm(arms, axis=1, keepdims=True))
-    equations = np.unique(_hull(mesh, points, described).equations.round(12), axis=0)
-    return np.ascontiguousarray(equations[:, :3]), np.ascontiguousarray(-equations[:, 3])
+    return np.asarray(points)
 
 
 def _hull(mesh: Mesh, points: Array, described: RegionDescription) -> Any:

@@ -22,6 +22,7 @@ from kabo.geometry_server import (
     PlacementStream,
     Stream,
     lies_inside,
+    standing_of,
     tool_frame,
 )
 from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked
@@ -166,7 +167,8 @@ def pose_target(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array
     ]
     key = stream_key(scene.context.seed, "pose", robot, frame.joint, *numbers)
     q = scene.situation.configuration(robot)
-    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]))
+    standing = standing_of(scene.context.surroundings, chosen)
+    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]), standing)
     return PoseTarget(robot, frame, world_T_frame, stream, q)
 
 
