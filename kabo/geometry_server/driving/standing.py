@@ -203,9 +203,9 @@ def _of_free_body(rows: Array) -> Array:
 def _nearest(goals: Array, entries: Array) -> npt.NDArray[np.int64]:
     """The entries (N, NEAREST) whose heights and tilts are most like those of poses (N, 12), by their number."""
     wanted, known = _features(goals), _features(entries)
-    away: Array = (wanted**2).sum(axis=1)[:, None] - 2.0 * wanted @ known.T + (known**2).sum(axis=1)
+    away = (wanted**2).sum(axis=1)[:, None] - 2.0 * wanted @ known.T + (known**2).sum(axis=1)
     most = min(NEAREST, len(known))
-    return np.sort(np.argpartition(away, most - 1, axis=1)[:, :most], axis=1)
+    return np.asarray(np.sort(np.argpartition(away, most - 1, axis=1)[:, :most], axis=1))
 
 
 def _features(poses: Array) -> Array:
