@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Candidate, Refusal, owners, tool_frame
+from kabo.geometry_server import Candidate, Measure, Refusal, owners, tool_frame
 from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
@@ -89,6 +89,8 @@ class ComputeIK(RobotStage, Wrapper):
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Refusal | None:
         reason = target.refused(scene, at)
+        if isinstance(reason, Measure):
+            return Refusal("constraint", reason.text, measures=(reason,))
         if reason is not None:
             return Refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
