@@ -31,3 +31,4 @@ from kabo.geometry.parts import Enclosure as Enclosure
 from kabo.geometry.parts import FixedGroup as FixedGroup
 from kabo.geometry.parts import MovingGroup as MovingGroup
 from kabo.geometry.triangles.crossings import crossing_faces as crossing_faces
+from kabo.geometry.triangles.solids import Solid as Solid

@@ -27,6 +27,8 @@ from kabo.geometry_server.extras import padding as padding
 from kabo.geometry_server.foresight.measures import Measure as Measure
 from kabo.geometry_server.foresight.measures import degrees as degrees
 from kabo.geometry_server.foresight.measures import millimetres as millimetres
+from kabo.geometry_server.foresight.openings import opening_of as opening_of
+from kabo.geometry_server.foresight.openings import too_wide as too_wide
 from kabo.geometry_server.foresight.regions import uncontained as uncontained
 from kabo.geometry_server.frames import WORLD as WORLD
 from kabo.geometry_server.frames import Frame as Frame

@@ -25,6 +25,7 @@ from kabo.geometry_server import (
     lies_inside,
     millimetres,
     outside,
+    too_wide,
     tool_frame,
 )
 from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked
@@ -71,6 +72,18 @@ class GraspTarget:
 
     robot: str
     stream: GraspStream
+    object: str
+
+    def too_wide(self, scene: TaskScene) -> Measure | None:
+        """The width of the object beyond the gripper's opening as it is now; None if it may fit between the fingers."""
+        robot, family = scene.robot(self.robot), self.stream.family
+        hand = tuple(float(value) for value in scene.configuration(self.robot)[robot.planned :])
+        body = scene.context.scene.bodies[self.object]
+        key = "too wide", self.robot, body.name, family.name, hand
+        known: tuple[Measure | None] = scene.context.surroundings.remembered(
+            key, lambda: (too_wide(robot, body, family, hand),)
+        )
+        return known[0]
 
     def batches(self) -> Iterator[list[Candidate]]:
         """The configurations that reach the target, in batches; those near the home configuration come first."""

@@ -1,6 +1,7 @@
 """Inverse kinematics as a wrapper: it solves each target of its child for robot configurations [T 3.4]."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
-from kabo.tasks.robots.motion.targets import PoseTarget
+from kabo.tasks.robots.motion.targets import GraspTarget, PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
 
@@ -94,7 +95,11 @@ class ComputeIK(RobotStage, Wrapper):
         if reason is not None:
             return Refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
-        return None if hit is None else Refusal.collision(hit, question=along(scene, name, at.q))
+        if hit is None:
+            return None
+        refusal = Refusal.collision(hit, question=along(scene, name, at.q))
+        wide = target.too_wide(scene) if isinstance(target, GraspTarget) and target.object in hit else None
+        return refusal if wide is None else replace(refusal, measures=(wide,))
 
 
 def _is_movable(scene: TaskScene, robot: str, refused: Refusal) -> bool:
