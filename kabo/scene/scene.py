@@ -34,6 +34,11 @@ from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
 
+ROOM_BELOW = (
+    1e-3  # [m] below a region with a support: what stands on the support is inside, however flush they are
+)
+FACING_DOWN = 0.999  # cosine to straight down of a face that may lie on the support
+
 _Described = TypeVar("_Described")
 _Made = TypeVar("_Made")
 
@@ -59,7 +64,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Region:
-    """A closed convex volume: all x of its frame with normals (H, 3) @ x <= offsets (H,) [m]."""
+    """A closed convex volume: all x of its frame with normals (H, 3) @ x <= offsets (H,) [m].
+
+    Faces of a region with a support that face down lie a millimetre deeper than in the scene file.
+    """
 
     name: str
     normals: Array
@@ -189,6 +197,8 @@ class _Loader:
         normals, offsets = _half_spaces(described)
         pose = self.frame(described.name, described.place)
         size = _half_extents(described.shape, normals, offsets)
+        if described.support is not None:
+            offsets = _with_room_below(normals, offsets, pose)
         return Region(described.name, normals, offsets, pose, described.support, size)
 
     def collect(self, make: Callable[[_Described], _Made], items: Mapping[str, _Described]) -> dict[str, _Made]:
@@ -285,6 +295,12 @@ def _hull_points(described: RegionDescription) -> Array:
         arms = points - centres
         points = centres + arms * (shape.size[0] / np.linalg.norm(arms, axis=1, keepdims=True))
     return np.asarray(points)
+
+
+def _with_room_below(normals: Array, offsets: Array, world_T_region: Array) -> Array:
+    """The offsets of a region's half-spaces with those that face down moved down by `ROOM_BELOW`."""
+    facing_down = normals @ world_T_region[2, :3] < -FACING_DOWN
+    return np.asarray(offsets + ROOM_BELOW * facing_down)
 
 
 def _hull(mesh: Mesh, points: Array, described: RegionDescription) -> Any:
