@@ -14,6 +14,7 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.elements import Element, one_mesh
+from kabo.scene.semantics import Groups
 from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import KinematicTree
@@ -97,6 +98,8 @@ class Robot:
     inverse_kinematics: str = "projection"
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
+    allowed: frozenset[frozenset[str]] = frozenset()  # pairs of links that may touch
+    groups: Groups = field(default_factory=lambda: Groups({}, {}))  # of its SRDF
 
     def __post_init__(self) -> None:
         """Registers the robot under a new index."""
