@@ -46,6 +46,7 @@ from kabo.geometry_server.placement_check import may_place as may_place
 from kabo.geometry_server.predicates import ScenePredicates as ScenePredicates
 from kabo.geometry_server.reachability import grasp_missing as grasp_missing
 from kabo.geometry_server.reachability import region_missing as region_missing
+from kabo.geometry_server.robot_models.findings import robot_findings as robot_findings
 from kabo.geometry_server.server import GeometryServer as GeometryServer
 from kabo.geometry_server.shortfall import Shortfall as Shortfall
 from kabo.geometry_server.shortfall import shortfall_of as shortfall_of
