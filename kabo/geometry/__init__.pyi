@@ -32,3 +32,4 @@ from kabo.geometry.parts import FixedGroup as FixedGroup
 from kabo.geometry.parts import MovingGroup as MovingGroup
 from kabo.geometry.parts import Rounding as Rounding
 from kabo.geometry.triangles.crossings import crossing_faces as crossing_faces
+from kabo.geometry.triangles.solids import Solid as Solid

@@ -4,6 +4,7 @@ Lengths are in metres, angles in radians, quaternions are (x, y, z, w). Models h
 robots that use them, and the bodies and regions that a problem adds are included.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,7 @@ FARTHEST = 1000.0  # m: of a position from its frame, of a size
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+BASE_JOINTS = ("base_x", "base_y", "base_yaw")
 MATE_TOLERANCE = 1e-4  # m: how far a part may leave the way of its insertion, where its mate does not say
 
 
@@ -167,12 +169,30 @@ class SensorDescription:
 
 
 @dataclass(frozen=True)
+class DriveDescription:
+    """How a robot's base drives on the floor: along x and y and about z of the base's written pose.
+
+    `within` is the region whose outline, seen from above, the base's own links never leave. `joints` are the names of
+    the three joints; those that the URDF has are used, else they are added before its first link.
+    """
+
+    within: str
+    joints: tuple[str, str, str] = BASE_JOINTS
+    speed: float = 0.5  # m/s, along x and along y
+    turn_speed: float = 1.0  # rad/s
+    turn: tuple[float, float] = (-2.0 * math.pi, 2.0 * math.pi)  # rad
+    travel: str | None = None  # a configuration: of the arm on long drives, where it can be had
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """A robot as described in a scene file.
 
     `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
     `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
-    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls.
+    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls. A robot that drives
+    has the joints of its base before those in `joints`.
     """
 
     name: str
@@ -191,6 +211,7 @@ class RobotDescription:
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)
     sensors: Mapping[str, SensorDescription] = field(default_factory=dict)
+    drive: DriveDescription | None = None  # None: the base stands
 
 
 @dataclass(frozen=True)

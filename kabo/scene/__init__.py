@@ -5,6 +5,7 @@ checks, sampling or motion.
 """
 
 from kabo.meshes import Mesh, Rounding, load_mesh
+from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
@@ -15,6 +16,8 @@ from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 __all__ = [
+    "BASE_VALUES",
+    "Drive",
     "PRISMATIC",
     "REVOLUTE",
     "Attachment",

@@ -9,8 +9,8 @@ from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.scenes.bodies import BodyReader
 from kabo.language.yaml.scenes.constraints import Owner
+from kabo.language.yaml.scenes.drives import read_base
 from kabo.language.yaml.scenes.features import read_features, sound_features
-from kabo.language.yaml.scenes.poses import read_pose
 from kabo.language.yaml.scenes.sensors import read_sensors
 from kabo.language.yaml.values import Reader
 
@@ -37,7 +37,7 @@ class RobotReader:
         reader = self.reader
         node = reader.require(mapping, "urdf", "a robot") if complete else mapping.get("urdf")
         urdf = read_file_path(reader, node, "URDF", self.packages)
-        base = read_pose(reader, mapping.get("base"))
+        base, drive = read_base(reader, mapping.get("base"))
         joints = self._words(mapping.get("joints"), "joint")
         node = mapping.get("inverse_kinematics")
         word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
@@ -46,12 +46,12 @@ class RobotReader:
         gripper = self._gripper(mapping.get("gripper"))
         frame, features = self._tool(mapping.get("tool"))
         self.tools[name] = Owner(name, features)
-        configurations = self._configurations(mapping.get("configurations"), joints)
+        configurations = self._configurations(mapping.get("configurations"), joints, drives=drive is not None)
         return RobotDescription(
             name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
             sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
             analytic, hulls, self._accelerations(mapping.get("acceleration")),
-            read_sensors(reader, mapping.get("sensors")),
+            read_sensors(reader, mapping.get("sensors")), drive,
         )  # fmt: skip
 
     def _words(self, node: YamlNode | None, what: str) -> tuple[str, ...] | None:
@@ -131,14 +131,15 @@ class RobotReader:
         return found
 
     def _configurations(
-        self, node: YamlNode | None, joints: tuple[str, ...] | None
+        self, node: YamlNode | None, joints: tuple[str, ...] | None, *, drives: bool
     ) -> dict[str, tuple[float, ...]]:
+        """The named configurations; if the robot `drives`, each may leave out the base's values."""
         found: dict[str, tuple[float, ...]] = {}
-        count = None if joints is None else len(joints)
+        count = None if joints is None or drives else len(joints)
         for name, key, value in self.reader.entries(node, "the configurations"):
             self.reader.check_name(key, "a configuration")
             values = self.reader.numbers(value, f'the configuration "{name}"', count, angle=True)
             if values is not None:
                 found[name] = values
-                count = len(values)
+                count = None if drives else len(values)
         return found

@@ -24,6 +24,7 @@ from kabo.language.yaml.documents import MAX_NODES, Mapping, Scalar, Sequence, Y
 from kabo.language.yaml.paths import read_packages
 from kabo.language.yaml.scenes.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, PartialBody
 from kabo.language.yaml.scenes.constraints import ConstraintReader, Owner, Roles
+from kabo.language.yaml.scenes.drives import check_floors
 from kabo.language.yaml.scenes.features import given_features
 from kabo.language.yaml.scenes.poses import Framed, check_frames
 from kabo.language.yaml.scenes.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
@@ -321,5 +322,6 @@ def _check_frames(reading: SceneReading, parts: MappingType[str, PartialBody], s
     poses: dict[str, PoseDescription] = {name: robot.base for name, robot in scene.robots.items()}
     poses.update({name: part.pose for name, part in parts.items()})
     poses.update({name: region.pose for name, region in scene.regions.items()})
+    check_floors(scene.robots, scene.regions, poses, reading.findings)
     framed = {name: Framed(pose.frame, pose.place or reading.places[name]) for name, pose in poses.items()}
     check_frames(framed, scene.robots, scene.regions, reading.findings)
