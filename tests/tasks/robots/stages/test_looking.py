@@ -10,7 +10,7 @@ import pytest
 
 from kabo.geometry_server import Refusal, View
 from kabo.scene import Sensor
-from kabo.tasks.core import InitialisationError, Result
+from kabo.tasks.core import InitialisationError, Result, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
 from kabo.tasks.robots.stages.looking import Look
@@ -114,10 +114,6 @@ def test_the_procedure_sense_ends_where_the_camera_sees(first_scene: First) -> N
 
 
 def test_a_camera_that_the_robot_lacks_is_an_error(first_scene: First) -> None:
-    from kabo.tasks.core import Task
-
-    task = Task(
-        "t", [STAGES["CurrentState"]("start"), STAGES["Look"]("l", robot="arm", object="box_1", sensor="ey")]
-    )
+    look = STAGES["Look"]("look", robot="arm", object="box_1", sensor="ey")
     with pytest.raises(InitialisationError, match="arm has no sensor 'ey'; it has eye"):
-        check_meaning(task, first_scene(OPEN).context.scene)
+        check_meaning(Task("t", STAGES["CurrentState"]("now"), look), first_scene(OPEN).context.scene)
