@@ -1,3 +1,4 @@
+from kabo.geometry_server.answers import BLOCKED_REASONS as BLOCKED_REASONS
 from kabo.geometry_server.answers import MAX_EFFORT as MAX_EFFORT
 from kabo.geometry_server.answers import REASONS as REASONS
 from kabo.geometry_server.answers import Answer as Answer
@@ -50,6 +51,8 @@ from kabo.geometry_server.robot_models.findings import robot_findings as robot_f
 from kabo.geometry_server.server import GeometryServer as GeometryServer
 from kabo.geometry_server.shortfall import Shortfall as Shortfall
 from kabo.geometry_server.shortfall import shortfall_of as shortfall_of
+from kabo.geometry_server.sight.viewpoints import ViewpointStream as ViewpointStream
+from kabo.geometry_server.sight.viewpoints import viewpoints as viewpoints
 from kabo.geometry_server.sight.views import Unseen as Unseen
 from kabo.geometry_server.sight.views import View as View
 from kabo.geometry_server.situation import Situation as Situation
