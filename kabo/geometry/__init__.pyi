@@ -30,4 +30,6 @@ from kabo.geometry.collision.swept_volume import swept_volume as swept_volume
 from kabo.geometry.parts import Enclosure as Enclosure
 from kabo.geometry.parts import FixedGroup as FixedGroup
 from kabo.geometry.parts import MovingGroup as MovingGroup
+from kabo.geometry.parts import Rounding as Rounding
 from kabo.geometry.triangles.crossings import crossing_faces as crossing_faces
+from kabo.geometry.triangles.solids import Solid as Solid

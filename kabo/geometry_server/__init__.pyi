@@ -26,6 +26,12 @@ from kabo.geometry_server.driving.standing import standing_of as standing_of
 from kabo.geometry_server.extras import Extra as Extra
 from kabo.geometry_server.extras import extra as extra
 from kabo.geometry_server.extras import padding as padding
+from kabo.geometry_server.foresight.measures import Measure as Measure
+from kabo.geometry_server.foresight.measures import degrees as degrees
+from kabo.geometry_server.foresight.measures import millimetres as millimetres
+from kabo.geometry_server.foresight.openings import opening_of as opening_of
+from kabo.geometry_server.foresight.openings import too_wide as too_wide
+from kabo.geometry_server.foresight.regions import uncontained as uncontained
 from kabo.geometry_server.frames import WORLD as WORLD
 from kabo.geometry_server.frames import Frame as Frame
 from kabo.geometry_server.frames import Roles as Roles
@@ -43,6 +49,8 @@ from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.server import GeometryServer as GeometryServer
 from kabo.geometry_server.shortfall import Shortfall as Shortfall
 from kabo.geometry_server.shortfall import shortfall_of as shortfall_of
+from kabo.geometry_server.sight.views import Unseen as Unseen
+from kabo.geometry_server.sight.views import View as View
 from kabo.geometry_server.situation import Situation as Situation
 from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT
@@ -51,6 +59,7 @@ from kabo.geometry_server.stretches import keep_constraint as keep_constraint
 from kabo.geometry_server.stretches import line as line
 from kabo.geometry_server.stretches import way_to as way_to
 from kabo.geometry_server.support_relations import lies_inside as lies_inside
+from kabo.geometry_server.support_relations import outside as outside
 from kabo.geometry_server.support_relations import supports as supports
 from kabo.geometry_server.support_relations import why_unsupported as why_unsupported
 from kabo.geometry_server.surroundings import SceneSurroundings as SceneSurroundings

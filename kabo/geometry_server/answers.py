@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
+from kabo.geometry_server.foresight.measures import Measure
 from kabo.plan import Learned, Segment
 from kabo.scene import Component
 
@@ -64,6 +65,7 @@ class Refusal:
         missing: the distance by which the target is out of reach [m].
         attempts: the number of refused attempts that the refusal summarises; 0 if they were not counted.
         question: the refused query, so that it can be repeated in another situation.
+        measures: the numbers on which the refusal rests, each of a constraint or limit that was not met.
     """
 
     reason: str
@@ -74,6 +76,7 @@ class Refusal:
     missing: float | None = None
     attempts: int = 0
     question: Askable | None = None
+    measures: tuple[Measure, ...] = ()
 
     @classmethod
     def collision(

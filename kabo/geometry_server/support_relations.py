@@ -4,6 +4,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup, contains
+from kabo.geometry_server.foresight.widths import corners
 from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -111,7 +112,24 @@ def _box(body: Body, pose: Array) -> tuple[Array, Array]:
 
 
 def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:
-    """Whether a body at a pose (4, 4) in the world is proven to lie inside a region, by its convex parts [K Def. 1]."""
+    """Whether a body at a pose (4, 4) in the world is proven to lie inside a region [K Def. 1].
+
+    A region is convex, so the corners of the body's own mesh decide: no enclosing part is needed, and epsilon has no
+    share in the answer.
+    """
+    points = _in_region(surroundings, name, pose, region)
+    return contains((region.normals, region.offsets), points, surroundings.budget.numeric)
+
+
+def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> float:
+    """The distance by which a body at a pose (4, 4) reaches out of a region [m]; negative if it lies inside."""
+    points = _in_region(surroundings, name, pose, region)
+    return float((points @ region.normals.T - region.offsets).max())
+
+
+def _in_region(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> Array:
+    """The corners (V, 3) of a body's hull in the frame of a region."""
     region_T_body = np.linalg.inv(region.world_T_region) @ pose
-    points = np.concatenate(surroundings.enclosure(name).parts) @ region_T_body[:3, :3].T + region_T_body[:3, 3]
-    return bool(contains((region.normals, region.offsets), points, surroundings.budget.numeric))
+    vertices = surroundings.scene.bodies[name].mesh.vertices
+    points: Array = surroundings.remembered(("corners", name), lambda: corners(vertices))
+    return np.asarray(points @ region_T_body[:3, :3].T + region_T_body[:3, 3])

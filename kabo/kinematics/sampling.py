@@ -7,7 +7,7 @@ from kabo.arrays import Array
 from kabo.kinematics.constraints import ROW_TOLERANCE, Rows, stacked
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
-from kabo.kinematics.projection import MAX_ITERATIONS, arrays_of, checked
+from kabo.kinematics.projection import MAX_ITERATIONS, checked, limited
 from kabo.scene.tree import KinematicTree
 from kabo.streams import Key
 
@@ -71,10 +71,9 @@ def sample(
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
     tries = AIM_TRIES if drawn else 1  # other seeds are nowhere near
-    rule = MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, tries
-    kernels.project_seeds(
-        Q, succeeded, every, len(rows), aims, 2 * ROW_TOLERANCE, low, high, moving, *arrays_of(tree), *rule
-    )
+    wanted = kernels.Wanted(every, len(rows), aims, 2 * ROW_TOLERANCE)
+    rule = kernels.Rule(MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, tries)
+    kernels.project_seeds(Q, succeeded, wanted, limited(tree, low, high), moving, rule)
     return Q, succeeded
 
 

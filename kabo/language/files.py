@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
+from kabo.language.packages import SCHEME, package_folder
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 
@@ -42,9 +43,10 @@ def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
         return
     for element in root.iter("mesh"):
         name = element.get("filename", "")
-        if name.startswith("package://"):
-            package, _, rest = name.removeprefix("package://").partition("/")
-            if package in packages:
-                yield packages[package] / rest
+        if name.startswith(SCHEME):
+            package, _, rest = name.removeprefix(SCHEME).partition("/")
+            folder = package_folder(package, packages, urdf)
+            if folder is not None:
+                yield folder / rest
         elif name:
             yield urdf.parent / name.removeprefix("file://")

@@ -100,10 +100,12 @@ class PlacementFamily:
 class Shape:
     """The shape of a body: a mesh file with a scale, or a primitive with full side lengths [m]."""
 
-    kind: Literal["mesh", "box", "cylinder", "sphere"]
+    kind: Literal["mesh", "box", "cylinder", "sphere", "capsule"]
     path: Path | None = None
     scale: float = 1.0
-    size: Vector | None = None  # box: x, y, z; cylinder: radius, radius, height; sphere: radius three times
+    size: Vector | None = (
+        None  # box: x, y, z; cylinder and capsule: radius, radius, height; sphere: radius three times
+    )
     place: Place | None = field(default=None, compare=False, repr=False)
 
 
@@ -144,6 +146,25 @@ class GripperDescription:
     open: Mapping[str, float] = field(default_factory=dict)
     closed: Mapping[str, float] = field(default_factory=dict)
     touch_links: tuple[str, ...] = ()
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class SensorDescription:
+    """A camera on a link of a robot: it looks from the origin of its own frame along z, with x to the right.
+
+    `position` and `quaternion` are the pose of its frame in the frame of the link `frame`. `field_of_view` has full
+    angles [rad]: one of a cone, or the horizontal and the vertical one of a pyramid. `range` has the least and the
+    greatest distance of what it sees [m]. `allowed` are links of the robot that may be in the way of its view.
+    """
+
+    name: str
+    frame: str
+    field_of_view: tuple[float, ...]
+    range: tuple[float, float]
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    allowed: tuple[str, ...] = ()
     place: Place | None = field(default=None, compare=False, repr=False)
 
 
@@ -189,6 +210,7 @@ class RobotDescription:
     analytic: Place | None = field(default=None, compare=False, repr=False)
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)
+    sensors: Mapping[str, SensorDescription] = field(default_factory=dict)
     drive: DriveDescription | None = None  # None: the base stands
 
 

@@ -15,6 +15,8 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.drives import BASE_VALUES, Drive
+from kabo.scene.elements import Element, one_mesh
+from kabo.scene.sensors import Sensor
 from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import KinematicTree
@@ -22,13 +24,18 @@ from kabo.scene.tree import KinematicTree
 
 @dataclass(frozen=True)
 class Link:
-    """A link: the joint that carries it, its pose in the joint's frame, and its mesh in the link's frame."""
+    """A link: the joint that carries it, its pose in the joint's frame, and the elements of which it consists."""
 
     name: str
     joint: int
     joint_T_link: Array  # (4, 4)
-    mesh: Mesh | None
+    elements: tuple[Element, ...] = ()  # in the link's frame
     place: Place | None = field(default=None, compare=False)  # of its element in the URDF
+
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """The elements as one mesh in the link's frame; None for a link without geometry."""
+        return one_mesh(self.elements)
 
 
 @dataclass(frozen=True)
@@ -93,6 +100,7 @@ class Robot:
     inverse_kinematics: str = "projection"
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
     drive: Drive | None = None  # how the base drives, whose values are then the first; None: it stands
 
     def __post_init__(self) -> None:

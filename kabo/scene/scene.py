@@ -27,11 +27,17 @@ from kabo.language.scene_description import (
 )
 from kabo.meshes import Mesh, unusable
 from kabo.scene.bounds import findings
+from kabo.scene.elements import Element
 from kabo.scene.robots import Robot, link_poses
-from kabo.scene.shapes import CYLINDER_SIDES, mesh_of
+from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
+
+ROOM_BELOW = (
+    1e-3  # [m] below a region with a support: what stands on the support is inside, however flush they are
+)
+FACING_DOWN = 0.999  # cosine to straight down of a face that may lie on the support
 
 _Described = TypeVar("_Described")
 _Made = TypeVar("_Made")
@@ -50,10 +56,18 @@ class Body:
     placements: Mapping[str, PlacementFamily]
     mass: float | None = None
 
+    @cached_property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements of which the body consists, in its own frame."""
+        return (element_of(self.shape, None, self.mesh),)
+
 
 @dataclass(frozen=True)
 class Region:
-    """A closed convex volume: all x of its frame with normals (H, 3) @ x <= offsets (H,) [m]."""
+    """A closed convex volume: all x of its frame with normals (H, 3) @ x <= offsets (H,) [m].
+
+    Faces of a region with a support that face down lie a millimetre deeper than in the scene file.
+    """
 
     name: str
     normals: Array
@@ -183,6 +197,8 @@ class _Loader:
         normals, offsets = _half_spaces(described)
         pose = self.frame(described.name, described.place)
         size = _half_extents(described.shape, normals, offsets)
+        if described.support is not None:
+            offsets = _with_room_below(normals, offsets, pose)
         return Region(described.name, normals, offsets, pose, described.support, size)
 
     def collect(self, make: Callable[[_Described], _Made], items: Mapping[str, _Described]) -> dict[str, _Made]:
@@ -273,9 +289,18 @@ def _hull_points(described: RegionDescription) -> Array:
         ring = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return np.concatenate([np.c_[ring, np.full(CYLINDER_SIDES, z)] for z in (-0.5 * height, 0.5 * height)])
     points = mesh_of(shape, described.place).vertices
-    if shape.kind == "sphere" and shape.size is not None:
-        points = points * (shape.size[0] / np.linalg.norm(points, axis=1, keepdims=True))
+    if shape.kind in ("sphere", "capsule") and shape.size is not None:
+        half = shape.size[2] / 2 if shape.kind == "capsule" else 0.0
+        centres = np.clip(points, [0.0, 0.0, -half], [0.0, 0.0, half])  # the nearest point of the axis
+        arms = points - centres
+        points = centres + arms * (shape.size[0] / np.linalg.norm(arms, axis=1, keepdims=True))
     return np.asarray(points)
+
+
+def _with_room_below(normals: Array, offsets: Array, world_T_region: Array) -> Array:
+    """The offsets of a region's half-spaces with those that face down moved down by `ROOM_BELOW`."""
+    facing_down = normals @ world_T_region[2, :3] < -FACING_DOWN
+    return np.asarray(offsets + ROOM_BELOW * facing_down)
 
 
 def _hull(mesh: Mesh, points: Array, described: RegionDescription) -> Any:

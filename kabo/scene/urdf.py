@@ -11,9 +11,11 @@ from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import DriveDescription, RobotDescription
-from kabo.meshes import Mesh
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
+from kabo.scene.elements import Element
+from kabo.scene.native_messages import names_in, with_messages
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
@@ -47,9 +49,9 @@ def load_robot(
         own = () if gripper is None or gripper.joints is None else gripper.joints
     _place_base(model, base)
     mimics = {name: rule for file in files for name, rule in file.mimics.items()}
-    meshes = {name: mesh for file in files for name, mesh in file.meshes.items()}
+    elements = {name: made for file in files for name, made in file.elements.items()}
     places = {name: place for file in files for name, place in file.places.items()}
-    robot = _assemble(description, model, mimics, meshes, tuple(j for j in own if j not in mimics), places)
+    robot = _assemble(description, model, mimics, elements, tuple(j for j in own if j not in mimics), places)
     if floor is not None:
         robot = on_floor(robot, description, floor)
     _check_configurations(description, robot)
@@ -59,11 +61,12 @@ def load_robot(
 
 def _model(file: UrdfFile, place: Place | None, drive: DriveDescription | None = None) -> Any:
     text = file.kinematics if drive is None else with_base_joints(file.kinematics, drive)
-    try:
-        return pinocchio().buildModelFromXML(text)
-    except (ValueError, RuntimeError) as error:
-        reason = str(error).strip().splitlines()[0]
-        raise refusal(place, f'robot file "{file.path.name}" is not a usable URDF: {reason}') from None
+    model, lines, reason = with_messages(lambda: pinocchio().buildModelFromXML(text))
+    if reason is None:
+        return model
+    named = (file.places[name] for line in lines for name in names_in(line) if name in file.places)
+    told = lines[0] if lines else reason
+    raise refusal(next(named, place), f'robot file "{file.path.name}" is not a usable URDF: {told}')
 
 
 def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
@@ -114,14 +117,14 @@ def _assemble(
     description: RobotDescription,
     model: Any,
     mimics: Mapping[str, tuple[str, float, float]],
-    meshes: Mapping[str, Mesh],
+    elements: Mapping[str, tuple[Element, ...]],
     gripper_joints: tuple[str, ...],
     places: Mapping[str, Place],
 ) -> Robot:
     for link in description.hulls:
-        if link not in meshes:
+        if link not in elements:
             raise refusal(
-                description.place, f'no link "{link}" with a shape, in hulls', did_you_mean(link, meshes)
+                description.place, f'no link "{link}" with a shape, in hulls', did_you_mean(link, elements)
             )
     movable = [name for name in list(model.names)[1:] if name not in mimics]
     for name in (*(description.joints or ()), *gripper_joints):
@@ -138,7 +141,7 @@ def _assemble(
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
     tree = _tree(model, kinds, turns, actuation, names, _named(description, description.limits, names, "limits"))
-    links = _links(model, turns, meshes, places)
+    links = _links(model, turns, elements, places)
     return Robot(
         description.name,
         model,
@@ -153,11 +156,12 @@ def _assemble(
         description.inverse_kinematics,
         description.hulls,
         _named(description, description.acceleration, names, "accelerations"),
+        sensors_of(description, links),
     )
 
 
 def _links(
-    model: Any, turns: Sequence[Array], meshes: Mapping[str, Mesh], places: Mapping[str, Place]
+    model: Any, turns: Sequence[Array], elements: Mapping[str, tuple[Element, ...]], places: Mapping[str, Place]
 ) -> dict[str, Link]:
     """The links by name; `turns` are the rotations of joint frames that align z with the joint's axis."""
     links = {}
@@ -167,7 +171,7 @@ def _links(
             turn = np.eye(4)
             turn[:3, :3] = turns[frame.parentJoint].T
             name = frame.name
-            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
+            links[name] = Link(name, frame.parentJoint, turn @ pose, elements.get(name, ()), places.get(name))
     return links
 
 

@@ -15,7 +15,7 @@ from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
 from kabo.geometry.collision.view_arrays import chain_of, reach
-from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
+from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 Segment = tuple[Array, Array]  # start and end (n,)
@@ -24,7 +24,7 @@ Segment = tuple[Array, Array]  # start and end (n,)
 class PlacedParts(NamedTuple):
     """The parts of one body in its joint's frame."""
 
-    blocks: Array  # (B, 3, 24)
+    blocks: Array  # (B, 3, K)
     sizes: Integers  # (B,)
     extents: Array  # (B, 6) centre and half extents
     radii: Array  # (B,) about the joint's origin [m]
@@ -127,7 +127,7 @@ def placed(body: MovingGroup) -> PlacedParts:
     if pose.shape != (1, 12) or not np.isfinite(pose).all():
         raise ValueError("the pose of a body is not 12 finite numbers")
     count = len(packed.sizes)
-    blocks, extents = np.zeros((count, 3, COLUMNS)), np.empty((count, 6))
+    blocks, extents = np.zeros(packed.blocks.shape), np.empty((count, 6))
     starts = np.array([0, count], np.int64)
     place_groups(packed.blocks, packed.sizes, starts, pose, blocks, extents, np.empty((1, 6)), np.empty(1))
     radii = np.linalg.norm(blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)

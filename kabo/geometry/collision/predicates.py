@@ -25,7 +25,7 @@ from kabo.geometry.collision.kernels.distance import unions_apart, unions_distan
 from kabo.geometry.collision.kernels.volumes import FINER, MEET, volumes_meet
 from kabo.geometry.collision.motions import Motion, Segment, Swept, placed, standing, standing_parts
 from kabo.geometry.collision.view_arrays import offset_for
-from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
+from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, with_columns
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh as TriangleMesh
 
@@ -189,7 +189,7 @@ def distance(first: FixedGroup, second: FixedGroup) -> Bounds:
 class _Pair(NamedTuple):
     """The parts of two bodies in the world, one after the other, as arrays for distance kernels."""
 
-    blocks: Array  # (B, 3, 24)
+    blocks: Array  # (B, 3, K)
     sizes: Integers  # (B,)
     boxes: Array  # (B, 6) lower, upper
     first: int  # how many are the first body's
@@ -199,8 +199,9 @@ class _Pair(NamedTuple):
 def _paired(first: FixedGroup, second: FixedGroup) -> _Pair:
     ours, theirs = standing_parts(first), standing_parts(second)
     greatest = max(float(ours.radii.max(initial=0.0)), float(theirs.radii.max(initial=0.0)))
+    columns = max(ours.blocks.shape[2], theirs.blocks.shape[2])
     return _Pair(
-        np.concatenate([ours.blocks, theirs.blocks]),
+        np.concatenate([with_columns(ours.blocks, columns), with_columns(theirs.blocks, columns)]),
         np.concatenate([ours.sizes, theirs.sizes]),
         np.concatenate([_boxes(ours.extents), _boxes(theirs.extents)]),
         len(ours.sizes),

@@ -14,7 +14,7 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, POSITIONS_PER_PIECE, prove_pairs
 from kabo.geometry.collision.view_arrays import chain_of, offset_for
 from kabo.geometry.collision.view_arrays import reach as reach_of
-from kabo.geometry.parts import COLUMNS, Enclosure
+from kabo.geometry.parts import LANE, Enclosure, with_columns
 from kabo.scene import KinematicTree
 
 CODE_LETTERS = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed
@@ -29,7 +29,7 @@ class Parts(NamedTuple):
     """The convex parts of one mesh, sorted so that adjacent parts in the order are close in space."""
 
     vertices: tuple[Array, ...]  # each (V, 3) [m], in the body's frame
-    blocks: Array  # (B, 3, 24)
+    blocks: Array  # (B, 3, K)
     sizes: Integers  # (B,)
     boxes: Array  # (B, 6) lower and upper
 
@@ -107,7 +107,9 @@ class Prover:
         counts = [len(parts.sizes) for parts in meshes.values()]
         ends = np.cumsum([0, *counts])
         self.ranges = {name: (int(a), int(b)) for name, a, b in zip(meshes, ends, ends[1:], strict=False)}
-        self.blocks = np.concatenate([np.empty((0, 3, COLUMNS)), *(parts.blocks for parts in meshes.values())])
+        columns = max((parts.blocks.shape[2] for parts in meshes.values()), default=LANE)
+        blocks = (with_columns(parts.blocks, columns) for parts in meshes.values())
+        self.blocks = np.concatenate([np.empty((0, 3, columns)), *blocks])
         self.sizes = np.concatenate([np.empty(0, np.int64), *(parts.sizes for parts in meshes.values())])
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
         self._radii: dict[tuple[str, bytes], float] = {}

@@ -23,7 +23,7 @@ from kabo.geometry.collision.kernels.layout import (
 )
 from kabo.geometry.collision.kernels.separation import rounding
 from kabo.geometry.collision.kernels.tracks import COARSE_NODES, FRAME_SLOTS
-from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, poses_of
+from kabo.geometry.parts import FixedGroup, MovingGroup, poses_of, stacked
 from kabo.scene import PRISMATIC, KinematicTree
 
 ROUNDING_BOUND = 2e-10  # [m] of one evaluated gap; Budget.margin relies on it
@@ -90,7 +90,7 @@ class Sweep(NamedTuple):
 class Scratch(NamedTuple):
     """The scratch arrays of configuration and segment checks, because of which a view belongs to one thread."""
 
-    blocks: Array  # (B + SWEEP_POOL_BLOCKS, 3, 24): in the joint's frame; of sweeps
+    blocks: Array  # (B + SWEEP_POOL_BLOCKS, 3, K): in the joint's frame; of sweeps
     axis: Array  # (3,)
     simplex: Array  # (4, 3)
     counters: Integers  # (8,) pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive
@@ -145,17 +145,16 @@ def offset_for(greatest: float) -> float:
 def bodies_of(
     chain: Chain, moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup], pairs: Integers
 ) -> tuple[Bodies, Array, Array]:
-    """The bodies, their parts' blocks (B, 3, 24) in the joint's frame, and the groups' radii (G,) about its origin [m].
+    """The bodies, their parts' blocks (B, 3, K) in the joint's frame, and the groups' radii (G,) about its origin [m].
 
     Raises:
         ValueError: vertices, poses or pairs are not usable.
     """
     groups_of: list[MovingGroup | FixedGroup] = [*moving, *fixed]
     packed = [group.enclosure.packed for group in groups_of]
-    sizes = np.concatenate([np.empty(0, np.int64), *(p.sizes for p in packed)])
-    source = np.concatenate([np.empty((0, 3, COLUMNS)), *(p.blocks for p in packed)])
+    source, sizes, *_ = stacked(packed)
     groups, order = _groups(chain, moving, [len(p.sizes) for p in packed], pairs)
-    blocks = np.empty((len(sizes), 3, COLUMNS))
+    blocks = np.empty(source.shape)
     part_extents, group_extents, radii = (
         np.empty((len(sizes), 6)),
         np.empty((len(packed), 6)),
@@ -197,7 +196,7 @@ def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tup
 
     Args:
         margin: the value that an evaluated gap must exceed [m].
-        blocks: the vertex blocks (B, 3, 24) of the parts, in their joint's frame [m].
+        blocks: the vertex blocks (B, 3, K) of the parts, in their joint's frame [m].
     """
     joints, groups = chain.joints.shape[1], len(bodies.group_extents)
     words = _in_python(words_for)(groups)
@@ -220,9 +219,9 @@ def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tup
     arrays = [*whole, *numbers, blocks]
     starts = list(accumulate((array.size for array in arrays), _in_python(after), initial=0))
     counts = joints, len(chain.bound), bodies.moving, groups, len(blocks), bodies.pairs.shape[1], len(listed)
-    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_BLOCKS, COLUMNS
+    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_BLOCKS, blocks.shape[2]
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, bodies.offset
-    memory = _laid_out(arrays, starts, room=SWEEP_POOL_BLOCKS * 3 * COLUMNS)
+    memory = _laid_out(arrays, starts, room=SWEEP_POOL_BLOCKS * 3 * blocks.shape[2])
     *_, axis, simplex, blocks = _in_python(numbers_of)(memory)
     return memory, Scratch(blocks, axis, simplex, _in_python(whole_numbers_of)(memory)[0])
 

@@ -205,7 +205,7 @@ def _only_joint(rows: Array, along: Array | None) -> int | None:
 
 
 def _of_free_body(rows: Array) -> Array:
-    made = rows.copy()
+    made: Array = rows.copy()
     joints = rows[:, (columns.FIRST, columns.SECOND)]
     made[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, FREE_BODY.size)
     return made

@@ -7,7 +7,7 @@ from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 BOX_SLACK = 1e-12  # [m] added to boxes against rounding
 
 
-@reduction_kernel  # (J, 12) f8, i8, (B, 3, 24) f8, i8, (D, 3, 24) f8, i8, i8
+@reduction_kernel  # (J, 12) f8, i8, (B, 3, K) f8, i8, (D, 3, K) f8, i8, i8
 def place_block(poses, pose, blocks, source, placed, target, count):
     """Writes the vertices of block `source`, moved by a pose, to block `target` of `placed`."""
     for r in range(3):
@@ -63,7 +63,7 @@ def _centre(boxes, target):
         boxes[target, r], boxes[target, 3 + r] = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
 
 
-@lean_kernel  # (B, 3, 24) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, 24), (B, 6), (G, 6), (G,) f8
+@lean_kernel  # (B, 3, K) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, K), (B, 6), (G, 6), (G,) f8
 def place_groups(packed, sizes, starts, poses, blocks, part_extents, group_extents, radii):
     """Writes the vertices of all parts in their joint's frame, the boxes of parts and groups, and the groups' radii."""
     for g in range(poses.shape[0]):

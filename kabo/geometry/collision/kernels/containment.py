@@ -50,7 +50,7 @@ def _surface_apart(
 def first_outside(
     blocks, sizes, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
 ):
-    """The index of the first part (B, 3, 24), with boxes (B, 6), that is not proven inside the solid, or -1 if all are.
+    """The index of the first part (B, 3, K), with boxes (B, 6), that is not proven inside the solid, or -1 if all are.
 
     The solid is given by its box tree: `boxes` (N, 6), `children` (N, 2), and `triangles` (T, 3, 3) in leaf order.
     """

@@ -13,7 +13,7 @@ ABSOLUTE_GAP = 1e-12  # [m] between both bounds at which the search ends
 RELATIVE_GAP = 1e-12
 
 
-@lean_kernel  # (B, 3, 24) f8, i8, i8, i8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
+@lean_kernel  # (B, 3, K) f8, i8, i8, i8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
 def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
     """The lower and upper bound of the distance of two parts [Gilbert 1988]; (0, upper) if not proven apart.
 
@@ -63,7 +63,7 @@ def _boxes_distance(boxes, a, b):
     return np.sqrt(square)
 
 
-@lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
+@lean_kernel  # (B, 3, K) f8, (B,) i8, (B, 6) f8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
 def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
     """The lower and upper bound of the distance of two bodies: the parts before index `first`, and all other parts."""
     lower, upper = np.inf, np.inf
@@ -78,7 +78,7 @@ def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
     return min(lower, upper), upper
 
 
-@lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, f8, (3,) f8, (4, 3) f8, (3,) i8 -> bool
+@lean_kernel  # (B, 3, K) f8, (B,) i8, (B, 6) f8, i8, f8, f8, (3,) f8, (4, 3) f8, (3,) i8 -> bool
 def unions_apart(blocks, sizes, boxes, first, margin, offset, axis, simplex, counters):
     """Whether each part before index `first` is proven farther than `margin` - rounding(offset) from all other parts."""
     for a in range(first):

@@ -35,7 +35,7 @@ def numbers_of(memory):
     """The floating-point arrays in a memory: those of `Chain` and `Bodies`, then those that a check writes.
 
     factors (2, J), placement (J, 12), bound (n,), part_extents (B, 6), group_extents (G, 6), world_T (J, 12), rows
-    (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), blocks (B + room, 3, 24) of
+    (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), blocks (B + room, 3, K) of
     vertices: of all parts in their joint's frame, then those that sweeps place.
     """
     whole = memory.view(np.int64)

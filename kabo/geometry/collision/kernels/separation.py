@@ -7,7 +7,7 @@ products, sums and the axis' length cost a few 2^-53. Comparisons are such that 
 apart".
 
 A body is one vertex block, or two: the convex hull of one part at both ends of an interval, never built. Blocks are
-(3, 24) rows of a pool; unused columns repeat the first vertex, so that loops run over multiples of eight.
+(3, K) rows of a pool; unused columns repeat the first vertex, so that loops run over multiples of eight.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def rounding(offset):
     return offset * 2.0**-44
 
 
-@reduction_kernel  # (B, 3, 24) f8, i8, i8, f8, f8, f8, f8 -> i8
+@reduction_kernel  # (B, 3, K) f8, i8, i8, f8, f8, f8, f8 -> i8
 def support(blocks, block, count, x, y, z, offset):
     """The key of the vertex farthest along (x, y, z): its index in the low six bits; greater keys are farther.
 

@@ -24,7 +24,8 @@ from kabo.language.yaml.scenes.features import WORLD_FEATURES, given_features, r
 from kabo.language.yaml.scenes.poses import read_pose
 from kabo.language.yaml.values import SMALLEST_SIZE, Reader
 
-SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere")
+SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere", "capsule")
+ROUND_KEYS = {"cylinder": ("radius", "height"), "sphere": ("radius",), "capsule": ("radius", "length")}
 MODEL_KEYS = (*SHAPE_KEYS, "scale", "pose", "movable", "mass", "features", "grasps", "placements")
 BODY_KEYS = ("model", *MODEL_KEYS)
 REGION_KEYS = (*SHAPE_KEYS, "scale", "pose", "support")
@@ -138,15 +139,16 @@ class BodyReader:
         mapping = self.reader.mapping(node, f"a {kind}")
         if mapping is None:
             return None
-        keys = ("radius", "height") if kind == "cylinder" else ("radius",)
+        keys = ROUND_KEYS[kind]
         self.reader.keys(mapping, keys, f"a {kind}")
         values = [self.reader.size(self.reader.require(mapping, key, f"a {kind}"), f"the {key}") for key in keys]
         if None in values:
             return None
         numbers = [value for value in values if value is not None]
+        size = numbers[0], numbers[0], numbers[-1]
         if kind == "cylinder":
-            return Shape("cylinder", None, 1.0, (numbers[0], numbers[0], numbers[1]), place)
-        return Shape("sphere", None, 1.0, (numbers[0],) * 3, place)
+            return Shape("cylinder", None, 1.0, size, place)
+        return Shape("capsule" if kind == "capsule" else "sphere", None, 1.0, size, place)
 
     # ---------------------------------------------------------------------------------------------- families
     def _grasps(self, part: PartialBody, robots: MappingType[str, Owner]) -> dict[str, GraspFamily]:

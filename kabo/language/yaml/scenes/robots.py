@@ -11,10 +11,12 @@ from kabo.language.yaml.scenes.bodies import BodyReader
 from kabo.language.yaml.scenes.constraints import Owner
 from kabo.language.yaml.scenes.drives import read_base
 from kabo.language.yaml.scenes.features import read_features, sound_features
+from kabo.language.yaml.scenes.sensors import read_sensors
 from kabo.language.yaml.values import Reader
 
 ROBOT_MODEL_KEYS = (
-    "urdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool", "configurations"
+    "urdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool",
+    "configurations", "sensors",
 )  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
 GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
@@ -48,7 +50,8 @@ class RobotReader:
         return RobotDescription(
             name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
             sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
-            analytic, hulls, self._accelerations(mapping.get("acceleration")), drive,
+            analytic, hulls, self._accelerations(mapping.get("acceleration")),
+            read_sensors(reader, mapping.get("sensors")), drive,
         )  # fmt: skip
 
     def _words(self, node: YamlNode | None, what: str) -> tuple[str, ...] | None:

@@ -14,7 +14,7 @@ PLACEMENT = placement_of((1, 2, 2, 0), np.zeros(3))
 def asked(function, pair, gap, margin):
     """The answer for a pair at a gap, and the axis that is left."""
     parts = pair.upper + [0.0, 0.0, gap], pair.lower
-    blocks, sizes, _ = Enclosure(parts, 0.0).packed
+    blocks, sizes, *_ = Enclosure(parts, 0.0).packed
     axis, counters = np.array([0.3, -0.2, 0.5]), np.zeros(4, np.int64)
     free = function(blocks, 0, 0, sizes[0], 1, 1, sizes[1], margin, OFFSET, axis, np.zeros((4, 3)), counters)
     return bool(free), axis, parts, counters
@@ -42,7 +42,7 @@ def test_a_part_moved_by_a_pose_is_as_far_as_one_that_lies_there(kind):
         for gap in (-1e-4, 0.0, 1e-4, 0.999e-3, 1.001e-3, 0.1):
             free, _, (upper, lower), _ = asked(separation.apart, pair, gap, 1e-3)
             pose = np.concatenate([R.ravel(), [0.3, -2.0, 1.0]])  # of the lower part's frame in the upper's
-            blocks, sizes, _ = Enclosure((upper, np.ascontiguousarray((lower - pose[9:]) @ R)), 0.0).packed
+            blocks, sizes, *_ = Enclosure((upper, np.ascontiguousarray((lower - pose[9:]) @ R)), 0.0).packed
             for function in (separation.posed_apart, separation.posed_apart.py_func):
                 axis, counters = np.array([0.3, -0.2, 0.5]), np.zeros(4, np.int64)
                 posed = blocks, 0, sizes[0], 1, sizes[1], pose
@@ -87,7 +87,7 @@ def test_compiled_and_original_agree_on_the_nearest_point_of_a_simplex(count):
 @pytest.mark.parametrize("place", [(0, 0), (1, 2)])
 def test_a_vertex_that_is_not_a_number_never_becomes_apart(place):
     pair = touching("box", "box", PLACEMENT, np.random.default_rng(0))
-    blocks, sizes, _ = Enclosure((pair.upper + [0, 0, 0.5], pair.lower), 0.0).packed
+    blocks, sizes, *_ = Enclosure((pair.upper + [0, 0, 0.5], pair.lower), 0.0).packed
     blocks[:, place[1], :] = np.nan
     axis = np.array([0.0, 0.0, 1.0])
     counters = np.zeros(4, np.int64)
