@@ -127,11 +127,14 @@ class Standing:
         return self._tables[joint]
 
     def _free_arms(self) -> Array:
-        """Configurations (K, n) with the base at zero in which the robot does not collide with itself."""
+        """Configurations (K, n) with the base at zero and the hand open in which the robot does not collide with itself."""
         if self._arms is None:
             robot = self.robot
             low, high = robot.tree.lower.copy(), robot.tree.upper.copy()
             stand = np.clip(0.0, low, high)
+            opened = {} if robot.gripper is None else robot.gripper.open
+            for name, value in opened.items():
+                stand[robot.joint_names.index(name)] = value
             low[~robot.arm], high[~robot.arm] = stand[~robot.arm], stand[~robot.arm]
             drawn = seeds(low, high, stream_key("arms", robot.name), 0, ARMS_DRAWN)
             drawn[:, :BASE_VALUES] = 0.0
@@ -172,7 +175,7 @@ class Standing:
         pairs = [
             (i, k)
             for i, a in enumerate(names)
-            for k, b in enumerate(names[:i])
+            for k, b in enumerate(names[i + 1 :], i + 1)
             if moving[i].joint != moving[k].joint and not apart(f"{own}.{a}", f"{own}.{b}")
         ]
         if not pairs:
