@@ -45,6 +45,12 @@ from kabo.geometry_server.identifiers import IdentifierMap as IdentifierMap
 from kabo.geometry_server.placement_check import grasps_there as grasps_there
 from kabo.geometry_server.placement_check import may_place as may_place
 from kabo.geometry_server.predicates import ScenePredicates as ScenePredicates
+from kabo.geometry_server.preparation.enclosures import SceneEnclosures as SceneEnclosures
+from kabo.geometry_server.preparation.preparing import PreparationCutOff as PreparationCutOff
+from kabo.geometry_server.preparation.preparing import PreparedThing as PreparedThing
+from kabo.geometry_server.preparation.preparing import Preparing as Preparing
+from kabo.geometry_server.preparation.preparing import prepare as prepare
+from kabo.geometry_server.preparation.preparing import prepare_scene as prepare_scene
 from kabo.geometry_server.reachability import grasp_missing as grasp_missing
 from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.robot_models.findings import robot_findings as robot_findings
