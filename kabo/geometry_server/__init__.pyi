@@ -27,12 +27,15 @@ from kabo.geometry_server.driving.standing import standing_of as standing_of
 from kabo.geometry_server.extras import Extra as Extra
 from kabo.geometry_server.extras import extra as extra
 from kabo.geometry_server.extras import padding as padding
+from kabo.geometry_server.foresight.findings import start_findings as start_findings
 from kabo.geometry_server.foresight.measures import Measure as Measure
 from kabo.geometry_server.foresight.measures import degrees as degrees
 from kabo.geometry_server.foresight.measures import millimetres as millimetres
 from kabo.geometry_server.foresight.openings import opening_of as opening_of
 from kabo.geometry_server.foresight.openings import too_wide as too_wide
 from kabo.geometry_server.foresight.regions import uncontained as uncontained
+from kabo.geometry_server.foresight.starts import StartFault as StartFault
+from kabo.geometry_server.foresight.starts import start_faults as start_faults
 from kabo.geometry_server.frames import WORLD as WORLD
 from kabo.geometry_server.frames import Frame as Frame
 from kabo.geometry_server.frames import Roles as Roles
