@@ -208,11 +208,16 @@ def _trial_findings(path: Path) -> tuple[Diagnostic, ...]:
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
-    """The findings in meshes and URDFs of a scene, or of a problem's scene."""
+    """The findings in meshes, URDFs and SRDFs of a scene, or of a problem's scene, and in where its things stand."""
     try:
         description = load_scene_description(path)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
     from kabo.scene.findings import findings_in_scene  # files without a scene are checked without mesh libraries
 
-    return findings_in_scene(description)
+    found = findings_in_scene(description)
+    if any(finding.severity == "error" for finding in found):
+        return found
+    from kabo.geometry_server import robot_findings, start_findings  # as above
+
+    return (*found, *robot_findings(description), *start_findings(description))

@@ -24,9 +24,10 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 @cache
 def _sources_digest() -> str:
-    """A hash of the sources of all kernels and of the code that compiles them."""
+    """A hash of the sources of all kernels, of the code that compiles them, and of the tuples that kernels take."""
     digest, here = hashlib.sha256(), Path(__file__).parent
-    for source in (*sorted(here.glob("*.py")), *sorted(here.parent.glob("**/kernels/*.py"))):
+    tuples = here.parent / "scene" / "tree.py"
+    for source in (*sorted(here.glob("*.py")), *sorted(here.parent.glob("**/kernels/*.py")), tuples):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -17,7 +17,6 @@ from kabo.geometry.collision.exact_predicates import exact_includes as exact_inc
 from kabo.geometry.collision.exact_predicates import exact_sweep_collides as exact_sweep_collides
 from kabo.geometry.collision.exact_view import ExactView as ExactView
 from kabo.geometry.collision.inclusion import contains as contains
-from kabo.geometry.collision.inclusion import lies_within as lies_within
 from kabo.geometry.collision.motions import Motion as Motion
 from kabo.geometry.collision.penetration import penetration as penetration
 from kabo.geometry.collision.penetration import signed_distance as signed_distance
@@ -33,3 +32,4 @@ from kabo.geometry.parts import Enclosure as Enclosure
 from kabo.geometry.parts import FixedGroup as FixedGroup
 from kabo.geometry.parts import MovingGroup as MovingGroup
 from kabo.geometry.triangles.crossings import crossing_faces as crossing_faces
+from kabo.geometry.triangles.solids import Solid as Solid

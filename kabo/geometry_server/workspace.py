@@ -17,6 +17,7 @@ from kabo.arrays import Array, Integers
 from kabo.geometry import CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
+from kabo.geometry_server.driving.floor_view import FloorView
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -177,7 +178,11 @@ class Workspace:
     def _view(self) -> tuple[CollisionChecker, list[Pair]]:
         moving, fixed, indices, pairs = self._bodies
         chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
-        return self.surroundings.checker(self.robot.tree, moving, fixed, chosen), pairs
+        view, drive = self.surroundings.checker(self.robot.tree, moving, fixed, chosen), self.robot.drive
+        if drive is None:
+            return view, pairs
+        base = f"{self.robot.name}.{drive.links[0]}"
+        return FloorView(view, drive, len(pairs), self.surroundings.budget.epsilon), [*pairs, (base, drive.floor)]
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
         groups, names = [], []

@@ -1,9 +1,6 @@
 """The bounded inclusion predicate: whether points are inside an intersection of half-spaces [K Def. 1, Table 4.1]."""
 
 from kabo.arrays import Array
-from kabo.geometry.budget import Budget
-from kabo.geometry.collision.part_trees import Cover
-from kabo.geometry.parts import Enclosure
 
 
 def contains(halfspaces: tuple[Array, Array], points: Array, margin: float) -> bool:
@@ -20,24 +17,3 @@ def contains(halfspaces: tuple[Array, Array], points: Array, margin: float) -> b
     normals, offsets = halfspaces
     depth = offsets - points @ normals.T
     return bool((depth >= margin).all())  # NaN is outside
-
-
-def lies_within(halfspaces: tuple[Array, Array], enclosure: Enclosure, budget: Budget) -> bool:
-    """Whether a body is proven to lie in all half-spaces; parts that reach out are divided where they have children.
-
-    Args:
-        halfspaces: as in `contains`, in the body's frame.
-        enclosure: the body's parts.
-        budget: the shares of epsilon: parts that deviate by more than its geometry do not decide.
-    """
-    normals, offsets = halfspaces
-    cover, place = Cover.of(enclosure), 0
-    while place < len(cover.nodes):
-        rounding = cover.enclosure.rounding_of(place)
-        if contains((normals, offsets - rounding.reach(normals)), cover.enclosure.parts[place], budget.numeric):
-            place += 1
-        elif cover.is_final(place, budget.geometry):
-            return False
-        else:
-            cover = cover.divided(place)
-    return True
