@@ -1,6 +1,7 @@
 """The contents of a URDF file that pinocchio does not read for kabo: link geometry and mimic joints."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,15 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.language.formulas import Place
+from kabo.language.packages import SCHEME, known_packages, package_folder, searched_places
 from kabo.language.scene_description import Shape
+from kabo.language.xml_files import Collected
 from kabo.meshes import load_mesh, outwards
 from kabo.scene.elements import Element
+from kabo.scene.semantics import JointEnds
 from kabo.scene.shapes import element_of
-from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_text
+from kabo.scene.urdf_checks import check
+from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_elements
 
 SHAPES = ("mesh", "box", "cylinder", "sphere", "capsule")
 
@@ -35,6 +40,7 @@ class UrdfFile:
     mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
     kinematics: str  # a URDF text of the checked links and joints alone, for pinocchio
     places: Mapping[str, Place]  # of the links
+    joints: Mapping[str, JointEnds]
     files: tuple[Path, ...] = field(default=())
 
 
@@ -51,21 +57,68 @@ def pinocchio() -> Any:
     return module
 
 
-def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
+def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, drives: bool = False) -> UrdfFile:
     """The links' geometry (collision, else visual), the mimic rules and the kinematics of a URDF file.
+
+    If the robot `drives`, its first joint may be planar or floating.
 
     Raises:
         InputError: the file is not XML, has impossible values, or names a mesh that does not load.
     """
-    urdf = read_text(path, place)
-    elements, files = {}, [path]
+    urdf, read = read_elements(path, packages, place)
+    collected = Collected(check(urdf, drives=drives))
+    elements, files = {}, list(read)
     for name, link in named(urdf, "link"):
-        shapes = link.findall("collision") or link.findall("visual")
-        if shapes:
-            elements[name] = tuple(_element(urdf, shape, packages, place, files) for shape in shapes)
+        pieces = []
+        for shape in link.findall("collision") or link.findall("visual"):
+            with collected.kept(), _told_of(urdf, name, shape):
+                pieces.append(_element(urdf, shape, packages, place, files))
+        if pieces:
+            elements[name] = tuple(pieces)
+    collected.finish()
+    places = {name: urdf.place(link) for name, link in named(urdf, "link")}
+    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files))
+
+
+def _joints(urdf: Urdf) -> dict[str, JointEnds]:
+    """The joints by name: their links and types."""
+    found = {}
+    for name, joint in named(urdf, "joint"):
+        parent, child = (joint.find(tag) for tag in ("parent", "child"))
+        if parent is not None and child is not None:
+            ends = parent.get("link", ""), child.get("link", "")
+            found[name] = JointEnds(*ends, joint.get("type", "fixed"))
+    return found
+
+
+@contextmanager
+def _told_of(urdf: Urdf, link: str, shape: Tag) -> Iterator[None]:
+    """Errors of a mesh file as findings at the shape in the URDF that names it, with the link."""
+    try:
+        yield
+    except InputError as error:
+        at = next((each for each in shape.iter("mesh")), shape)
+        found = [
+            each
+            if each.file == str(urdf.path)
+            else urdf.finding(at, f'link "{link}": {each.message}', each.hint or _MESH_REMEDY)
+            for each in error.diagnostics
+        ]
+        raise InputError(found) from None
+
+
+_MESH_REMEDY = "export the mesh again, or give the link a box, cylinder or sphere"
+
+
+def _mimics(urdf: Urdf) -> dict[str, tuple[str, float, float]]:
+    """The rules of mimic joints; a joint that mimics a mimic joint follows the one that moves."""
     rules = {name: rule for name, joint in named(urdf, "joint") if (rule := mimic_of(urdf, joint)) is not None}
-    places = {name: Place(str(path), *urdf.places[link], len("<link")) for name, link in named(urdf, "link")}
-    return UrdfFile(path, elements, rules, kinematics(urdf), places, tuple(files))
+    for name, (source, factor, offset) in list(rules.items()):
+        while source in rules:
+            source, ratio, shift = rules[source]
+            factor, offset = factor * ratio, factor * shift + offset
+        rules[name] = source, factor, offset
+    return rules
 
 
 def _origin(urdf: Urdf, element: Tag) -> Array:
@@ -90,7 +143,7 @@ def _element(
         scale = urdf.numbers(given, "scale", 3, "1 1 1")
         if not min(map(abs, scale)) >= 1e-9:
             raise urdf.wrong(given, "a mesh cannot be scaled by 0", "write 0.001 for millimetres")
-        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at)
+        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at, path=path)
     else:
         made = element_of(_primitive(urdf, given), at)
     return made.moved(_origin(urdf, tag))
@@ -114,12 +167,15 @@ def _locate(urdf: Urdf, shape: Tag, packages: Mapping[str, Path], place: Place |
     name = shape.get("filename", "")
     if "\0" in name or not name.strip():
         raise urdf.wrong(shape, "a <mesh> names no file", 'write filename="…"')
-    if name.startswith("package://"):
-        package, _, rest = name.removeprefix("package://").partition("/")
-        if package not in packages:
-            hint = did_you_mean(package, packages) or f"add packages: {{{package}: FOLDER}} to the scene"
-            raise refusal(place, f'robot file "{urdf.path.name}" names the unknown package "{package}"', hint)
-        path = packages[package] / rest
+    if name.startswith(SCHEME):
+        package, _, rest = name.removeprefix(SCHEME).partition("/")
+        folder = package_folder(package, packages, urdf.path)
+        if folder is None:
+            said = f'robot file "{urdf.path.name}" names the unknown package "{package}"'
+            near = did_you_mean(package, known_packages(packages, urdf.path))
+            hint = f"add packages: {{{package}: FOLDER}} to the scene; looked for in {searched_places()}"
+            raise urdf.wrong(shape, said, hint if near is None else f"{near} Else {hint}")
+        path = folder / rest
     else:
         path = urdf.path.parent / name.removeprefix("file://")
     try:
@@ -127,5 +183,14 @@ def _locate(urdf: Urdf, shape: Tag, packages: Mapping[str, Path], place: Place |
     except (OSError, ValueError):  # too long a name
         present = False
     if not present:
-        raise refusal(place, f'robot file "{urdf.path.name}" names the mesh "{name}", which does not exist')
+        said = f'robot file "{urdf.path.name}" names the mesh "{name}", which does not exist'
+        raise urdf.wrong(shape, said, _similar(path) or f"looked for {path}")
     return path
+
+
+def _similar(path: Path) -> str | None:
+    """The remedy `did you mean "…"?` for a missing file, from the names in its folder."""
+    try:
+        return did_you_mean(path.name, [each.name for each in path.parent.iterdir()])
+    except (OSError, ValueError):
+        return None
