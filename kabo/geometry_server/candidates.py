@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
+from kabo.geometry_server.driving.standing import Standing
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import (
@@ -29,7 +30,7 @@ from kabo.kinematics import (
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
-from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
+from kabo.scene import BASE_VALUES, Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 from kabo.streams import stream_key
@@ -67,13 +68,15 @@ def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
 class Stream:
     """Configurations of a robot that fulfil constraint rows, in an order determined by the stream's `key`.
 
-    `hand` holds the values of the gripper's joints, which stay fixed.
+    `hand` holds the values of the gripper's joints, which stay fixed. `standing` says where a base that drives may
+    stand; None if the base stands.
     """
 
     robot: Robot
     rows: Array
     key: np.uint64
     hand: tuple[float, ...]
+    standing: Standing | None = None
 
     def batch(self, number: int, size: int = BATCH_SAMPLES, along: Array | None = None) -> list[Candidate]:
         """The valid samples of batch `number`, which has `size` samples, in order of their index.
@@ -111,10 +114,54 @@ class Stream:
             if made is not None:
                 return made
         low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
-        found, valid = sample(tree, self.rows, self.key, first, count, low, high, self._active, along, base=base)
+        active = np.arange(tree.size) < self.robot.planned
+        placed = self._placed(first, count, along)
+        if placed is None:
+            found, valid = sample(tree, self.rows, self.key, first, count, low, high, active, along, base=base)
+        else:
+            starts, some = placed
+            bounds = self.key, first, count, low, high
+            found, valid = sample(tree, self.rows, *bounds, self.robot.arm, along, starts=starts)
+            valid &= some
+            self._shift(found, valid, starts, some, active)
         if structure is None:
             return found[valid], np.arange(int(valid.sum()))
-        return with_the_same_pose(tree, structure, found[valid])
+        return self._same_pose(structure, found[valid])
+
+    def _placed(self, first: int, count: int, along: Array | None) -> tuple[Array, npt.NDArray[np.bool_]] | None:
+        """Seeds (count, n) with the base where the arm reaches from, and which are usable; None if the base stands."""
+        if self.standing is None:
+            return None
+        return self.standing.starts(self.rows, along, self.key, first, count, self.hand)
+
+    def _shift(
+        self,
+        found: Array,
+        valid: npt.NDArray[np.bool_],
+        starts: Array,
+        some: npt.NDArray[np.bool_],
+        active: npt.NDArray[np.bool_],
+    ) -> None:
+        """Lets the base go along where the arm alone did not fulfil the rows; writes what is found, and that it is valid.
+
+        An arm of five axes seldom reaches a pose from exactly where its base was put.
+        """
+        drive, lost = self.robot.drive, np.flatnonzero(some & ~valid)
+        if drive is None or not len(lost):
+            return
+        tree = self.robot.tree
+        moved, fulfil = project(tree, self.rows, starts[lost], tree.lower, tree.upper, active)
+        fulfil &= drive.outside(moved[:, :BASE_VALUES]) <= 0.0
+        found[lost[fulfil]], valid[lost[fulfil]] = moved[fulfil], True
+
+    def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
+        """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""
+        tree, n = self.robot.tree, self.robot.base_values
+        still = found.copy()
+        still[:, :n] = 0.0  # the structure is that of the arm on a base at zero
+        made, owner = with_the_same_pose(tree, structure, still)
+        made[:, :n] = found[owner, :n]
+        return made, owner
 
     def _candidates(self, found: Array) -> list[Candidate]:
         return [candidate(self.robot, np.round(q, 9) + 0.0) for q in found]
@@ -129,29 +176,33 @@ class Stream:
         return structure
 
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
-        """A list of the candidate onto which a configuration (n,) is projected; empty if the projection fails."""
+        """A list of the candidate onto which a configuration (n,) is projected; empty if the projection fails.
+
+        A base that drives stays where it is.
+        """
         tree = self.robot.tree
         found, valid = project(
-            tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self._active
+            tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self.robot.arm
         )
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
         """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or the reason why there is none.
 
-        None if the robot has no closed form for this frame, or one with a free joint, as for seven axes.
+        None if the robot has no closed form for this frame, or one with a free joint, as for seven axes, or drives.
         """
         robot, structure = self.robot, closed_form_of(self.robot)
-        if structure is None or structure.lock >= 0 or not is_carried(robot, structure, frame.joint):
+        if (
+            robot.drive is not None
+            or structure is None
+            or structure.lock >= 0
+            or not is_carried(robot, structure, frame.joint)
+        ):
             return None
         found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
         if isinstance(found, OutOfReach):
             return found
         return self._candidates(found.configurations)
-
-    @property
-    def _active(self) -> npt.NDArray[np.bool_]:
-        return np.arange(self.robot.tree.size) < self.robot.planned
 
 
 def closed_form_of(robot: Robot) -> Structure | None:
@@ -220,7 +271,13 @@ def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Arr
 
 
 def grasp_stream(
-    robot: Robot, body: Body, family: GraspFamily, world_T_body: Array, hand: tuple[float, ...], seed: int
+    robot: Robot,
+    body: Body,
+    family: GraspFamily,
+    world_T_body: Array,
+    hand: tuple[float, ...],
+    seed: int,
+    standing: Standing | None = None,
 ) -> GraspStream | None:
     """The stream of grasps of a standing object; None if the grasp family does not fit this robot."""
     roles = grasp_roles(robot, body, family, world_T_body)
@@ -228,7 +285,8 @@ def grasp_stream(
         return None
     numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
     key = stream_key(seed, "grasp", robot.name, body.name, family.name, *numbers)
-    return GraspStream(Stream(robot, rows(family.constraints, roles), key, hand), family, roles["tool"], roles)
+    stream = Stream(robot, rows(family.constraints, roles), key, hand, standing)
+    return GraspStream(stream, family, roles["tool"], roles)
 
 
 @dataclass(frozen=True)
@@ -247,7 +305,12 @@ class PlacementStream:
             number += 1
 
     def _ordered(self, found: list[Candidate]) -> list[Candidate]:
-        """The candidates, farthest from the robot first: so a support fills up from the back, and others may reach it."""
+        """The candidates, farthest from the robot first: so a support fills up from the back, and others may reach it.
+
+        A robot that drives comes from any side: its candidates are in the order of `from_home`.
+        """
+        if self.stream.robot.drive is not None:
+            return from_home(self.stream.robot, found)
         base = base_position(self.stream.robot)
 
         def preference(c: Candidate) -> tuple[float, ...]:
@@ -277,6 +340,7 @@ def placement_stream(
     others: tuple[Array, ...],
     seed: int,
     hand: tuple[float, ...],
+    standing: Standing | None = None,
 ) -> PlacementStream | None:
     """The stream of placements of a held object; None if the placement family does not fit the support.
 
@@ -297,7 +361,7 @@ def placement_stream(
     numbers = [float(v) for v in (*held.position, *held.quaternion, *where)]
     place = (support[0].name if support else "", region.name if region else "")
     key = stream_key(seed, "place", robot.name, body.name, family.name, *place, held.parent, *numbers)
-    return PlacementStream(Stream(robot, stacked(parts), key, hand), family, this, others)
+    return PlacementStream(Stream(robot, stacked(parts), key, hand, standing), family, this, others)
 
 
 def within(this: Frame, body: Body, region: Region, margin: float) -> Array:

@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array
 from kabo.geometry import Bounds, Enclosure, FixedGroup, InnerSolid, Motion, MovingGroup, SweptVolume, includes
+from kabo.geometry_server.sight.views import Unseen, View
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.support_relations import lies_inside
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -122,9 +123,31 @@ class ScenePredicates:
             return InnerSolid(pose, mesh.vertices, mesh.faces, 0.0)
         return InnerSolid.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
 
+    def unseen(self, sensor: str, body: str) -> Unseen | None:
+        """Why a camera (`robot.sensor`) does not see a body; None if it is proven to see all of it.
+
+        Raises:
+            KeyError: no robot, sensor or body has this name.
+        """
+        robot, _, name = sensor.partition(".")
+        chosen = self.surroundings.scene.robots[robot]
+        view = View(self.surroundings, Situation.of(self.state), chosen, chosen.sensors[name], body)
+        return view.unseen(np.array(self.state.robots[robot]))
+
+    def visible(self, sensor: str, body: str) -> bool:
+        """Whether a camera (`robot.sensor`) is proven to see all of a body: nothing is in the way, and it is in range.
+
+        False where anything reaches into a sight line, or any point is out of range or field of view; True where all
+        of these are missed by epsilon.
+
+        Raises:
+            KeyError: no robot, sensor or body has this name.
+        """
+        return self.unseen(sensor, body) is None
+
     def distance(self, first: str, second: str) -> Bounds:
         """Proven bounds of the signed distance of two things [m]: negative where they overlap."""
-        return geometry.signed_distance(self.thing(first), self.thing(second))
+        return geometry.signed_distance(self.thing(first), self.thing(second), self.surroundings.budget.geometry)
 
     def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
         """Polyhedra that contain a motion's swept volume, within `tolerance` [m]; None: the sweep's share of epsilon."""

@@ -132,8 +132,13 @@ def chain_of(structure: Structure) -> kernels.Chain:
 
 def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
     """The poses (N, 12) of the structure's last joint at configurations (N, n), by forward kinematics."""
+    return joint_poses(tree, structure.end, Q)
+
+
+def joint_poses(tree: KinematicTree, joint: int, Q: Array) -> Array:
+    """The poses (N, 12) of a joint in the world at configurations (N, n), by forward kinematics."""
     values = np.array(Q, np.float64, order="C", ndmin=2)
-    poses: Array = kernels.poses_of(values, structure.end, tree)
+    poses: Array = kernels.poses_of(values, joint, tree)
     return poses
 
 

@@ -18,6 +18,7 @@ from kabo.verify.motion.contacts.attachment_changes import AttachmentChanges, fi
 from kabo.verify.motion.contacts.families import check_placement
 from kabo.verify.motion.contacts.granted import Permits
 from kabo.verify.motion.contacts.grants import Grants
+from kabo.verify.motion.floors import check_floor
 from kabo.verify.motion.limits import CONTINUITY_TOLERANCE, check_joints, check_numbers, check_times
 from kabo.verify.motion.overlaps import Motion, Sweep
 from kabo.verify.motion.path_constraints import ConstraintViolation, Owners, check_path_constraints
@@ -134,6 +135,8 @@ class Walk:
         for segment in self._in_time():
             arm = self.world.arms[segment.robot]
             yield from check_numbers(self.node, segment, arm.robot, q[segment.robot])
+            if (floor := self.world.floors[segment.robot]) is not None:
+                yield from check_floor(self.node, segment, arm, floor, q[segment.robot])
             q[segment.robot][columns(segment, arm)] = segment.waypoints[-1]
 
     # ------------------------------------------------------------------------------------------------ contacts
