@@ -163,7 +163,7 @@ def _ends(robot: Robot, hand: Hand, side: str) -> dict[str, float]:
 def _opened(
     robot: Robot, hand: Hand, lower: Mapping[str, float], upper: Mapping[str, float], links: Sequence[str]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """The values that open and that close: each joint is open where its links are farther from the middle of all fingers."""
+    """The values that open and that close: a joint is open where it holds the fingers farther from each other."""
     opened, closed = {}, {}
     half = {joint: 0.5 * (lower[joint] + upper[joint]) for joint in hand.joints}
     for joint in hand.joints:
