@@ -19,6 +19,7 @@ SIZES: dict[str, dict[str, dict[str, Any]]] = {
     "elogistics": {"n3": {"n": 3}, "n3_wide": {"n": 3, "wide": 1}},
     "force_sensing": {f"n{n}": {"n": n} for n in range(1, 11)},
     "grid": {"n3": {"n": 3}},
+    "inspection": {"three_boxes": {"n": 3}, "three_boxes_covered": {"n": 3, "covered": True}},
     "logistics": {"n3": {"n": 3}, "n3_wide": {"n": 3, "wide": 1}},
     "medicate": {"n5": {"n": 5}},
     "painted_doors": {"n3": {"n": 3}},

@@ -13,7 +13,7 @@ from typing import Any
 
 from kabo.errors import CutOff
 from kabo.explain.findings import Finding, LeastMove, Row
-from kabo.geometry_server import GeometryServer, Pair, Refusal, shortfall_of
+from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Pair, Refusal, shortfall_of
 from kabo.language.formulas import GroundCall
 from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
@@ -125,7 +125,7 @@ class _Examiner:
         found, ways, asked = [], 0, 0
         for each in seen.attempts:
             question = each.question
-            if question is None or context is None or each.reason not in ("collision", "no_path") or self.stop():
+            if question is None or context is None or each.reason not in BLOCKED_REASONS or self.stop():
                 continue
             ways, asked = ways + question.is_search, asked + 1
             if asked > MAX_REPEATED_ATTEMPTS or (question.is_search and ways > MAX_REPEATED_PATH_SEARCHES):

@@ -147,7 +147,7 @@ def _element(
         scale = urdf.numbers(given, "scale", 3, "1 1 1")
         if not min(map(abs, scale)) >= 1e-9:
             raise urdf.wrong(given, "a mesh cannot be scaled by 0", "write 0.001 for millimetres")
-        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at)
+        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at, path=path)
     else:
         made = element_of(_primitive(urdf, given), at)
     return made.moved(_origin(urdf, tag))

@@ -131,7 +131,10 @@ class View:
 
     @cached_property
     def _standing(self) -> Sequence[tuple[str, FixedGroup]]:
-        """All other robots and bodies, at every pose that they may have."""
+        """All other robots and bodies, at every pose that they may have; movable ones last.
+
+        So a movable body is blamed only where moving it would help.
+        """
         carried, found = self.situation.carried(self.robot.name), []
         for robot in self.surroundings.scene.robots.values():
             for q in self.situation.robots[robot.name] if robot is not self.robot else ():
@@ -141,7 +144,8 @@ class View:
                     for link in robot.links.values()
                     if link.mesh is not None
                 ]
-        for name in self.surroundings.scene.bodies:
+        scene = self.surroundings.scene
+        for name in sorted(scene.bodies, key=lambda each: scene.bodies[each].movable):
             if name != self.object and name not in carried:
                 found += [self._group(name, pose) for pose in self.surroundings.poses(self.situation, name)]
         return found
