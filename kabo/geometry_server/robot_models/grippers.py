@@ -115,6 +115,7 @@ def _between(
         return _unmeasured(
             opened, closed, touching, then, "its sides overlap along the direction in which they close"
         )
+    closing = closing * np.sign(closing[int(np.argmax(np.abs(closing)))])  # it has no sign: written as the axis
     return GripperModel(opened, closed, touching, (gaps[0], gaps[1]), points[0], approach, closing)
 
 
