@@ -10,6 +10,7 @@ from kabo.exploration import require_scikit_learn as require_scikit_learn
 from kabo.geometry import bounding_decomposition as bounding_decomposition
 from kabo.geometry import bounding_mesh as bounding_mesh
 from kabo.geometry import crossing_faces as crossing_faces
+from kabo.geometry_server import Preparing as Preparing
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
 from kabo.meshes import Mesh as Mesh
@@ -39,6 +40,7 @@ from kabo.requests import solve_file as solve_file
 from kabo.requests import verify_file as verify_file
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
+from kabo.service.warming import compile_usual as compile_usual
 from kabo.tasks.core import InitialisationError as InitialisationError
 from kabo.tasks.core import directions as directions
 from kabo.tasks.core import shown as shown

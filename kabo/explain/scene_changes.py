@@ -97,4 +97,4 @@ def _without(name: str, effects: tuple[Effect, ...]) -> Iterator[Effect]:
 def _scene_without(given: SceneDescription, body: str) -> SceneDescription:
     bodies = {name: each for name, each in given.bodies.items() if name != body}
     contacts = tuple(pair for pair in given.allowed_contacts if body not in pair)
-    return replace(given, bodies=bodies, allowed_contacts=contacts)
+    return replace(given, bodies=bodies, allowed_contacts=contacts, contact_places=())

@@ -28,7 +28,7 @@ from kabo.kinematics import (
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
-from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
+from kabo.scene import BASE_VALUES, Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 from kabo.streams import stream_key
@@ -109,10 +109,11 @@ class Stream:
         if placed is None:
             found, valid = sample(tree, self.rows, self.key, first, count, low, high, active, along, base=base)
         else:
-            active, (starts, some) = self.robot.arm, placed
+            starts, some = placed
             bounds = self.key, first, count, low, high
-            found, valid = sample(tree, self.rows, *bounds, active, along, starts=starts)
+            found, valid = sample(tree, self.rows, *bounds, self.robot.arm, along, starts=starts)
             valid &= some
+            self._shift(found, valid, starts, some, active)
         if structure is None:
             return found[valid], np.arange(int(valid.sum()))
         return self._same_pose(structure, found[valid])
@@ -122,6 +123,26 @@ class Stream:
         if self.standing is None:
             return None
         return self.standing.starts(self.rows, along, self.key, first, count, self.hand)
+
+    def _shift(
+        self,
+        found: Array,
+        valid: npt.NDArray[np.bool_],
+        starts: Array,
+        some: npt.NDArray[np.bool_],
+        active: npt.NDArray[np.bool_],
+    ) -> None:
+        """Lets the base go along where the arm alone did not fulfil the rows; writes what is found, and that it is valid.
+
+        An arm of five axes seldom reaches a pose from exactly where its base was put.
+        """
+        drive, lost = self.robot.drive, np.flatnonzero(some & ~valid)
+        if drive is None or not len(lost):
+            return
+        tree = self.robot.tree
+        moved, fulfil = project(tree, self.rows, starts[lost], tree.lower, tree.upper, active)
+        fulfil &= drive.outside(moved[:, :BASE_VALUES]) <= 0.0
+        found[lost[fulfil]], valid[lost[fulfil]] = moved[fulfil], True
 
     def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
         """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""

@@ -147,7 +147,7 @@ class ScenePredicates:
 
     def distance(self, first: str, second: str) -> Bounds:
         """Proven bounds of the signed distance of two things [m]: negative where they overlap."""
-        return geometry.signed_distance(self.thing(first), self.thing(second))
+        return geometry.signed_distance(self.thing(first), self.thing(second), self.surroundings.budget.geometry)
 
     def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
         """Polyhedra that contain a motion's swept volume, within `tolerance` [m]; None: the sweep's share of epsilon."""

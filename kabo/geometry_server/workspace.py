@@ -198,7 +198,7 @@ class Workspace:
         for extra in self.extras:
             hung = self._hung(extra)
             if hung is not None and self._moves(hung[0]):
-                enclosure = self.surroundings.enclosed(extra.mesh)
+                enclosure = self.surroundings.enclosed(extra.element)
                 arrays = extra.mesh.vertices, extra.mesh.faces
                 groups.append(MovingGroup(hung[0], flat(hung[1] @ extra.parent_T), enclosure, arrays))
                 names.append((extra.name, hung[0]))
@@ -243,7 +243,10 @@ class Workspace:
         for extra in self.extras:
             hung = self._hung(extra)
             if hung is None or not self._moves(hung[0]):
-                enclosure, arrays = self.surroundings.enclosed(extra.mesh), (extra.mesh.vertices, extra.mesh.faces)
+                enclosure, arrays = (
+                    self.surroundings.enclosed(extra.element),
+                    (extra.mesh.vertices, extra.mesh.faces),
+                )
                 for pose in self._poses(extra.parent):
                     groups.append(FixedGroup(flat(pose @ extra.parent_T), enclosure, arrays))
                     names.append(extra.name)
@@ -327,6 +330,5 @@ def workspace_of(
 
 def _corners(enclosure: Enclosure) -> Array:
     """The corners (8, 3) of the box around a body, in its own frame."""
-    low = np.min([part.min(axis=0) for part in enclosure.parts], axis=0)
-    high = np.max([part.max(axis=0) for part in enclosure.parts], axis=0)
+    high, low = enclosure.support(np.eye(3)), -enclosure.support(-np.eye(3))
     return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])

@@ -63,14 +63,16 @@ def sample(
     start = np.clip(0.0, low, high) if base is None else np.array(base, np.float64)
     if start.shape != (tree.size,) or not np.all(np.isfinite(start)):
         raise ValueError(f"the base configuration must be finite, ({tree.size},), not {start.shape}")
+    drawn = starts is None
     if starts is None:
         starts = np.where(moving, seeds(low, high, key, first, count), start)
     Q = np.array(starts, np.float64, order="C")
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
+    tries = AIM_TRIES if drawn else 1  # other seeds are nowhere near
     wanted = kernels.Wanted(every, len(rows), aims, 2 * ROW_TOLERANCE)
-    rule = kernels.Rule(MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, AIM_TRIES)
+    rule = kernels.Rule(MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, tries)
     kernels.project_seeds(Q, succeeded, wanted, limited(tree, low, high), moving, rule)
     return Q, succeeded
 

@@ -23,11 +23,14 @@ def files_of(problem: Problem) -> Iterator[Path]:
 
 
 def geometry_files(scene: SceneDescription) -> Iterator[Path]:
-    """The meshes and URDFs of a scene, and the meshes that the URDFs name."""
+    """The meshes, URDFs and SRDFs of a scene, and the meshes that the URDFs name."""
     for shape in (*(body.shape for body in scene.bodies.values()), *(r.shape for r in scene.regions.values())):
         if shape.path is not None:
             yield shape.path
+    yield from (body.srdf for body in scene.bodies.values() if body.srdf is not None)
     for robot in scene.robots.values():
+        if robot.semantics is not None:
+            yield robot.semantics.path
         own = None if robot.gripper is None else robot.gripper.urdf
         for urdf in (robot.urdf, own):
             if urdf is not None:

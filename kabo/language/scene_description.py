@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from kabo.language.formulas import Place
+from kabo.language.semantic_description import SemanticDescription
 
 FARTHEST = 1000.0  # m: of a position from its frame, of a size
 Vector = tuple[float, float, float]
@@ -123,6 +124,7 @@ class BodyDescription:
     grasps: Mapping[str, GraspFamily] = field(default_factory=dict)
     placements: Mapping[str, PlacementFamily] = field(default_factory=dict)
     place: Place | None = field(default=None, compare=False, repr=False)
+    srdf: Path | None = None  # the file that gives some of its features and grasps
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,15 @@ class RegionDescription:
     shape: Shape
     pose: PoseDescription
     support: str | None = None
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class ContactPattern:
+    """A pair of links of one robot that may touch: names of links, patterns with `*` and `?`, groups of its SRDF."""
+
+    first: str
+    second: str
     place: Place | None = field(default=None, compare=False, repr=False)
 
 
@@ -192,7 +203,7 @@ class RobotDescription:
     `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
     `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
     inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls. A robot that drives
-    has the joints of its base before those in `joints`.
+    has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
     """
 
     name: str
@@ -212,6 +223,9 @@ class RobotDescription:
     acceleration: Mapping[str, float] = field(default_factory=dict)
     sensors: Mapping[str, SensorDescription] = field(default_factory=dict)
     drive: DriveDescription | None = None  # None: the base stands
+    semantics: SemanticDescription | None = None  # of its SRDF file
+    joint_group: str | None = None  # the group of the SRDF whose joints are planned, in place of `joints`
+    contacts: tuple[ContactPattern, ...] = ()  # of its own links with each other
 
 
 @dataclass(frozen=True)
@@ -243,3 +257,4 @@ class SceneDescription:
     allowed_contacts: tuple[tuple[str, str], ...]
     packages: Mapping[str, Path]
     path: Path
+    contact_places: tuple[Place, ...] = field(default=(), compare=False, repr=False)  # of the `allowed_contacts`

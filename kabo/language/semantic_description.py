@@ -63,6 +63,9 @@ class HandlingFrame:
     position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
     clearance: float = 0.0
+    mask: tuple[bool, bool, bool, bool, bool, bool] = (
+        True,
+    ) * 6  # of x, y, z, and turns about them: what is fixed
     place: Place | None = field(default=None, compare=False, repr=False)
 
 
@@ -76,5 +79,6 @@ class SemanticDescription:
     states: tuple[GroupState, ...] = ()
     end_effectors: tuple[EndEffector, ...] = ()
     passive: Mapping[str, Place] = field(default_factory=dict)
+    virtual: frozenset[str] = frozenset()  # joints between the world and the robot's first link
     grippers: tuple[HandlingFrame, ...] = ()
     handles: tuple[HandlingFrame, ...] = ()

@@ -73,6 +73,7 @@ class _Reading:
             self._each("group_state", lambda each: self._state(each, groups)),
             self._each("end_effector", self._end_effector),
             {name: self.file.place(each) for name, each in self._passive()},
+            frozenset(each.get("name", "") for each in root.findall("virtual_joint")),
             self._each("gripper", self._frame),
             self._each("handle", self._frame),
         )
@@ -200,7 +201,20 @@ class _Reading:
         clearance = self.file.numbers(element, "clearance", 1, "0")[0]
         qx, qy, qz, qw = (value / length for value in rest)
         place = self.file.place(element)
-        return HandlingFrame(name, self._attribute(link, "name"), (x, y, z), (qx, qy, qz, qw), clearance, place)
+        on, mask = self._attribute(link, "name"), self._mask(element)
+        return HandlingFrame(name, on, (x, y, z), (qx, qy, qz, qw), clearance, mask, place)
+
+    def _mask(self, element: Element) -> tuple[bool, bool, bool, bool, bool, bool]:
+        """Which of x, y, z and the turns about them a `<mask>` fixes; all without one."""
+        mask = element.find("mask")
+        if mask is None:
+            return (True,) * 6
+        words = [word.lower() for word in (mask.text or "").split()]
+        if len(words) != 6 or not set(words) <= {"true", "false", "1", "0"}:
+            said = f'<mask> must be six of true and false, this is "{shortened(" ".join(words))}"'
+            raise self.file.wrong(mask, said, "x y z, then the turns about x, y and z")
+        x, y, z, rx, ry, rz = (word in {"true", "1"} for word in words)
+        return x, y, z, rx, ry, rz
 
     def _pose(self, element: Element, words: str) -> list[float]:
         if len(words.split()) == 3:

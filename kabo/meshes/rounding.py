@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from kabo.arrays import Array
 
 
@@ -15,6 +17,12 @@ class Rounding(NamedTuple):
     radius: float = 0.0  # of the ball [m]
     disc: float = 0.0  # radius of the disc [m]
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)  # unit, across the disc; in the frame of the corners
+
+    def reach(self, directions: Array) -> Array:
+        """How far it reaches in each of the unit directions (H, 3), in the same frame (H,) [m]."""
+        if not self.disc:
+            return np.full(len(directions), self.radius)
+        return np.asarray(self.radius + self.disc * np.linalg.norm(np.cross(directions, self.axis), axis=1))
 
     def turned(self, rotation: Array) -> "Rounding":
         """This rounding in another frame: the axis is multiplied by a rotation (3, 3)."""

@@ -6,6 +6,7 @@ its rounding; the mesh of a round one lies around it, and serves pictures, hulls
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -30,6 +31,7 @@ class Element:
     corners: Array | None = None
     rounding: Rounding | None = None
     place: Place | None = field(default=None, compare=False)  # of its entry in the URDF or scene file
+    path: Path | None = field(default=None, compare=False)  # of the file of a mesh
 
     def moved(self, matrix: Array) -> "Element":
         """This element moved by a rigid transform (4, 4)."""
@@ -38,7 +40,7 @@ class Element:
         rotation = matrix[:3, :3]
         corners = None if self.corners is None else self.corners @ rotation.T + matrix[:3, 3]
         rounding = None if self.rounding is None else self.rounding.turned(rotation)
-        return Element(self.kind, self.mesh.moved(matrix), corners, rounding, self.place)
+        return Element(self.kind, self.mesh.moved(matrix), corners, rounding, self.place, self.path)
 
 
 def one_mesh(elements: Sequence[Element]) -> Mesh | None:

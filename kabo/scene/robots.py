@@ -16,6 +16,7 @@ from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, one_mesh
+from kabo.scene.semantics import Groups
 from kabo.scene.sensors import Sensor
 from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
@@ -102,6 +103,8 @@ class Robot:
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     drive: Drive | None = None  # how the base drives, whose values are then the first; None: it stands
+    allowed: frozenset[frozenset[str]] = frozenset()  # pairs of links that may touch
+    groups: Groups = field(default_factory=lambda: Groups({}, {}))  # of its SRDF
 
     def __post_init__(self) -> None:
         """Registers the robot under a new index."""

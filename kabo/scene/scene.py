@@ -29,6 +29,7 @@ from kabo.meshes import Mesh, unusable
 from kabo.scene.bounds import findings
 from kabo.scene.elements import Element
 from kabo.scene.robots import Robot, link_poses
+from kabo.scene.semantics import links_named, unknown_links
 from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
@@ -185,6 +186,8 @@ class _Loader:
         return self.poses[name]
 
     def body(self, described: BodyDescription) -> Body:
+        if described.srdf is not None:
+            self.files.append(described.srdf)
         if described.shape.path is not None:
             self.files.append(described.shape.path)
         mesh = mesh_of(described.shape, described.place)
@@ -254,11 +257,32 @@ def _hashes(paths: list[Path]) -> dict[Path, str]:
 
 
 def _allowed(description: SceneDescription, robots: Mapping[str, Robot]) -> frozenset[frozenset[str]]:
-    def links(name: str) -> list[str]:
-        return [f"{name}.{link}" for link in robots[name].links] if name in robots else [name]
+    """The pairs that may touch: of the scene, and of each robot with itself.
 
-    pairs = ((a, b) for first, second in description.allowed_contacts for a in links(first) for b in links(second))
-    return frozenset(frozenset(pair) for pair in pairs)
+    Raises:
+        InputError: names that mean no link of a robot, each at its place.
+    """
+    wrong: list[Diagnostic] = []
+
+    def things(name: str, place: Place | None) -> list[str]:
+        robot, dot, word = name.partition(".")
+        if robot not in robots:
+            return [name]
+        own = robots[robot]
+        found = links_named(word, own.links, own.groups) if dot else tuple(own.links)
+        if not found:
+            wrong.append(unknown_links(word, tuple(own.links), own.groups, robot, place))
+        return [f"{robot}.{link}" for link in found]
+
+    places = description.contact_places or (None,) * len(description.allowed_contacts)
+    pairs: set[frozenset[str]] = set()
+    for (first, second), place in zip(description.allowed_contacts, places, strict=True):
+        pairs.update(frozenset((a, b)) for a in things(first, place) for b in things(second, place))
+    if wrong:
+        raise InputError(wrong)
+    for name, robot in robots.items():
+        pairs.update(frozenset(f"{name}.{link}" for link in pair) for pair in robot.allowed)
+    return frozenset(pairs)
 
 
 def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:

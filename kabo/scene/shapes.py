@@ -25,7 +25,7 @@ def element_of(shape: Shape, place: Place | None, mesh: Mesh | None = None) -> E
     """
     at, made = shape.place or place, mesh or mesh_of(shape, place)
     if shape.kind == "mesh" or shape.size is None:
-        return Element("mesh", made, place=at)
+        return Element("mesh", made, place=at, path=shape.path)
     if shape.kind == "box":
         return Element("box", made, made.vertices, None, at)
     radius, _, z = shape.size

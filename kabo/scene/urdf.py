@@ -14,7 +14,9 @@ from kabo.language.scene_description import DriveDescription, RobotDescription
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
 from kabo.scene.native_messages import names_in, with_messages
+from kabo.scene.robot_semantics import with_groups, with_semantics
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.semantics import Groups
 from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
@@ -51,12 +53,16 @@ def load_robot(
     mimics = {name: rule for file in files for name, rule in file.mimics.items()}
     elements = {name: made for file in files for name, made in file.elements.items()}
     places = {name: place for file in files for name, place in file.places.items()}
-    robot = _assemble(description, model, mimics, elements, tuple(j for j in own if j not in mimics), places)
+    joints = {name: ends for file in files for name, ends in file.joints.items()}
+    groups, own = Groups.of(description.semantics, joints), tuple(j for j in own if j not in mimics)
+    described = with_groups(description, groups, {*mimics, *own}, tuple(model.names))
+    robot = with_semantics(_assemble(described, model, mimics, elements, own, places), description, groups)
     if floor is not None:
         robot = on_floor(robot, description, floor)
     _check_configurations(description, robot)
     _check_structure(description, robot)
-    return robot, tuple(path for file in files for path in file.files)
+    read = tuple(path for file in files for path in file.files)
+    return robot, read if description.semantics is None else (*read, description.semantics.path)
 
 
 def _model(file: UrdfFile, place: Place | None, drive: DriveDescription | None = None) -> Any:

@@ -17,6 +17,7 @@ from kabo.language.scene_description import Shape
 from kabo.language.xml_files import Collected
 from kabo.meshes import load_mesh, outwards
 from kabo.scene.elements import Element
+from kabo.scene.semantics import JointEnds
 from kabo.scene.shapes import element_of
 from kabo.scene.urdf_checks import check
 from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_elements
@@ -39,6 +40,7 @@ class UrdfFile:
     mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
     kinematics: str  # a URDF text of the checked links and joints alone, for pinocchio
     places: Mapping[str, Place]  # of the links
+    joints: Mapping[str, JointEnds]
     files: tuple[Path, ...] = field(default=())
 
 
@@ -75,7 +77,18 @@ def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, 
             elements[name] = tuple(pieces)
     collected.finish()
     places = {name: urdf.place(link) for name, link in named(urdf, "link")}
-    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, tuple(files))
+    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files))
+
+
+def _joints(urdf: Urdf) -> dict[str, JointEnds]:
+    """The joints by name: their links and types."""
+    found = {}
+    for name, joint in named(urdf, "joint"):
+        parent, child = (joint.find(tag) for tag in ("parent", "child"))
+        if parent is not None and child is not None:
+            ends = parent.get("link", ""), child.get("link", "")
+            found[name] = JointEnds(*ends, joint.get("type", "fixed"))
+    return found
 
 
 @contextmanager
@@ -130,7 +143,7 @@ def _element(
         scale = urdf.numbers(given, "scale", 3, "1 1 1")
         if not min(map(abs, scale)) >= 1e-9:
             raise urdf.wrong(given, "a mesh cannot be scaled by 0", "write 0.001 for millimetres")
-        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at)
+        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at, path=path)
     else:
         made = element_of(_primitive(urdf, given), at)
     return made.moved(_origin(urdf, tag))

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from xml.parsers import expat
 
 from kabo.language.packages import package_folder
 
@@ -27,15 +28,23 @@ def _package_index(packages: dict[str, Path], beside: Path) -> ModuleType:
     return index  # type: ignore[no-any-return]
 
 
+# What the expressions and arguments of a file may raise; all else ends the process, whose last line is told.
+_OF_EXPRESSIONS = (
+    *(ArithmeticError, AttributeError, LookupError, NameError, OSError, RuntimeError, SyntaxError, TypeError),
+    ValueError,
+)
+
+
 def expanded(path: Path, packages: dict[str, Path]) -> dict[str, Any]:
     """The text that xacro makes of a file, and the files that it includes; or the error."""
     sys.modules["ament_index_python"] = ModuleType("ament_index_python")
     sys.modules["ament_index_python.packages"] = _package_index(packages, path)
     import xacro
+    from xacro.substitution_args import SubstitutionException
 
     try:
         document = xacro.process_file(str(path), mappings={})
-    except Exception as error:  # noqa: BLE001 - xacro evaluates Python: anything may be raised
+    except (xacro.XacroException, SubstitutionException, expat.ExpatError, *_OF_EXPRESSIONS) as error:
         at = str(xacro.filestack[-1]) if getattr(xacro, "filestack", None) else str(path)
         return {"error": f"{type(error).__name__}: {error}", "file": at}
     return {"xml": document.toprettyxml(indent="  "), "files": [str(each) for each in xacro.all_includes]}

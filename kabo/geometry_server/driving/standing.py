@@ -19,8 +19,8 @@ from kabo.scene import BASE_VALUES, Drive, Robot
 from kabo.scene.transforms import flat
 from kabo.streams import stream_key
 
-ARMS_DRAWN = 8192  # of which those that do not collide with the robot itself are kept
-NEAREST, TRIED = 96, 24  # entries most like a pose, and how many of them are tried for it, evenly spread
+ARMS_DRAWN = 32768  # of which those that do not collide with the robot itself are kept
+NEAREST, TRIED = 32, 16  # entries most like a pose, and how many of them are tried for it, evenly spread
 HEIGHT_SCALE = 0.1  # [m] of height that counts as much as TILT_SCALE [rad] of tilt
 TILT_SCALE = 0.2
 
@@ -32,7 +32,7 @@ class Standing:
         self.surroundings, self.robot, self.drive = surroundings, robot, drive
         self._obstacles = self._view()
         self._arms: Array | None = None
-        self._tables: dict[int, tuple[Array, Array]] = {}
+        self._tables: dict[int, tuple[Array, Array, Any]] = {}
 
     def free(self, poses: Array) -> npt.NDArray[np.bool_]:
         """Which of the base's poses (N, 3) are on the floor and clear of all bodies that never move (N,)."""
@@ -63,8 +63,8 @@ class Standing:
         if joint is None or not self._is_carried(joint):
             return None
         goals, valid = self._goals(rows, along, key, first, count)
-        arms, entries = self._table(joint)
-        near = _nearest(goals, entries)
+        arms, entries, _ = self._table(joint)
+        near = self._nearest(joint, goals)
         spread = np.argsort(
             seeds(np.zeros(NEAREST), np.ones(NEAREST), stream_key("stand", int(key)), first, count)
         )
@@ -103,8 +103,19 @@ class Standing:
         home = self.robot.configurations.get("home")
         return 0.0 if home is None else float(home[BASE_VALUES - 1])
 
-    def _table(self, joint: int) -> tuple[Array, Array]:
-        """Values of the arm (K, m), and the poses (K, 12) of a joint in the floor's frame at these, the base at zero."""
+    def _nearest(self, joint: int, goals: Array) -> npt.NDArray[np.int64]:
+        """The entries (N, NEAREST) whose heights and tilts are most like those of poses (N, 12), by their number."""
+        _, entries, tree = self._table(joint)
+        near = tree.query(_features(goals), k=min(NEAREST, len(entries)))[1]
+        return np.sort(np.asarray(near, np.int64), axis=1)
+
+    def _table(self, joint: int) -> tuple[Array, Array, Any]:
+        """Values of the arm (K, m), and the poses (K, 12) of a joint in the floor's frame at these, the base at zero.
+
+        Besides, a tree of the features of these poses.
+        """
+        from scipy.spatial import cKDTree
+
         if joint not in self._tables:
             q = self._free_arms()
             poses = joint_poses(self.robot.tree, joint, q)
@@ -112,15 +123,18 @@ class Standing:
             local = np.empty_like(poses)
             local[:, :9] = (turn.T @ poses[:, :9].reshape(-1, 3, 3)).reshape(-1, 9)
             local[:, 9:] = (poses[:, 9:] - place) @ turn
-            self._tables[joint] = q[:, BASE_VALUES : self.robot.planned], local
+            self._tables[joint] = q[:, BASE_VALUES : self.robot.planned], local, cKDTree(_features(local))
         return self._tables[joint]
 
     def _free_arms(self) -> Array:
-        """Configurations (K, n) with the base at zero in which the robot does not collide with itself."""
+        """Configurations (K, n) with the base at zero and the hand open in which the robot does not collide with itself."""
         if self._arms is None:
             robot = self.robot
             low, high = robot.tree.lower.copy(), robot.tree.upper.copy()
             stand = np.clip(0.0, low, high)
+            opened = {} if robot.gripper is None else robot.gripper.open
+            for name, value in opened.items():
+                stand[robot.joint_names.index(name)] = value
             low[~robot.arm], high[~robot.arm] = stand[~robot.arm], stand[~robot.arm]
             drawn = seeds(low, high, stream_key("arms", robot.name), 0, ARMS_DRAWN)
             drawn[:, :BASE_VALUES] = 0.0
@@ -161,7 +175,7 @@ class Standing:
         pairs = [
             (i, k)
             for i, a in enumerate(names)
-            for k, b in enumerate(names[:i])
+            for k, b in enumerate(names[i + 1 :], i + 1)
             if moving[i].joint != moving[k].joint and not apart(f"{own}.{a}", f"{own}.{b}")
         ]
         if not pairs:
@@ -198,14 +212,6 @@ def _of_free_body(rows: Array) -> Array:
     joints = rows[:, (columns.FIRST, columns.SECOND)]
     made[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, FREE_BODY.size)
     return made
-
-
-def _nearest(goals: Array, entries: Array) -> npt.NDArray[np.int64]:
-    """The entries (N, NEAREST) whose heights and tilts are most like those of poses (N, 12), by their number."""
-    wanted, known = _features(goals), _features(entries)
-    away = (wanted**2).sum(axis=1)[:, None] - 2.0 * wanted @ known.T + (known**2).sum(axis=1)
-    most = min(NEAREST, len(known))
-    return np.asarray(np.sort(np.argpartition(away, most - 1, axis=1)[:, :most], axis=1))
 
 
 def _features(poses: Array) -> Array:
