@@ -22,7 +22,7 @@ PULLS, LEAST_GAIN = 60, 1e-4  # attempts, and what one must gain [m]
 
 
 def floor_growth(stream: "Stream", drive: Drive) -> tuple[float, Array] | None:
-    """By how much every edge of the floor would have to move outwards [m], and the base's pose (3,) then; None: not found."""
+    """By how much all edges of the floor would have to move outwards [m], and the base (3,) then; None: not found."""
     tree, robot = stream.robot.tree, stream.robot
     planned = np.arange(tree.size) < robot.planned
     base = np.concatenate([np.zeros(robot.planned), stream.hand])
