@@ -50,6 +50,7 @@ VIEWS = (
     ),
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
     View("domains/assembly/gearbox.yaml", "domains/assembly/scene.png", (2.3, 0.45, 1.35), (-0.2, 0.02, 0.36)),
+    View("domains/waiter/two_cups.yaml", "domains/waiter/scene.png", (-2.2, -5.0, 4.0), (0.0, -0.1, 0.2)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
 # Where things stand in the picture of all meshes, in the order of THINGS: the table behind, the others in front.
@@ -68,7 +69,7 @@ def draw_scene(view: View) -> None:
         colour = MOVABLE[movable.index(name) % len(MOVABLE)] if body.movable else (GREY if name == "tap" else WOOD)
         _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour)
     for name, region in scene.regions.items():
-        if name not in {"anywhere", "work_area"}:
+        if name not in {"anywhere", "work_area", "hall"}:
             box = pyvista.Box(np.c_[-np.array(region.size), region.size].ravel())
             plotter.add_mesh(box.transform(region.world_T_region, inplace=False), color=GLASS, opacity=0.25)
     _save(plotter, ROOT / view.picture)
