@@ -56,6 +56,7 @@ VIEWS = (
         (2.7, -1.1, 1.9),
         (0.25, 0.0, 0.65),
     ),
+    View("domains/waiter/two_cups.yaml", "domains/waiter/scene.png", (-2.2, -5.0, 4.0), (0.0, -0.1, 0.2)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
 # Where things stand in the picture of all meshes, in the order of THINGS: the table behind, the others in front.
@@ -83,7 +84,7 @@ def draw_scene(view: View) -> None:
         opacity = 0.35 if name == "panel" else 1.0
         _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour, opacity)
     for name, region in scene.regions.items():
-        if name not in {"anywhere", "work_area"}:
+        if name not in {"anywhere", "work_area", "hall"}:
             box = pyvista.Box(np.c_[-np.array(region.size), region.size].ravel())
             plotter.add_mesh(box.transform(region.world_T_region, inplace=False), color=GLASS, opacity=0.25)
     _save(plotter, ROOT / view.picture)
