@@ -10,7 +10,7 @@ from kabo.explain.failed_calls import examined
 from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import main_finding, summary
 from kabo.language.problem import Problem
-from kabo.planner.result import Result
+from kabo.planner.result import Progress, Result
 from kabo.planner.solve import solve
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -43,6 +43,7 @@ def obstacles(
     cancelled: Callable[[], bool] | None,
     expansions: int,
     changes: int = MAX_CHANGES,
+    progress: Callable[[Progress], None] | None = None,
     **options: Any,
 ) -> Obstacles:
     """The verdict on whether a problem with a symbolic plan has a plan with motions, and if not, the reasons.
@@ -53,6 +54,7 @@ def obstacles(
         cancelled: called periodically; True ends the work soon.
         expansions: the greatest number of nodes to expand; each changed problem gets a fraction of this number.
         changes: the greatest number of changes to try.
+        progress: called periodically while the problem is solved.
         options: the options of `solve`.
 
     Raises:
@@ -70,14 +72,14 @@ def obstacles(
         timeout=clock.left(SOLVING_SHARE),
         certificate=False,
         cancelled=cancelled,
+        progress=progress,
         on_procedures=asked.append,
     )
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
     if not asked:  # cut off before any procedure could be asked
-        return Obstacles(
-            "exhausted", (f"{KNOWN}; whether there are motions for it is open: {result.reason.message}.",)
-        )
+        why = "; ".join((result.reason.message, *result.reason.details))
+        return Obstacles("exhausted", (f"{KNOWN}; whether there are motions for it is open: {why}.",))
     findings = examined(asked[0], clock.stop)
     surroundings, used = asked[0].server.surroundings, asked[0].statistics.samples
     others = tried(

@@ -6,6 +6,7 @@ from kabo.geometry.bounding.enclosure import enclosing_parts as enclosing_parts
 from kabo.geometry.bounding.enclosure import write_parts as write_parts
 from kabo.geometry.bounding.hausdorff import hausdorff_bound as hausdorff_bound
 from kabo.geometry.bounding.stored_parts import digest_beside as digest_beside
+from kabo.geometry.bounding.united_enclosure import united as united
 from kabo.geometry.budget import Budget as Budget
 from kabo.geometry.collision.collision_view import CollisionChecker as CollisionChecker
 from kabo.geometry.collision.collision_view import CollisionView as CollisionView
@@ -30,5 +31,5 @@ from kabo.geometry.collision.swept_volume import swept_volume as swept_volume
 from kabo.geometry.parts import Enclosure as Enclosure
 from kabo.geometry.parts import FixedGroup as FixedGroup
 from kabo.geometry.parts import MovingGroup as MovingGroup
-from kabo.geometry.parts import Rounding as Rounding
 from kabo.geometry.triangles.crossings import crossing_faces as crossing_faces
+from kabo.geometry.triangles.solids import Solid as Solid

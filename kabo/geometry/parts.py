@@ -6,26 +6,19 @@ corner and a ball, a capsule two corners and a ball, a cylinder two corners and 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.meshes import Rounding
 
 Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
 COLUMNS = 64  # corners of a part at most: `support` has six bits for their numbers
 LANE = 8  # columns of blocks are a multiple of it
 AXIS_TOLERANCE = 1e-12  # by which the length of a disc's axis may differ from 1
-
-
-class Rounding(NamedTuple):
-    """What is added to the hull of a part's corners: a ball of `radius`, and a flat disc across `axis`."""
-
-    radius: float = 0.0  # [m]
-    disc: float = 0.0  # [m] radius of the disc
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)  # of length 1, in the body's frame
 
 
 SHARP = Rounding()  # of a part that is the hull of its corners
@@ -36,7 +29,7 @@ class Packed(NamedTuple):
 
     blocks: Array  # (B, 3, K), K the least multiple of 8 for the part with the most corners
     sizes: Integers  # (B,) multiples of 8: how many columns to read
-    diameters: Array  # (B,) greatest distance of two points of the part [m]
+    diameters: Array  # (B,) greatest distance of two points of the corners with the disc [m]; balls do not turn
     rounds: Array  # (B, 5) radius, disc [m], and the disc's axis
 
 
@@ -88,9 +81,22 @@ class Enclosure:
         return range(first, first + count)
 
     @property
+    def deviation_of_roots(self) -> float:
+        """How far points of the roots may be from the body [m]."""
+        return max((self.deviation_of(part) for part in self.root_parts), default=0.0)
+
+    @property
     def root_parts(self) -> range:
         """The numbers of the parts that cover the body and are children of none."""
         return range(len(self.parts) if self.roots is None else self.roots)
+
+    def support(self, directions: Array) -> Array:
+        """How far the roots reach in each of the unit directions (H, 3), from the origin of the body's frame (H,) [m]."""
+        reached = np.full(len(directions), -np.inf)
+        for index in self.root_parts:
+            own = (directions @ self.parts[index].T).max(axis=1) + self.rounding_of(index).reach(directions)
+            reached = np.maximum(reached, own)
+        return reached
 
     @property
     def nbytes(self) -> int:
@@ -119,6 +125,47 @@ class Enclosure:
         return Packed(blocks, sizes, diameters, rounds)
 
 
+BALL_POINTS, DISC_POINTS = 256, 64  # of the polytope around a ball, and of the polygon around a disc
+
+
+@cache
+def ball_around() -> Array:
+    """Points (256, 3) whose hull contains the ball of radius 1; they lie at most 2 % outside of it."""
+    from scipy.spatial import ConvexHull
+
+    number = np.arange(BALL_POINTS) + 0.5
+    height, angle = 1.0 - 2.0 * number / BALL_POINTS, np.pi * (1.0 + np.sqrt(5.0)) * number
+    across = np.sqrt(1.0 - height**2)
+    points = np.column_stack([across * np.cos(angle), across * np.sin(angle), height])
+    scaled: Array = points / -ConvexHull(points).equations[:, 3].max() * (1.0 + 1e-9)
+    return scaled
+
+
+def disc_around(axis: Sequence[float] | Array) -> Array:
+    """Points (64, 3) whose hull contains the disc of radius 1 across an axis; they lie at most 0.2 % outside of it."""
+    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    first /= np.linalg.norm(first)
+    angle = 2.0 * np.pi * np.arange(DISC_POINTS) / DISC_POINTS
+    points = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * np.cross(axis, first)
+    return np.asarray(points / np.cos(np.pi / DISC_POINTS) * (1.0 + 1e-9))
+
+
+def points_around(part: Array, rounding: Rounding) -> Array:
+    """Points (P, 3) whose hull contains a part: its corners, or corners of polytopes around its ball and its disc."""
+    if rounding.disc:
+        part = (part[:, None] + rounding.disc * disc_around(rounding.axis)[None]).reshape(-1, 3)
+    if rounding.radius:
+        part = (part[:, None] + rounding.radius * ball_around()[None]).reshape(-1, 3)
+    return part
+
+
+def body_points(enclosure: Enclosure) -> Array:
+    """Points (P, 3) whose hull contains the body: those around all roots."""
+    return np.concatenate(
+        [points_around(enclosure.parts[i], enclosure.rounding_of(i)) for i in enclosure.root_parts]
+    )
+
+
 def _columns_for(corners: int) -> int:
     return max(LANE, -(-corners // LANE) * LANE)
 
@@ -141,13 +188,13 @@ def stacked(packed: Sequence[Packed]) -> Packed:
 
 
 def _diameter(part: Array, rounding: Rounding) -> float:
-    """An upper bound of the distance of two points of a part [m]."""
+    """An upper bound of the distance of two points of a part without its ball [m]."""
     between = part[:, None] - part[None]
     if not rounding.disc:
-        return float(np.sqrt((between**2).sum(axis=2).max()) + 2.0 * rounding.radius) * (1 + 1e-12)
+        return float(np.sqrt((between**2).sum(axis=2).max())) * (1 + 1e-12)
     across = np.linalg.norm(np.cross(between, rounding.axis), axis=2) + 2.0 * rounding.disc
     along = between @ np.array(rounding.axis)
-    return float(np.sqrt((across**2 + along**2).max()) + 2.0 * rounding.radius) * (1 + 1e-12)
+    return float(np.sqrt((across**2 + along**2).max())) * (1 + 1e-12)
 
 
 def _require_rounding(rounding: Rounding) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
+from kabo.geometry_server.foresight.measures import Measure
 from kabo.plan import Learned, Segment
 from kabo.scene import Component
 
@@ -16,7 +17,21 @@ LEARNED_REASONS = (
     "out_of_range",
 )  # why no parameters can be inferred from a model
 # Why a procedure may be refused.
-REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family", *LEARNED_REASONS)
+REASONS = (
+    "out_of_reach",
+    "collision",
+    "constraint",
+    "no_path",
+    "empty_family",
+    "hidden",
+    "out_of_view",
+    *LEARNED_REASONS,
+)
+BLOCKED_REASONS = (
+    "collision",
+    "no_path",
+    "hidden",
+)  # something else is in the way: the refusal names pairs of things
 
 MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the one before
 
@@ -64,6 +79,7 @@ class Refusal:
         missing: the distance by which the target is out of reach [m].
         attempts: the number of refused attempts that the refusal summarises; 0 if they were not counted.
         question: the refused query, so that it can be repeated in another situation.
+        measures: the numbers on which the refusal rests, each of a constraint or limit that was not met.
     """
 
     reason: str
@@ -74,6 +90,7 @@ class Refusal:
     missing: float | None = None
     attempts: int = 0
     question: Askable | None = None
+    measures: tuple[Measure, ...] = ()
 
     @classmethod
     def collision(

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from kabo.geometry_server import REASONS, Pair, Refusal, owners
+from kabo.geometry_server import REASONS, Measure, Pair, Refusal, owners
 from kabo.scene import Scene
 from kabo.tasks.core import Failure, Stage
 from kabo.tasks.core.model.results import Refused
@@ -25,13 +25,51 @@ def _refusal(failure: Refused) -> Refusal:
     return Refusal(failure.reason, failure.comment, proof=isinstance(failure, Failure) and failure.proof)
 
 
+MAX_COMMENTS = 24  # different comments that are counted for each stage and reason
+SHOWN_COMMENTS = 2  # of them, that a message tells
+TOLD_BY_PAIRS = ("collision", "no_path")  # reasons whose comments are the pairs that are told anyway
+
+
+@dataclass
+class _Tally:
+    """The refused attempts of one stage for one reason: their number, what they said, and their nearest values."""
+
+    count: int = 0
+    comments: Counter[str] = field(default_factory=Counter)
+    nearest: dict[str, Measure] = field(default_factory=dict)  # by name: the one that misses least
+
+    def add(self, refusal: Refusal) -> None:
+        """Counts one refused attempt."""
+        self.count += 1
+        for measure in refusal.measures:
+            best = self.nearest.get(measure.name)
+            if best is None or measure.missing < best.missing:
+                self.nearest[measure.name] = measure
+        known = refusal.comment in self.comments or len(self.comments) < MAX_COMMENTS
+        if refusal.comment and not refusal.measures and known:
+            self.comments[refusal.comment] += 1
+
+    def told(self, reason: str) -> str:
+        """What the attempts said, the numbers that came nearest first; empty if they said nothing of their own."""
+        numbers = [measure.text for measure in self.nearest.values()]
+        if self.count > 1 and numbers:
+            numbers[0] = numbers[0] if self._all_proven else f"at best {numbers[0]}"
+        others = [] if reason in TOLD_BY_PAIRS else [text for text, _ in self.comments.most_common()]
+        shown = others[:SHOWN_COMMENTS]
+        more = [f"{len(others) - len(shown)} more"] if len(others) > len(shown) else []
+        return "; ".join([*numbers, *shown, *more])
+
+    @property
+    def _all_proven(self) -> bool:
+        return all(measure.proven for measure in self.nearest.values())
+
+
 @dataclass
 class Refusals:
     """Counts the refused attempts of one task's stages by reason and by colliding pair."""
 
-    reasons: Counter[tuple[str, str]] = field(default_factory=Counter)  # (stage, reason)
+    tallies: dict[tuple[str, str], _Tally] = field(default_factory=dict)  # by stage and reason
     pairs: Counter[Pair] = field(default_factory=Counter)
-    comments: dict[str, None] = field(default_factory=dict)
     reads: set[str] = field(default_factory=set)
     proved: bool = True
     missing: float | None = None
@@ -39,9 +77,7 @@ class Refusals:
     def observe(self, stage: Stage, failure: Refused) -> None:
         """Counts one refused attempt of a stage."""
         refusal = refusal_of(failure)
-        self.reasons[stage.name, refusal.reason] += 1
-        if len(self.comments) < 2:
-            self.comments[refusal.comment] = None
+        self.tallies.setdefault((stage.name, refusal.reason), _Tally()).add(refusal)
         for pair, count in refusal.pairs:
             self.pairs[pair] += count
         self.reads |= refusal.reads
@@ -51,7 +87,12 @@ class Refusals:
 
     def count(self, reason: str) -> int:
         """The number of attempts that were refused for a reason."""
-        return sum(n for (_, other), n in self.reasons.items() if other == reason)
+        return sum(tally.count for (_, other), tally in self.tallies.items() if other == reason)
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """Of every limit that was not met, the value that came nearest."""
+        return tuple(measure for tally in self.tallies.values() for measure in tally.nearest.values())
 
     def movable(self, scene: Scene) -> frozenset[str]:
         """The robots and movable objects that came too close to something in a refused attempt."""
@@ -68,22 +109,35 @@ class Refusals:
             again: whether the call has succeeded before, so that the refusal is only of a further solution.
         """
         counts = Counter[str]()
-        for (_, reason), count in self.reasons.items():
-            counts[reason] += count
-        proof = self.proved and bool(self.reasons) and not again
+        for (_, reason), tally in self.tallies.items():
+            counts[reason] += tally.count
+        proof = self.proved and bool(counts) and not again
         pairs = tuple(sorted(self.pairs.items(), key=lambda item: (-item[1], item[0])))
         reason = counts.most_common(1)[0][0] if counts else "empty_family"
         text = f"{what}{' in yet another way' if again else ''}: {self._why(pairs)}"
         read = frozenset(self.reads) if proof else reads | self.reads | self.movable(scene)
         missing = self.missing if proof else None
-        return Refusal(reason, text, read, pairs, proof, missing, sum(counts.values()))
+        total = sum(counts.values())
+        return Refusal(reason, text, read, pairs, proof, missing, total, measures=self.measures)
 
     def _why(self, pairs: Iterable[tuple[Pair, int]]) -> str:
-        if not self.reasons:
+        """What every stage said, each with its numbers: nothing is dropped where there are several."""
+        if not self.tallies:
             return "there is none"
-        comments = [comment for comment in self.comments if comment]
-        if sum(self.reasons.values()) == 1 and comments:
-            return comments[0]
-        told = "; ".join(f"{stage}: {reason} {n}" for (stage, reason), n in sorted(self.reasons.items()))
+        alone = next(iter(self.tallies.items())) if len(self.tallies) == 1 else None
+        if alone is not None and alone[1].count == 1 and (said := alone[1].told("")):
+            return said
+        told = "; ".join(
+            _row(stage, reason, tally) for (stage, reason), tally in sorted(self.tallies.items(), key=_order)
+        )
         first = next(iter(pairs), None)
         return told if first is None else f"{told}; most often between {first[0][0]} and {first[0][1]}"
+
+
+def _order(item: tuple[tuple[str, str], _Tally]) -> tuple[str, str]:
+    return item[0]
+
+
+def _row(stage: str, reason: str, tally: _Tally) -> str:
+    said = tally.told(reason)
+    return f"{stage}: {reason} {tally.count}" + (f" ({said})" if said else "")

@@ -18,10 +18,15 @@ from kabo.geometry_server import (
     Candidate,
     Frame,
     GraspStream,
+    Measure,
     Pair,
     PlacementStream,
     Stream,
     lies_inside,
+    millimetres,
+    outside,
+    standing_of,
+    too_wide,
     tool_frame,
 )
 from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked
@@ -54,8 +59,8 @@ class Target(Protocol):
         """
         ...
 
-    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """The reason why a configuration that satisfies the constraints is still unacceptable.
+    def refused(self, scene: TaskScene, at: Candidate) -> str | Measure | None:
+        """The reason why a configuration that satisfies the constraints is still unacceptable, or its number.
 
         The result is None if it is acceptable.
         """
@@ -68,6 +73,18 @@ class GraspTarget:
 
     robot: str
     stream: GraspStream
+    object: str
+
+    def too_wide(self, scene: TaskScene) -> Measure | None:
+        """The width of the object beyond the gripper's opening as it is now; None if it may fit between the fingers."""
+        robot, family = scene.robot(self.robot), self.stream.family
+        hand = tuple(float(value) for value in scene.configuration(self.robot)[robot.planned :])
+        body = scene.context.scene.bodies[self.object]
+        key = "too wide", self.robot, body.name, family.name, hand
+        known: tuple[Measure | None] = scene.context.surroundings.remembered(
+            key, lambda: (too_wide(robot, body, family, hand),)
+        )
+        return known[0]
 
     def batches(self) -> Iterator[list[Candidate]]:
         """The configurations that reach the target, in batches; those near the home configuration come first."""
@@ -99,14 +116,17 @@ class PlacementTarget:
         """None: no blocking pair can be found before sampling, because a family permits many poses."""
         return None
 
-    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """A message if the object is not proven to lie inside the region at the configuration; None if it is."""
+    def refused(self, scene: TaskScene, at: Candidate) -> Measure | None:
+        """How far the object reaches out of the region at the configuration; None if it is proven to lie inside."""
         if self.region is None:
             return None
-        region = scene.context.scene.regions[self.region]
+        region, surroundings = scene.context.scene.regions[self.region], scene.context.surroundings
         pose = at.pose(self.stream.this)
-        inside = lies_inside(scene.context.surroundings, self.object, pose, region)
-        return None if inside else f"{self.object} is not inside {self.region}"
+        if lies_inside(surroundings, self.object, pose, region):
+            return None
+        out = max(0.0, outside(surroundings, self.object, pose, region))
+        said = f"{self.object} reaches {millimetres(out)} out of {self.region}"
+        return Measure(f"inside({self.object}, {self.region})", said, 0.0, out)
 
 
 @dataclass(frozen=True)
@@ -166,7 +186,8 @@ def pose_target(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array
     ]
     key = stream_key(scene.context.seed, "pose", robot, frame.joint, *numbers)
     q = scene.situation.configuration(robot)
-    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]))
+    standing = standing_of(scene.context.surroundings, chosen)
+    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]), standing)
     return PoseTarget(robot, frame, world_T_frame, stream, q)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from kabo.geometry_server import Refusal, Situation, lies_inside
+from kabo.geometry_server import Measure, Refusal, Situation, lies_inside, millimetres, outside
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
@@ -139,7 +139,12 @@ def _inside(scene: TaskScene, properties: Values) -> Any:
         return None
     holder = scene.holder(name)
     reads = frozenset({name} if holder is None else {name, holder})
-    return Refusal("constraint", f"{name} does not stand in {region}", reads=reads, proof=True)
+    out = max(
+        0.0, outside(scene.context.surroundings, name, scene.pose(name), scene.context.scene.regions[region])
+    )
+    said = f"{name} does not stand in {region}: it reaches {millimetres(out)} out of it"
+    measure = Measure(f"inside({name}, {region})", said, 0.0, out)
+    return Refusal("constraint", said, reads=reads, proof=True, measures=(measure,))
 
 
 def _free_hand(scene: TaskScene, properties: Values) -> Any:

@@ -6,6 +6,7 @@ from typing import Any
 
 from kabo.geometry_server import (
     Destination,
+    Measure,
     ProcedureContext,
     Refusal,
     Situation,
@@ -15,6 +16,8 @@ from kabo.geometry_server import (
     placement_streams,
     region_missing,
     tool_frame,
+    uncontained,
+    wherever,
 )
 from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
@@ -63,6 +66,9 @@ class SamplePlacement(RobotStage, Monitor):
         streams = placement_streams(scene.context, robot, name, place, scene.situation, properties["family"])
         if not streams:
             return [Refusal("empty_family", f"{name} has no placement family that fits", reads=frozenset({name}))]
+        never = _uncontained(scene.context, name, place, properties["family"])
+        if never is not None:
+            return [never]
         if place.support is not None:
             scene = scene.permitting([(name, place.support)])
         held = held_properties(scene, robot, name)
@@ -83,15 +89,19 @@ class SamplePlacement(RobotStage, Monitor):
         yield from family_faults(self, scene, "placements")
 
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """A proof that the region is out of reach, however the object is held."""
+        """A proof that the region can never contain the object, or is out of reach, however the object is held."""
         known = self._known(context)
         if known is None:
             return None
         robot, name, region = known
+        place = _place(context, region.name, self.known("support"))
+        never = _uncontained(context, name, place, self.known("family") or ANY)
+        if never is not None:
+            return never
         missing = region_missing(robot, context.scene.bodies[name], region, tool_frame(robot))
         if missing <= 0.0:
             return None
-        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}{wherever(robot)}"
         return Refusal("out_of_reach", text, proof=True, missing=missing)
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
@@ -125,6 +135,19 @@ class SamplePlacement(RobotStage, Monitor):
         if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
             return None
         return scene.robots[robot], name, scene.regions[region]
+
+
+def _uncontained(context: ProcedureContext, name: str, place: Destination, wanted: str) -> Refusal | None:
+    """The proof that the object is too wide or too high for the region; None if it may fit."""
+    region, body = place.region, context.scene.bodies[name]
+    if region is None:
+        return None
+    key = "uncontained", name, region.name, place.support, wanted
+    known: tuple[Measure | None] = context.surroundings.remembered(
+        key, lambda: (uncontained(context.scene, body, region, place.support, wanted),)
+    )
+    measure = known[0]
+    return None if measure is None else Refusal("constraint", measure.text, proof=True, measures=(measure,))
 
 
 def _place(context: ProcedureContext, region: str | None, support: str | None) -> Destination:

@@ -1,19 +1,20 @@
 """Inverse kinematics as a wrapper: it solves each target of its child for robot configurations [T 3.4]."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Candidate, Refusal, owners, tool_frame
+from kabo.geometry_server import Candidate, Measure, Refusal, owners, tool_frame
 from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
-from kabo.tasks.robots.motion.targets import PoseTarget
+from kabo.tasks.robots.motion.targets import GraspTarget, PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
 
@@ -89,10 +90,16 @@ class ComputeIK(RobotStage, Wrapper):
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Refusal | None:
         reason = target.refused(scene, at)
+        if isinstance(reason, Measure):
+            return Refusal("constraint", reason.text, measures=(reason,))
         if reason is not None:
             return Refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
-        return None if hit is None else Refusal.collision(hit, question=along(scene, name, at.q))
+        if hit is None:
+            return None
+        refusal = Refusal.collision(hit, question=along(scene, name, at.q))
+        wide = target.too_wide(scene) if isinstance(target, GraspTarget) and target.object in hit else None
+        return refusal if wide is None else replace(refusal, measures=(wide,))
 
 
 def _is_movable(scene: TaskScene, robot: str, refused: Refusal) -> bool:

@@ -1,0 +1,217 @@
+"""What is wrong with a scene at its start: objects that overlap, stand inside others, are too near, or hang in the air.
+
+Only what a robot may grasp is examined. The original meshes decide, through python-fcl; the convex parts of two things
+are asked only where these are less than epsilon apart.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from kabo import geometry  # its names load when they are used: python-fcl only here
+from kabo.arrays import Array
+from kabo.errors import InputError
+from kabo.geometry import Enclosure, FixedGroup, Solid
+from kabo.geometry_server.foresight.measures import millimetres
+from kabo.geometry_server.predicates import ScenePredicates
+from kabo.geometry_server.situation import Situation
+from kabo.geometry_server.support_relations import supports, why_unsupported
+from kabo.geometry_server.surroundings import SceneSurroundings
+from kabo.scene import Mesh, link_poses, world_T
+from kabo.scene.transforms import flat, inverse
+
+TOUCHING = 1e-4  # [m]: as far as constraints of placements hold, and as deep as what stands may lie in its support
+MAX_STEPS = 60  # of an object that is let down until it touches
+
+
+@dataclass(frozen=True)
+class StartFault:
+    """Something wrong at the start: the things, a clause for users, and the remedy.
+
+    `metres`: how deep they overlap, how near they are, or how far the object hangs above what is below it; None if
+    nothing is below it. `proven`: exact geometry says so; if not, epsilon decides.
+    """
+
+    kind: Literal["overlap", "inside", "near", "floating", "unsupported"]
+    things: tuple[str, ...]
+    said: str
+    hint: str
+    metres: float | None = None
+    proven: bool = True
+
+
+def start_faults(surroundings: SceneSurroundings) -> tuple[StartFault, ...]:
+    """Everything that is wrong at the start with what can be grasped, in the order of the scene; computed once."""
+    found: tuple[StartFault, ...] = surroundings.remembered(
+        ("start faults",), lambda: tuple(_Start(surroundings).faults())
+    )
+    return found
+
+
+@dataclass(frozen=True)
+class _Thing:
+    """A body or link at the start: its name, its mesh, its pose, and its box in the world."""
+
+    name: str
+    mesh: Mesh
+    pose: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def at(cls, name: str, mesh: Mesh, pose: Array) -> "_Thing":
+        points = _placed(mesh.vertices, pose)
+        return cls(name, mesh, pose, points.min(axis=0), points.max(axis=0))
+
+    def group(self, lowered: float = 0.0) -> FixedGroup:
+        """The thing for exact predicates, which read its mesh only, let down by some length [m]."""
+        pose = self.pose.copy()
+        pose[2, 3] -= lowered
+        return FixedGroup(
+            flat(pose), Enclosure((np.stack([self.low, self.high]),), 0.0), (self.mesh.vertices, self.mesh.faces)
+        )
+
+
+class _Start:
+    """The things of a scene at its start."""
+
+    def __init__(self, surroundings: SceneSurroundings) -> None:
+        self.surroundings, self.scene = surroundings, surroundings.scene
+        state = self.scene.start
+        bodies = {name: (body.mesh, world_T(self.scene, state, name)) for name, body in self.scene.bodies.items()}
+        for name, robot in self.scene.robots.items():
+            poses = link_poses(robot, state.robots[name])
+            found = ((link, part.mesh) for link, part in robot.links.items() if part.mesh is not None)
+            bodies |= {f"{name}.{link}": (mesh, poses[link]) for link, mesh in found if mesh is not None}
+        self.things = [_Thing.at(name, mesh, pose) for name, (mesh, pose) in bodies.items() if len(mesh.faces)]
+        self.graspable = {name for name, body in self.scene.bodies.items() if body.movable and body.grasps}
+
+    def faults(self) -> Iterator[StartFault]:
+        """The faults of every object that can be grasped; a pair of two is told once."""
+        done: set[frozenset[str]] = set()
+        for own in self.things:
+            if own.name not in self.graspable:
+                continue
+            carried = supports(self.surroundings, Situation.of(self.scene.start), own.name)
+            pairs = [
+                fault for other in self.things if (fault := self._pair(own, other, carried, done)) is not None
+            ]
+            yield from pairs
+            if not carried and not any(fault.kind in ("overlap", "inside") for fault in pairs):
+                yield from self._unsupported(own)
+
+    # --------------------------------------------------------------------------------------------------- pairs
+    def _pair(
+        self, own: _Thing, other: _Thing, carried: tuple[str, ...], done: set[frozenset[str]]
+    ) -> StartFault | None:
+        pair, epsilon = frozenset((own.name, other.name)), self.surroundings.budget.epsilon
+        if (
+            own is other
+            or pair in done
+            or other.name in carried
+            or self.surroundings.never_collide(own.name, other.name)
+        ):
+            return None
+        if np.any(own.low > other.high + epsilon) or np.any(other.low > own.high + epsilon):
+            return None
+        done.add(pair)
+        if geometry.exact_collides(own.group(), other.group()):
+            return self._overlap(own, other)
+        apart = geometry.exact_distance(own.group(), other.group())
+        if TOUCHING < apart < epsilon and self._is_taken_to_touch(own.name, other.name):
+            said = (
+                f"{own.name} is {millimetres(apart)} from {other.name} at the start: "
+                f"closer than epsilon = {millimetres(epsilon)} tells apart"
+            )
+            hint = "place them farther apart, or give a smaller epsilon"
+            return StartFault("near", (own.name, other.name), said, hint, apart, proven=False)
+        return None
+
+    def _overlap(self, own: _Thing, other: _Thing) -> StartFault | None:
+        """Two things that share points, more than at a contact: how deep, and whether one stands inside the other."""
+        ours, theirs = _depths(own, other), _depths(other, own)
+        depth = max(float(ours.max()), float(theirs.max()))
+        if depth <= TOUCHING and self._hangs_on(own, other):
+            return None
+        first, second = (own, other) if not (theirs > 0.0).all() else (other, own)
+        things = first.name, second.name
+        hint = "a pose is in the frame that its `frame` names, by default the world: move one of them"
+        if (_depths(first, second) > 0.0).all():
+            said = f"{first.name} begins inside {second.name}, up to {millimetres(depth)} deep, proven"
+            return StartFault("inside", things, said, hint, depth)
+        said = f"{first.name} and {second.name} overlap at the start, by up to {millimetres(depth)}, proven"
+        return StartFault("overlap", things, said, hint, depth)
+
+    @staticmethod
+    def _hangs_on(own: _Thing, other: _Thing) -> bool:
+        """Whether two things only touch: lifted by twice the tolerance, or let down by it, they do not overlap."""
+        lengths = (-2.0 * TOUCHING, 2.0 * TOUCHING)
+        return not all(geometry.exact_collides(own.group(length), other.group()) for length in lengths)
+
+    def _is_taken_to_touch(self, first: str, second: str) -> bool:
+        """Whether the convex parts of two things are not proven apart; True if there are no parts."""
+        predicates = ScenePredicates(self.surroundings, self.scene.start)
+        try:
+            return predicates.collide(first, second)
+        except InputError:
+            return True
+
+    # ------------------------------------------------------------------------------------------------- supports
+    def _unsupported(self, own: _Thing) -> Iterator[StartFault]:
+        """A fault if nothing carries an object: the gap below it, or why what it touches is no support."""
+        gaps = [
+            (gap, other.name) for other in self.things if other is not own if (gap := _gap(own, other)) is not None
+        ]
+        gap, below = min(gaps, default=(None, None))
+        if gap is not None and gap <= TOUCHING:
+            why = why_unsupported(self.surroundings, Situation.of(self.scene.start), own.name)
+            if why is not None and self.scene.bodies[own.name].placements:
+                hint = "a robot that lifts it is permitted to leave only what a placement family says it stands on"
+                yield StartFault("unsupported", (own.name,), why, hint, proven=False)
+            return
+        if gap is None or below is None:
+            said, hint = f"{own.name} hangs in the air at the start: nothing is below it", "give it a support"
+            yield StartFault("floating", (own.name,), said, hint)
+        else:
+            said = f"{own.name} hangs in the air at the start: {millimetres(gap)} above {below}"
+            yield StartFault("floating", (own.name, below), said, f"lower it by {millimetres(gap)}", gap)
+
+
+def _placed(points: Array, pose: Array) -> Array:
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _depths(inner: _Thing, outer: _Thing) -> Array:
+    """How deep points of the inner body lie in the outer solid [m]; negative outside.
+
+    The points are the corners and middles of the mesh's triangles, and what lies half-way to their mean, if inside.
+    """
+    corners = inner.mesh.vertices
+    within = 0.5 * (corners + corners.mean(axis=0))
+    own = Solid(corners, inner.mesh.faces)
+    points = np.concatenate([corners, corners[inner.mesh.faces].mean(axis=1), within[own.insides(within)]])
+    local = _placed(_placed(points, inner.pose), inverse(outer.pose))
+    solid = Solid(outer.mesh.vertices, outer.mesh.faces)
+    distances = solid.surface_distances(local)
+    return np.asarray(np.where(solid.insides(local), distances, -distances))
+
+
+def _gap(own: _Thing, other: _Thing) -> float | None:
+    """How far an object can be let down until it touches another thing [m]; None if it never does.
+
+    Whatever is at a distance d is not touched by moving less than d, so steps of the distance never pass it.
+    """
+    beside = np.any(own.low[:2] > other.high[:2]) or np.any(other.low[:2] > own.high[:2])
+    if beside or other.low[2] > own.high[2]:
+        return None
+    lowered, most = 0.0, float(own.high[2] - other.low[2])
+    for _ in range(MAX_STEPS):
+        apart = geometry.exact_distance(own.group(lowered), other.group())
+        if apart <= 0.5 * TOUCHING:
+            return lowered + apart
+        lowered += apart
+        if lowered > most:
+            return None
+    return lowered
