@@ -6,13 +6,14 @@ made, whose parts can be refined one by one: each is replaced by parts that cove
 """
 
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from kabo.arrays import Array
 from kabo.errors import MeshError
 from kabo.geometry.bounding import enclosing_union
 from kabo.geometry.bounding.bounding_mesh import bounding_mesh
 from kabo.geometry.bounding.cells import inside_planes, whole
+from kabo.geometry.bounding.coacd_engine import coacd_cover
 from kabo.geometry.bounding.containment import hull_planes, solid_points
 from kabo.geometry.bounding.enclosing_union import Aims, TooManyCells, Undecided, cells_of, proven_cover
 from kabo.geometry.bounding.nearness import proven_near
@@ -33,6 +34,8 @@ class Request(NamedTuple):
     aims: Aims
     parts: int | None = None  # the desired number of parts; more are made if the tolerance requires it
     cells: int | None = None  # above which a coarser cover is made; None: a thousand, and none is
+    engine: Literal["kabo", "coacd"] = "kabo"  # what cuts the solid into pieces
+    seed: int = 0  # of CoACD, which alone makes random choices
 
 
 def made_cover(solid: Solid, request: Request) -> Cover:
@@ -42,6 +45,8 @@ def made_cover(solid: Solid, request: Request) -> Cover:
         TooManyCells, Undecided: there is no such cover.
     """
     tolerance = request.aims.tolerance
+    if request.engine == "coacd":
+        return coacd_cover(solid, request.aims, request.seed)
     while True:
         aims = request.aims._replace(tolerance=tolerance)
         try:
