@@ -25,6 +25,10 @@ from kabo.meshes import Mesh
 COARSEN_ABOVE_TRIANGLES = 5_000  # above which a coarser bounding mesh is decomposed instead
 COARSE_MESH_SHARE = 0.1  # of the tolerance: how far that bounding mesh may deviate
 TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of the tolerance: tried in turn to reach a target number of parts
+FINEST_ROOTS = (
+    0.002  # of a solid's diagonal: the least tolerance that is tried for a whole solid, if parts are to be few
+)
+FEW_TRIANGLES = 200  # up to which any tolerance is tried
 LEVEL_RATIO = 4.0  # of the tolerances of a part and its children, in a tree of parts
 
 
@@ -47,6 +51,9 @@ def made_cover(solid: Solid, request: Request) -> Cover:
     tolerance = request.aims.tolerance
     if request.engine == "coacd":
         return coacd_cover(solid, request.aims, request.seed)
+    if request.aims.few_parts and len(solid.faces) > FEW_TRIANGLES:
+        while tolerance < FINEST_ROOTS * solid.diagonal:  # finer ones would need very many cells
+            tolerance *= LEVEL_RATIO
     while True:
         aims = request.aims._replace(tolerance=tolerance)
         try:
