@@ -100,7 +100,7 @@ class SceneEnclosures:
 
 def exact_enclosure(element: Element) -> Enclosure | None:
     """The enclosure of a primitive shape, which is that shape: one part; None for a mesh."""
-    if element.corners is None or element.rounding is not None:  # certificates do not know round parts yet
+    if element.corners is None:
         return None
     return Enclosure((element.corners,), 0.0, () if element.rounding is None else (element.rounding,))
 
