@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 
@@ -74,6 +74,12 @@ class _Made:
 
     enclosure: Enclosure
     seconds: float
+    refinable: bool
+
+    @classmethod
+    def of(cls, made: Enclosure, seconds: float) -> "_Made":
+        """Parts as they are sent: without the tree that refines them, which may be large."""
+        return cls(replace(made, finer=None), seconds, made.finer is not None)
 
 
 class _NotStored(Exception):
@@ -195,7 +201,7 @@ class _Preparation:
             raise made
         else:
             self.seconds[digest] = made.seconds
-            self.enclosures.keep(mesh, made.enclosure)
+            self.enclosures.keep(mesh, made.enclosure, made.refinable)
         for missing in self.missing.values():
             missing.discard(digest)
         self._finish_ready()
@@ -248,13 +254,14 @@ def _stored(mesh: Mesh, tolerance: float) -> _Made:
     def refuse() -> None:
         raise _NotStored
 
-    return _Made(made_parts(mesh, tolerance, refuse), 0.0)
+    return _Made.of(made_parts(mesh, tolerance, refuse), 0.0)
 
 
 def _made(mesh: Mesh, tolerance: float) -> _Made:
     """The parts of a mesh, computed now."""
     began = perf_counter()
-    return _Made(made_parts(mesh, tolerance), perf_counter() - began)
+    made = made_parts(mesh, tolerance)
+    return _Made.of(made, perf_counter() - began)
 
 
 def _few(names: tuple[str, ...], shown: int = SHOWN_MISSING) -> str:
