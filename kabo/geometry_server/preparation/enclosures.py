@@ -131,4 +131,4 @@ def made_parts(mesh: Mesh, tolerance: float, look: Callable[[], None] = never) -
     Raises:
         MeshError: the mesh cannot be enclosed.
     """
-    return geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
+    return geometry.enclosing_parts(mesh, tolerance, look=look)
