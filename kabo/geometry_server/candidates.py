@@ -125,60 +125,47 @@ class Stream:
         structure = self._structure
         if structure is None or self.robot.drive is not None:
             return None
-        arm = ClosedArm(self.robot.tree, structure, self._base)
+        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+        arm = ClosedArm(self.robot.tree, structure, base)
         return drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
-
-    @property
-    def _base(self) -> Array:
-        return np.concatenate([np.zeros(self.robot.planned), self.hand])
 
     def _projected(
         self, first: int, count: int, along: Array | None, wanted: npt.NDArray[np.bool_]
     ) -> tuple[Array, Integers]:
         """The samples that projection of seeds finds, of those `wanted` (count,), as `_branches` gives them."""
-        tree, structure, base = self.robot.tree, self._structure, self._base
-        low, high = (tree.lower, tree.upper) if structure is None else unlimited(tree, structure)
-        active = np.arange(tree.size) < self.robot.planned
-        placed = self._placed(first, count, along)
-        if placed is None:
-            found, valid = sample(tree, self.rows, self.key, first, count, low, high, active, along, base=base)
-        else:
-            starts, some = placed
-            bounds = self.key, first, count, low, high
-            found, valid = sample(tree, self.rows, *bounds, self.robot.arm, along, starts=starts)
-            valid &= some
-            self._shift(found, valid, starts, some, active)
+        tree, structure = self.robot.tree, self._structure
+        limits = (tree.lower, tree.upper) if structure is None else unlimited(tree, structure)
+        found, valid = self._sampled(first, count, along, limits)
         chosen = np.flatnonzero(valid & wanted)
         if structure is None:
             return found[chosen], chosen
         branches, owner = self._same_pose(structure, found[chosen])
         return branches, chosen[owner]
 
-    def _placed(self, first: int, count: int, along: Array | None) -> tuple[Array, npt.NDArray[np.bool_]] | None:
-        """Seeds (count, n) with the base where the arm reaches from, and which are usable; None if the base stands."""
-        if self.standing is None:
-            return None
-        return self.standing.starts(self.rows, along, self.key, first, count, self.hand)
+    def _sampled(
+        self, first: int, count: int, along: Array | None, limits: tuple[Array, Array]
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Samples (count, n), and which are valid (count,).
 
-    def _shift(
-        self,
-        found: Array,
-        valid: npt.NDArray[np.bool_],
-        starts: Array,
-        some: npt.NDArray[np.bool_],
-        active: npt.NDArray[np.bool_],
-    ) -> None:
-        """Lets the base go along where the arm alone did not fulfil the rows; writes what is found, and that it is valid.
-
-        An arm of five axes seldom reaches a pose from exactly where its base was put.
+        If the base drives, the arm reaches from where a table of arms says that it does. Where that fails, as it does
+        near the end of its reach, base and arm are projected together from anywhere.
         """
-        drive, lost = self.robot.drive, np.flatnonzero(some & ~valid)
-        if drive is None or not len(lost):
-            return
-        tree = self.robot.tree
-        moved, fulfil = project(tree, self.rows, starts[lost], tree.lower, tree.upper, active)
-        fulfil &= drive.outside(moved[:, :BASE_VALUES]) <= 0.0
-        found[lost[fulfil]], valid[lost[fulfil]] = moved[fulfil], True
+        robot, tree = self.robot, self.robot.tree
+        some = self.key, first, count, *limits
+        base = np.concatenate([np.zeros(robot.planned), self.hand])
+        planned = np.arange(tree.size) < robot.planned
+        if self.standing is None or robot.drive is None:
+            return sample(tree, self.rows, *some, planned, along, base=base)
+        placed = self.standing.starts(self.rows, along, self.key, first, count, self.hand)
+        found, valid = base[None].repeat(count, axis=0), np.zeros(count, np.bool_)
+        if placed is not None:
+            found, valid = sample(tree, self.rows, *some, robot.arm, along, starts=placed[0])
+            valid &= placed[1]
+        if not valid.all():
+            other, fulfils = sample(tree, self.rows, *some, planned, along, base=base)
+            fulfils &= ~valid & (robot.drive.outside(other[:, :BASE_VALUES]) <= 0.0)
+            found[fulfils], valid[fulfils] = other[fulfils], True
+        return found, valid
 
     def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
         """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""
