@@ -107,7 +107,13 @@ class _Examiner:
         successes, attempts = record.successes, len(seen.attempts) + record.successes
         message, proof = where.refusal.comment, where.refusal.proof
         others = _dispensable(call, self.asked)
-        return Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer)
+        floor = None if robot is None else self._floor(robot)
+        return Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
+
+    def _floor(self, robot: str) -> str | None:
+        """The region that a robot's base drives in; None if the base stands."""
+        drive = self.scene.robots[robot].drive
+        return None if drive is None else drive.floor
 
     def enough(self) -> bool:
         """Whether the present call has been repeated often enough."""
@@ -155,7 +161,8 @@ class _Examiner:
         streams = streams or self.procedures.wanted(call, where.situation)
         robot = streams[0].robot.name if streams else None
         found = []
-        for level in (False, True):
+        levels = (False, True) if robot is None or self._floor(robot) is None else (True,)
+        for level in levels:
             every = [shortfall_of(stream, level=level) for stream in streams[:MAX_STREAMS] if not self.stop()]
             moves = [each for each in every if each is not None]
             least = min(moves, key=lambda each: each.metres, default=None)

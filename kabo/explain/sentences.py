@@ -57,7 +57,12 @@ def why(finding: Finding, epsilon: float) -> str:
     reason = reasons.most_common(1)[0][0] if reasons else "empty_family"
     if reason not in BLOCKED_REASONS:
         if reason == "out_of_reach" and finding.missing:
-            return f"It is out of reach by {finding.missing:.3f} m."
+            floor = (
+                ""
+                if finding.floor is None
+                else f", wherever on {finding.floor} the base of {finding.robot} stands"
+            )
+            return f"It is out of reach by {finding.missing:.3f} m{floor}."
         said = finding.message.partition(": ")[2] or finding.message
         return f"{said[0].upper()}{said[1:]}."
     share = finding.because_of_epsilon
