@@ -57,7 +57,13 @@ from kabo.geometry_server.preparation.preparing import prepare_scene as prepare_
 from kabo.geometry_server.reachability import grasp_missing as grasp_missing
 from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.reachability import wherever as wherever
+from kabo.geometry_server.robot_models.describing import draw_robot_model as draw_robot_model
+from kabo.geometry_server.robot_models.describing import robot_summary as robot_summary
 from kabo.geometry_server.robot_models.findings import robot_findings as robot_findings
+from kabo.geometry_server.robot_models.model import RobotModel as RobotModel
+from kabo.geometry_server.robot_models.model import Wishes as Wishes
+from kabo.geometry_server.robot_models.model import make_robot_model as make_robot_model
+from kabo.geometry_server.robot_models.writing import robot_scene_text as robot_scene_text
 from kabo.geometry_server.server import GeometryServer as GeometryServer
 from kabo.geometry_server.shortfall import Shortfall as Shortfall
 from kabo.geometry_server.shortfall import shortfall_of as shortfall_of

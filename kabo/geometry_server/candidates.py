@@ -1,4 +1,4 @@
-"""Streams of candidates: configurations that grasp an object or put one down, by projection on constraints.
+"""Streams of candidates: configurations that grasp an object or put one down, drawn evenly or by projection.
 
 The key of a stream depends only on what is sampled: the robot, the object, the family, the values that its
 constraints read. So the same grasps and placements are tried in the same order wherever the robot starts, and
@@ -17,7 +17,9 @@ from kabo.geometry_server.driving.standing import Standing
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import (
+    ClosedArm,
     OutOfReach,
+    drawn,
     is_carried,
     project,
     reaching,
@@ -100,8 +102,17 @@ class Stream:
         return self._candidates(self._branches(first, count, along)[0])
 
     def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
-        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,)."""
+        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,).
+
+        With a closed form the pose of the hand is drawn first where the rows allow, else projected.
+        """
         tree, structure = self.robot.tree, self._structure
+        if structure is not None and self.robot.drive is None:
+            base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+            arm = ClosedArm(tree, structure, base)
+            made = drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
+            if made is not None:
+                return made
         low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
         found, valid = self._sampled(first, count, along, (low, high))
         if structure is None:

@@ -7,6 +7,9 @@ from kabo.kinematics.constraints import FrameFeature as FrameFeature
 from kabo.kinematics.constraints import Rows as Rows
 from kabo.kinematics.constraints import rows_of as rows_of
 from kabo.kinematics.constraints import stacked as stacked
+from kabo.kinematics.drawing import ClosedArm as ClosedArm
+from kabo.kinematics.drawing import drawn as drawn
+from kabo.kinematics.drawing import drawn_together as drawn_together
 from kabo.kinematics.inverse import is_carried as is_carried
 from kabo.kinematics.inverse import reaching as reaching
 from kabo.kinematics.inverse import solutions as solutions

@@ -36,7 +36,7 @@ class Link:
     @cached_property
     def mesh(self) -> Mesh | None:
         """The elements as one mesh in the link's frame; None for a link without geometry."""
-        return one_mesh(self.elements)
+        return one_mesh([element.mesh for element in self.elements])
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ class UrdfFile:
     places: Mapping[str, Place]  # of the links
     joints: Mapping[str, JointEnds]
     files: tuple[Path, ...] = field(default=())
+    visual: tuple[str, ...] = ()  # the links without collision geometry, whose visual geometry is used
 
 
 def pinocchio() -> Any:
@@ -76,8 +77,11 @@ def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, 
         if pieces:
             elements[name] = tuple(pieces)
     collected.finish()
+    visual = tuple(
+        name for name, link in named(urdf, "link") if name in elements and link.find("collision") is None
+    )
     places = {name: urdf.place(link) for name, link in named(urdf, "link")}
-    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files))
+    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files), visual)
 
 
 def _joints(urdf: Urdf) -> dict[str, JointEnds]:

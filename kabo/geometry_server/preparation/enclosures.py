@@ -99,10 +99,10 @@ class SceneEnclosures:
 
 
 def exact_enclosure(element: Element) -> Enclosure | None:
-    """The enclosure of a box, which is the box; None for other elements."""
-    if element.kind != "box" or element.corners is None:
+    """The enclosure of a primitive shape, which is that shape: one part; None for a mesh."""
+    if element.corners is None or element.rounding is not None:  # certificates do not know round parts yet
         return None
-    return Enclosure((element.corners,), 0.0)
+    return Enclosure((element.corners,), 0.0, () if element.rounding is None else (element.rounding,))
 
 
 def made_parts(mesh: Mesh, tolerance: float, look: Callable[[], None] = never) -> Enclosure:

@@ -17,6 +17,7 @@ from kabo.meshes.counts import counted
 from kabo.scene import Scene
 
 SHOWN_MISSING = 6  # things that are not prepared, named when preparation is cut off
+SHOWN_NEXT = 3  # likewise, while it goes on
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,10 @@ class Preparing:
         return 1.0 - len(self.missing) / max(1, self.total)
 
     def __str__(self) -> str:
-        """The state in words: `preparing geometry: 3 of 12, panda.link5 and 8 more to come`."""
+        """The state in words: `preparing geometry: 3 of 12 done, not yet r.link5, r.hand and 7 more`."""
         ready = self.total - len(self.missing)
-        return f"preparing geometry: {ready} of {self.total}" + (
-            f", next {_few(self.missing, 2)}" if self.missing else ""
-        )
+        more = f", not yet {_few(self.missing, SHOWN_NEXT)}" if self.missing else ""
+        return f"preparing geometry: {ready} of {self.total} done{more}"
 
 
 class PreparationCutOff(CutOff):

@@ -11,6 +11,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.children import never
+from kabo.errors import MeshError
 from kabo.geometry import Budget
 from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.robot_models.covers import CoverSurroundings
@@ -22,6 +23,7 @@ SAMPLES = 2000  # configurations at which a pair must touch before it counts as 
 FIRST_SAMPLES = 16  # of them, tried first: most pairs are free in one of these
 HOME_SAMPLES = 4000  # configurations that are tried as a home
 HOME_MARGINS = (0.05, 0.02, 0.01)  # [m] between links of a home, the widest first; then epsilon
+OFTEN = 0.1  # share of configurations at which covers meet: for such pairs enclosures are worth their time
 FINE_TRIES = 60  # configurations that are tried on the links' enclosures
 
 
@@ -52,6 +54,16 @@ class SelfContacts:
         open_pairs = self.coarse(self.epsilon).meeting(q, pairs)
         return [pair for pair in open_pairs if self.fine.meets(pair, q)]
 
+    def failing(self) -> str | None:
+        """The first link whose enclosure cannot be made; None if all that were asked for can."""
+        asked = {name for pair in self._always_on_covers(self.samples(SAMPLES)) for name in pair}
+        for name in sorted(asked):
+            try:
+                self.fine.surroundings.enclosure(f"{self.name}.{name}")
+            except MeshError:
+                return name
+        return None
+
     def samples(self, count: int, seed: int = 0) -> Array:
         """Configurations (count, n) between the joints' limits, with the gripper's joints as well."""
         tree = self.robot.tree
@@ -78,7 +90,7 @@ class SelfContacts:
         return bool(first.all()) and bool(links.meets_at(pair, configurations[FIRST_SAMPLES:]).all())
 
     def free_configuration(
-        self, candidates: Iterable[Sequence[float]], pairs: Sequence[LinkPair], home: Array
+        self, candidates: Iterable[Array], pairs: Sequence[LinkPair], home: Array
     ) -> tuple[Array, float] | None:
         """A configuration without self-collision, and the clearance that its links are proven to have [m]; None if none.
 
@@ -89,19 +101,40 @@ class SelfContacts:
         """
         given = [np.asarray(each, np.float64) for each in candidates]
         tried = np.concatenate([np.array(given).reshape(-1, self.robot.tree.size), self._around(home)])
+        tried = np.clip(np.round(tried, 4), self.robot.tree.lower, self.robot.tree.upper)
+        outer = [pair for pair in pairs if not self._in_hand(pair)]
+        inner = [pair for pair in pairs if self._in_hand(pair)]
+        still = ~self.coarse(self.epsilon).any_meeting(tried, inner)
         for margin in (*HOME_MARGINS, self.epsilon):
             if margin < self.epsilon:
                 continue
-            free = np.flatnonzero(~self.coarse(margin).any_meeting(tried, pairs))
+            free = np.flatnonzero(still & ~self.coarse(margin).any_meeting(tried, outer))
             if len(free):
                 return tried[free[0]], margin
         return self._fine_free(tried, pairs)
 
+    def _in_hand(self, pair: LinkPair) -> bool:
+        """Whether both links belong to the gripper: no wide margin fits between them."""
+        gripper = self.robot.gripper
+        own = () if gripper is None else [name.partition(".")[2] for name in gripper.touch_links]
+        return pair[0] in own and pair[1] in own
+
     def _fine_free(self, tried: Array, pairs: Sequence[LinkPair]) -> tuple[Array, float] | None:
-        covers = self.coarse(self.epsilon)
-        for q in tried[:FINE_TRIES]:
-            if not [pair for pair in covers.meeting(q.tolist(), pairs) if self.fine.meets(pair, q.tolist())]:
-                return q, self.fine.surroundings.budget.clearance
+        """The first configuration that is free on enclosures: first of the pairs alone whose covers meet often."""
+        covers, clearance = self.coarse(self.epsilon), self.fine.surroundings.budget.clearance
+        often: dict[LinkPair, int] = {}
+        every = tried[:: max(1, len(tried) // FINE_TRIES)]
+        for q in every:
+            for pair in covers.meeting(q.tolist(), pairs):
+                often[pair] = often.get(pair, 0) + 1
+        stubborn = [pair for pair, count in often.items() if count > OFTEN * len(every)]
+        others = [pair for pair in pairs if pair not in stubborn]
+        apart = ~covers.any_meeting(tried, others)
+        for group in (tried[apart], tried[:FINE_TRIES]):
+            free = np.flatnonzero(~self.fine.any_meeting(group, stubborn)) if len(group) else ()
+            for q in group[free][:FINE_TRIES] if len(group) else ():
+                if not self.meeting(q.tolist(), pairs):
+                    return q, clearance
         return None
 
     def _around(self, home: Array) -> Array:

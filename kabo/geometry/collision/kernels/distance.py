@@ -7,8 +7,10 @@ parts. Both are wrong by at most `rounding(offset)`, which is subtracted and add
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.bundles import RADIUS
+from kabo.geometry.collision.kernels.bundles import DISC, RADIUS
 from kabo.geometry.collision.kernels.separation import apart, greatest_gap, rounding
+
+ROUND_SLACK = 1e-9  # [m] of upper bounds of discs: points on a rim make simplices too small to be exact
 
 
 @lean_kernel  # Hulls, i8, i8, Search -> f8, f8
@@ -19,6 +21,8 @@ def parts_distance(hulls, a, b, search):
     """
     lower, upper = greatest_gap(hulls, a, a, b, b, np.inf, 0.0, search)
     balls, delta = hulls.rounds[a, RADIUS] + hulls.rounds[b, RADIUS], rounding(search.offset)
+    if hulls.rounds[a, DISC] + hulls.rounds[b, DISC] > 0.0:
+        upper += ROUND_SLACK
     return max(0.0, lower - balls - delta), max(0.0, upper - balls) + delta
 
 
