@@ -67,6 +67,7 @@ class CutOff(KaboError):
     """
 
     exit_code = 4
+    details: tuple[str, ...] = ()  # sentences about what is done and what is not
 
     def __init__(self, message: str = "it was cut off") -> None:
         super().__init__(message)

@@ -127,6 +127,7 @@ def explain_file(
     geometry: bool = True,
     timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[Progress], None] | None = None,
     **options: Any,
 ) -> "tuple[Explanation, InputError | None]":
     """Explains why the problem in a file has no plan; returns the explanation and the input error, or None.
@@ -137,6 +138,7 @@ def explain_file(
         geometry: whether to look for motions, too.
         timeout: the time limit, including the reading of files [s]; None for no limit.
         cancelled: called periodically; if it returns True, the explanation ends soon with the results so far.
+        progress: called periodically with the progress of solving the problem.
         options: further options of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation  # as the planner
@@ -145,7 +147,9 @@ def explain_file(
     try:
         problem = load_problem(path, domain)
         left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
-        return explain(problem, geometry=geometry, timeout=left, cancelled=cancelled, **options), None
+        return explain(
+            problem, geometry=geometry, timeout=left, cancelled=cancelled, progress=progress, **options
+        ), None
     except InputError as error:
         return invalid_explanation(error), error
 
@@ -204,7 +208,7 @@ def _trial_findings(path: Path) -> tuple[Diagnostic, ...]:
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
-    """The findings in meshes and URDFs of a scene, or of a problem's scene, and in where its things stand."""
+    """The findings in meshes, URDFs and SRDFs of a scene, or of a problem's scene, and in where its things stand."""
     try:
         description = load_scene_description(path)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
@@ -214,6 +218,6 @@ def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
     found = findings_in_scene(description)
     if any(finding.severity == "error" for finding in found):
         return found
-    from kabo.geometry_server import start_findings  # as above
+    from kabo.geometry_server import robot_findings, start_findings  # as above
 
-    return (*found, *start_findings(description))
+    return (*found, *robot_findings(description), *start_findings(description))

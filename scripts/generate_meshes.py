@@ -32,6 +32,7 @@ THINGS: dict[str, Callable[[Detail], Solid]] = {
     "tap": things.tap,
     "crate": things.crate,
     "table": things.table,
+    "panel": things.panel,
 }
 GEARBOX: dict[str, Callable[[Detail], Solid]] = {
     "bearing": gearbox.bearing,

@@ -13,7 +13,7 @@ from scripts.solids import HIGH, Points
 
 COARSE = 0.004  # how far a part may stick out of its mesh [m]: what epsilon 0.01 leaves to each body
 FINE = 0.003  # for what hands hold, and for hands
-HANDS = ("gripper_wide", "gripper_small", "gripper_slim", "bottle", "cup", "block", "gearbox")
+HANDS = ("gripper_wide", "gripper_small", "gripper_slim", "bottle", "cup", "block", "gearbox", "panel")
 
 
 def tolerance_of(path: Path) -> float:

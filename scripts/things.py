@@ -1,15 +1,29 @@
-"""What robots handle and stand at: bottle, cup, crate, table, block, tap, pad. Feet at z = 0, z up."""
+"""What robots handle and stand at: bottle, cup, crate, table, block, tap, panel. Feet at z = 0, z up."""
 
 import math
 
 import numpy as np
 
-from scripts.solids import Detail, Solid, block, bore, box_corners, cut, cylinder, lofted, revolved, rounded, union
+from scripts.solids import (
+    Detail,
+    Solid,
+    block,
+    bore,
+    box_corners,
+    cut,
+    cylinder,
+    lofted,
+    revolved,
+    rounded,
+    sharp_block,
+    union,
+)
 
 BOTTLE_RADIUS, BOTTLE_HEIGHT = 0.03, 0.24
 CUP_RADIUS, CUP_HEIGHT, CUP_WALL, CUP_FLOOR = 0.034, 0.1, 0.004, 0.006
 CUP_STAVES = 8
 BLOCK = 0.04
+PANEL, PANEL_HANDLE = (0.24, 0.24, 0.01), (0.02, 0.16, 0.06)  # sides of the plate and of what it is held by
 CRATE = (0.36, 0.36, 0.05)  # outer sides and height of the walls
 CRATE_WALL, CRATE_FLOOR, CRATE_FILLET = 0.01, 0.01, 0.001
 
@@ -100,3 +114,11 @@ def tap(d: Detail) -> Solid:
     mouth = bore(0.01, (0.31, 0.368), d).translate((0.07, 0.0, 0.0))
     lever = cylinder(0.009, (0.40, 0.47), 0.003, d, top_radius=0.014)
     return union([column, spout, mouth, lever])
+
+
+def panel(_: Detail) -> Solid:
+    """A square plate with a handle along its middle: a glass cover, flat on its face or upright on its side."""
+    (x, y, thick), (across, along, high) = PANEL, PANEL_HANDLE
+    plate = sharp_block((-x / 2, x / 2), (-y / 2, y / 2), (0.0, thick))
+    handle = sharp_block((-across / 2, across / 2), (-along / 2, along / 2), (thick / 2, high))
+    return union([plate, handle])

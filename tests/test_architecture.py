@@ -39,9 +39,11 @@ REMEMBERED = {
     "kabo/geometry/bounding/verified_parts.py": {"_PROVEN"},  # by content
     "kabo/geometry/collision/exact_view.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
+    "kabo/geometry/collision/sight_lines.py": {"_icosphere"},  # constants
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
     "kabo/geometry_server/open_turns.py": {"_TURNS"},  # by content
-    "kabo/geometry_server/surroundings.py": {"_ENCLOSURES"},  # by content
+    "kabo/geometry_server/preparation/enclosures.py": {"_ENCLOSURES"},  # by content
+    "kabo/kinematics/families.py": {"_FAMILIES"},  # by content
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},

@@ -6,7 +6,7 @@ from typing import Any
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import add_options, add_problem_argument, chosen_options
+from kabo.cli.solving import add_options, add_problem_argument, chosen_options, has_geometry
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 
 NAME = "explain"
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, NAME, max_samples=MAX_SAMPLES)
     parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
     add_limits(parser, "60")
-    parser.set_defaults(cut_off=_cut_off)
+    parser.set_defaults(cut_off=_cut_off, needs_kernels=has_geometry)
     parser.add_argument(
         "--changes", type=natural, metavar="N", help="changes tried at most to see whether they help (default: 6)"
     )
@@ -41,10 +41,12 @@ def run(options: argparse.Namespace) -> int:
     given["geometry"] = options.geometry != "none"
     if options.changes is not None:
         given["changes"] = options.changes
-    with clean_standard_output(), interruptible() as stop:
+    with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
         if options.timeout is not None:
             given["timeout"] = max(0.0, given["timeout"] - REPORT_S)
-        found, error = rooms.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
+        found, error = rooms.explain_file(
+            options.problem, domain=options.domain, cancelled=stop, progress=report, **given
+        )
     if error is not None:
         tell(str(error))
     if options.json:

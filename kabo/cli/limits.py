@@ -20,9 +20,11 @@ from time import perf_counter
 from typing import Any
 
 from kabo.budgets import default_memory, held_bytes, process_began
-from kabo.children import end_with_parent, ended_by
+from kabo.children import end_with_parent, ended_by, made_in_child
 from kabo.cli import exit_codes, rooms
-from kabo.cli.terminal import described, print_json, shown_text, tell
+from kabo.cli.terminal import clean_standard_output, described, print_json, shown_text, tell
+from kabo.compilation import usual_kernels_compiled
+from kabo.errors import KaboError
 
 GRACE_S = 0.15  # from a limit until the child is killed
 INTERRUPTED_S = 2.0  # from Ctrl-C until the child is killed
@@ -90,10 +92,22 @@ class Surrounding:
         return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
-        """A context with a function that shows progress, or with None if standard error is not a terminal."""
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None]]":
+        """A context with a function that shows progress: on a terminal all of it, else only what has a line of its own."""
         with shown_text() as show:
-            yield None if show is None else lambda progress: show(described(progress))
+
+            def report(progress: "rooms.Progress") -> None:
+                if show is not None:
+                    show(described(progress))
+                if progress.line:
+                    tell(progress.line)
+
+            yield report
+
+    def preparing(self, state: "rooms.Preparing") -> None:
+        """Shows the progress of a preparation, whose lines stay."""
+        if state.line:
+            tell(state.line)
 
     @contextmanager
     def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
@@ -113,11 +127,19 @@ class _ChildSurrounding(Surrounding):
         self.began, self._channel = began, channel
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None]]":
         def report(progress: "rooms.Progress") -> None:
-            self._channel.send(("doing", progress.doing, described(progress)))
+            self._send(progress.doing, described(progress), progress.line)
 
         yield report
+
+    def preparing(self, state: "rooms.Preparing") -> None:
+        self._send(str(state), str(state), state.line)
+
+    def _send(self, doing: str, text: str, line: str) -> None:
+        self._channel.send(("doing", doing, text))
+        if line:
+            self._channel.send(("line", line, ""))
 
     @contextmanager
     def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
@@ -129,7 +151,12 @@ class _ChildSurrounding(Surrounding):
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
     """Runs a command within its limits, in a child process; returns the exit code."""
-    began, parent = process_began(), os.getpid()  # importing kabo took time as well
+    try:
+        compiling = _compiled_first(options)
+    except KeyboardInterrupt:
+        tell("kabo: interrupted while compiling; what is compiled is kept")
+        return exit_codes.INTERRUPTED
+    began, parent = process_began() + compiling, os.getpid()  # importing kabo took time as well
     options.memory = default_memory() if options.memory is None else options.memory
     here, there = Pipe(duplex=False)
     sys.stdout.flush()
@@ -148,6 +175,28 @@ def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int
     finally:
         for number, act in before.items():
             signal.signal(number, act)
+
+
+def _compiled_first(options: argparse.Namespace) -> float:
+    """The seconds that were spent on compiling kernels, in a process of its own, before the command's clock starts.
+
+    A command whose `needs_kernels` says so waits for this once for each version and machine; after that it takes none.
+    """
+    needs = getattr(options, "needs_kernels", None)
+    if needs is None or usual_kernels_compiled() or not needs(options):
+        return 0.0
+    tell("kabo: compiling kernels, which takes a minute or two, once; --timeout counts from then on")
+    began = perf_counter()
+
+    def make() -> None:
+        with clean_standard_output():
+            rooms.compile_usual()
+
+    with suppress(
+        KaboError
+    ):  # it died: then kernels are compiled when they are first used, and faults are told there
+        made_in_child(make)
+    return perf_counter() - began
 
 
 def _work(
@@ -257,6 +306,8 @@ class _Watch:
         kind, first, second = message
         if kind == "found":
             self.found = dict(first), second
+        elif kind == "line":
+            tell(first)
         else:
             self.doing = first
             if show is not None:

@@ -3,6 +3,7 @@
 import argparse
 import uuid
 from pathlib import Path
+from typing import Any
 
 from kabo import service
 from kabo.cli import rooms
@@ -49,10 +50,10 @@ def _asked(problem: "service.ProblemFor", identifier: str, options: argparse.Nam
         service.Client(service.client_config(options.connect, options.config)) as client,
         options.surrounding.reporting() as report,
     ):
-        show = None if report is None else lambda body: report(rooms.Progress(**body))
         chosen = chosen_options(options) | ({} if options.timeout is None else {"timeout": deadline_s})
+        asked: dict[str, Any] = {"deadline_s": deadline_s, "identifier": identifier}
         try:
-            return client.solve(problem, chosen, deadline_s=deadline_s, identifier=identifier, on_progress=show)
+            return client.solve(problem, chosen, **asked, on_progress=lambda body: report(rooms.Progress(**body)))
         except KeyboardInterrupt:
             client.cancel(identifier)
             raise

@@ -10,8 +10,19 @@ from kabo.exploration import require_scikit_learn as require_scikit_learn
 from kabo.geometry import bounding_decomposition as bounding_decomposition
 from kabo.geometry import bounding_mesh as bounding_mesh
 from kabo.geometry import crossing_faces as crossing_faces
+from kabo.geometry_server import Preparing as Preparing
+from kabo.geometry_server import RobotModel as RobotModel
+from kabo.geometry_server import Wishes as Wishes
+from kabo.geometry_server import draw_robot_model as draw_robot_model
+from kabo.geometry_server import make_robot_model as make_robot_model
+from kabo.geometry_server import robot_scene_text as robot_scene_text
+from kabo.geometry_server import robot_summary as robot_summary
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
+from kabo.language.names import proper_name as proper_name
+from kabo.language.packages import package_folder as package_folder
+from kabo.language.packages import searched_places as searched_places
+from kabo.language.yaml.paths import installed_folder as installed_folder
 from kabo.meshes import Mesh as Mesh
 from kabo.meshes import hull_faces as hull_faces
 from kabo.meshes import load_mesh as load_mesh
@@ -39,6 +50,7 @@ from kabo.requests import solve_file as solve_file
 from kabo.requests import verify_file as verify_file
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
+from kabo.service.warming import compile_usual as compile_usual
 from kabo.tasks.core import InitialisationError as InitialisationError
 from kabo.tasks.core import directions as directions
 from kabo.tasks.core import shown as shown

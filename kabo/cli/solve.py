@@ -4,7 +4,7 @@ import argparse
 
 from kabo.cli import rooms
 from kabo.cli.argument_types import natural
-from kabo.cli.solving import add_search_arguments, chosen_options, finish, report_cut_off
+from kabo.cli.solving import add_search_arguments, chosen_options, finish, has_geometry, report_cut_off
 from kabo.cli.terminal import clean_standard_output, interruptible, tell
 
 NAME = "solve"
@@ -14,6 +14,7 @@ HELP = "find a plan for a problem file, print it as a tree and write it as JSON"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments and options of `kabo solve` to the parser."""
     add_search_arguments(parser, NAME)
+    parser.set_defaults(needs_kernels=has_geometry)
     parser.add_argument(
         "--workers",
         type=natural,

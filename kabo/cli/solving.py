@@ -10,6 +10,7 @@ from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
+from kabo.errors import InputError
 from kabo.options import OPTIONS, Option, SolveOptions
 
 SHOWN_DETAILS = 2  # of the reason why there is no plan: the first ones say most
@@ -45,6 +46,17 @@ def add_options(parser: argparse.ArgumentParser, command: str, **defaults: objec
         else:
             given |= {"type": _reader(option), "metavar": "N" if option.kind is int else option.name[0].upper()}
         parser.add_argument(argument_of(option), **given)
+
+
+def has_geometry(options: argparse.Namespace) -> bool:
+    """Whether the problem of a command has a scene whose geometry is asked."""
+    if options.geometry == "none":
+        return False
+    try:
+        rooms.load_scene_description(options.problem)
+    except (InputError, OSError):  # no scene, or errors that the command reports
+        return False
+    return True
 
 
 def argument_of(option: Option) -> str:

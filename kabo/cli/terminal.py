@@ -79,6 +79,8 @@ def interruptible() -> Iterator[Callable[[], bool]]:
 
 def described(progress: "rooms.Progress") -> str:
     """Progress as a line of text: `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
+    if progress.fraction is not None:
+        return progress.doing
     done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
     return f"{done}, {progress.procedure_calls} procedure calls" if progress.procedure_calls else done
 

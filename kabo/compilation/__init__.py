@@ -5,6 +5,23 @@ computed again.
 """
 
 from kabo.compilation.cache import cache_folder
-from kabo.compilation.compiling import kernel, leaf_kernel, lean_kernel, reduction_kernel, window
+from kabo.compilation.compiling import (
+    kernel,
+    leaf_kernel,
+    lean_kernel,
+    note_compiled,
+    reduction_kernel,
+    usual_kernels_compiled,
+    window,
+)
 
-__all__ = ["cache_folder", "kernel", "leaf_kernel", "lean_kernel", "reduction_kernel", "window"]
+__all__ = [
+    "cache_folder",
+    "kernel",
+    "leaf_kernel",
+    "lean_kernel",
+    "note_compiled",
+    "reduction_kernel",
+    "usual_kernels_compiled",
+    "window",
+]

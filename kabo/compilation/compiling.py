@@ -11,7 +11,9 @@ import hashlib
 import math
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,16 +24,36 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 @cache
 def _sources_digest() -> str:
-    """A hash of the sources of all kernels and of the code that compiles them."""
+    """A hash of the sources of all kernels, of the code that compiles them, and of the tuples that kernels take."""
     digest, here = hashlib.sha256(), Path(__file__).parent
-    for source in (*sorted(here.glob("*.py")), *sorted(here.parent.glob("**/kernels/*.py"))):
+    tuples = here.parent / "scene" / "tree.py"
+    for source in (*sorted(here.glob("*.py")), *sorted(here.parent.glob("**/kernels/*.py")), tuples):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 
 
+def _folder() -> Path:
+    return cache_folder() / "compiled" / _sources_digest()
+
+
+def usual_kernels_compiled() -> bool:
+    """Whether `note_compiled` was called on this machine, with these kernels and this numba."""
+    return _mark().is_file()
+
+
+def note_compiled() -> None:
+    """Records that the kernels that planning needs have been compiled."""
+    with suppress(OSError):  # a read-only cache costs time, never an answer
+        _mark().touch()
+
+
+def _mark() -> Path:
+    return _folder() / f"numba-{version('numba')}-usual"
+
+
 @cache
 def _numba() -> Any:
-    folder = cache_folder() / "compiled" / _sources_digest()
+    folder = _folder()
     os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))  # read once, when numba is imported
     os.environ.setdefault("NUMBA_CPU_NAME", os.environ.get("KABO_CPU", "host"))
     if os.environ["NUMBA_CPU_NAME"] == "host":

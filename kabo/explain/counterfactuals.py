@@ -13,10 +13,11 @@ from kabo.explain.findings import (
     Change,
     Counterfactual,
     Finding,
+    FloorLarger,
     LeastMove,
     SmallerEpsilon,
 )
-from kabo.explain.scene_changes import changed, removable
+from kabo.explain.scene_changes import changed, may_grow, removable
 from kabo.geometry_server import SceneSurroundings, Situation, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
@@ -26,6 +27,7 @@ EPSILON_DIVISOR = 4  # a smaller epsilon is tried, divided by this
 MAX_CHANGES = 6  # changes that are tried
 MAX_BLAMED_CALLS = 4  # failed calls that may suggest a body to take out
 MARGINS_M = (0.03, 0.1)  # metres beyond the least move of a base, so that the arm has room
+FLOOR_MARGINS_M = (0.1, 0.5)  # likewise for a floor: other targets may need more of it
 BUDGET_DIVISOR = 8  # each change may use samples and expansions divided by this, but at most the greater of
 MIN_SAMPLES, MIN_EXPANSIONS = 5_000, 10_000  # samples and expansions, and
 USED_FACTOR = 4  # times what the problem itself used
@@ -71,12 +73,21 @@ def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequ
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
     farthest: dict[str, LeastMove] = {}
+    floors: dict[str, str] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
+            if finding.floor is not None:
+                floors[finding.robot] = finding.floor
             move = finding.nearer[-1]  # the last one keeps the height, if that helps
             farthest[finding.robot] = max(move, farthest.get(finding.robot, move), key=lambda each: each.metres)
     for robot, move in farthest.items():
-        yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS_M if move.metres)
+        if not move.metres:
+            continue
+        if robot not in floors:
+            yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS_M)
+        elif may_grow(problem, floors[robot]):
+            larger = (FloorLarger(robot, floors[robot], round(move.metres + more, 3)) for more in FLOOR_MARGINS_M)
+            yield from larger
     # Last: the parts of all bodies are made anew for it, which may take the time of all other changes.
     if any(finding.because_of_epsilon for finding in findings):
         yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))

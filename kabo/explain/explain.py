@@ -26,7 +26,7 @@ from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
 from kabo.planner.proofs.unreachable import UnreachableGoal, root_causes_in, unreachable_in
 from kabo.planner.proofs.wording import counted, listed
-from kabo.planner.result import Reason
+from kabo.planner.result import Progress, Reason
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits
 
@@ -105,6 +105,7 @@ def explain(
     timeout: float | None = None,
     memory: float | None = None,
     cancelled: Callable[[], bool] | None = None,
+    progress: Callable[[Progress], None] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
     **options: "Unpack[ExplainOptions]",
@@ -118,6 +119,7 @@ def explain(
         timeout: the number of seconds after which the work ends without an answer.
         memory: bytes that this process may hold before the work ends (None: half of the available memory).
         cancelled: called periodically; True ends the work soon.
+        progress: called periodically with the progress of looking for motions.
         procedures: functions that answer the external procedure calls inside formulas, as for `solve`; the
             procedure calls of actions are then assumed to succeed.
         geometry: whether to search for motions as well if the problem has a scene; if not, procedure calls are
@@ -153,7 +155,8 @@ def explain(
             from kabo.explain.geometry import obstacles
 
             left = max(0.0, seconds - (perf_counter() - stop.began))
-            found = obstacles(problem, left, cancelled, expansions, search=search, memory=bytes_, **options)
+            asked: dict[str, Any] = {"search": search, "memory": bytes_, "progress": progress}
+            found = obstacles(problem, left, cancelled, expansions, **asked, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
     more = ((), ()) if found is None else (found.findings, found.counterfactuals)

@@ -13,7 +13,7 @@ from typing import Any
 
 from kabo.errors import CutOff
 from kabo.explain.findings import Finding, LeastMove, Row
-from kabo.geometry_server import GeometryServer, Measure, Pair, Refusal, millimetres, shortfall_of
+from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, millimetres, shortfall_of
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.needed_calls import needed_calls
@@ -116,8 +116,9 @@ class _Examiner:
         successes, attempts = record.successes, len(seen.attempts) + record.successes
         message, proof = where.refusal.comment, where.refusal.proof
         others = _dispensable(call, self.asked)
-        found = Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer)
-        measures = self._measures(where, seen, nearer, robot)
+        floor = None if robot is None else self._floor(robot)
+        found = Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
+        measures = self._measures(where, seen, () if floor is not None else nearer, robot)
         needed, handed = call in self.needed, self._handed_by(call, where)
         return replace(found, measures=measures, needed=needed, handed_by=handed)
 
@@ -150,6 +151,11 @@ class _Examiner:
         others = (str(value) for other in done if thing in other.arguments for value in other.arguments)
         return tuple(dict.fromkeys(name for name in others if name in self.scene.robots and name != own))
 
+    def _floor(self, robot: str) -> str | None:
+        """The region that a robot's base drives in; None if the base stands."""
+        drive = self.scene.robots[robot].drive
+        return None if drive is None else drive.floor
+
     def enough(self) -> bool:
         """Whether the present call has been repeated often enough."""
         return self.seen.ways >= MAX_PATH_SEARCHES or self.stop()
@@ -166,7 +172,7 @@ class _Examiner:
         found, ways, asked = [], 0, 0
         for each in seen.attempts:
             question = each.question
-            if question is None or context is None or each.reason not in ("collision", "no_path") or self.stop():
+            if question is None or context is None or each.reason not in BLOCKED_REASONS or self.stop():
                 continue
             ways, asked = ways + question.is_search, asked + 1
             if asked > MAX_REPEATED_ATTEMPTS or (question.is_search and ways > MAX_REPEATED_PATH_SEARCHES):
@@ -196,7 +202,8 @@ class _Examiner:
         streams = streams or self.procedures.wanted(call, where.situation)
         robot = streams[0].robot.name if streams else None
         found = []
-        for level in (False, True):
+        levels = (False, True) if robot is None or self._floor(robot) is None else (True,)
+        for level in levels:
             every = [shortfall_of(stream, level=level) for stream in streams[:MAX_STREAMS] if not self.stop()]
             moves = [each for each in every if each is not None]
             least = min(moves, key=lambda each: each.metres, default=None)

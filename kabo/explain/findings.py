@@ -42,7 +42,8 @@ class Finding:
     `rows`: the failed attempts by reason and pair of bodies. `proof`: no number of samples would help.
     `dispensable`: another robot could do the task. `freed`: for each blocking body, the number of attempts that
     succeed without it. `nearer`: displacements of the base of `robot` that bring the target within reach, the last
-    one at the same height. `measures`: the numbers on which the failures rest, of every limit the nearest one.
+    one at the same height. `floor`: the region that its base drives in, if it does; `nearer` then are displacements of
+    this region. `measures`: the numbers on which the failures rest, of every limit the nearest one.
     `needed`: no plan does without this call. `handed_by`: the robots that have brought the object to where this
     call's robot fails to take it.
     """
@@ -57,6 +58,7 @@ class Finding:
     freed: tuple[tuple[str, int], ...] = ()
     robot: str | None = None
     nearer: tuple[LeastMove, ...] = ()
+    floor: str | None = None
     measures: tuple[Measure, ...] = ()
     needed: bool = False
     handed_by: tuple[str, ...] = ()
@@ -125,7 +127,23 @@ class BaseMoved:
         return {"move_base": {"robot": self.robot, "by": list(self.by)}}
 
 
-Change = BodyRemoved | SmallerEpsilon | BaseMoved
+@dataclass(frozen=True)
+class FloorLarger:
+    """A change of the scene that makes the floor region of a robot's base larger, by `by` [m] on every side."""
+
+    robot: str
+    floor: str
+    by: float
+
+    def __str__(self) -> str:
+        return f"with the floor {self.floor} of {self.robot} larger by {self.by:g} m on every side"
+
+    def json(self) -> dict[str, Any]:
+        """The JSON object for a larger floor, in the schema `kabo-explain-1`."""
+        return {"larger_floor": {"robot": self.robot, "region": self.floor, "by": self.by}}
+
+
+Change = BodyRemoved | SmallerEpsilon | BaseMoved | FloorLarger
 
 
 @dataclass(frozen=True)

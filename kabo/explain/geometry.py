@@ -13,7 +13,7 @@ from kabo.explain.sentences import main_finding, summary
 from kabo.geometry_server import StartFault, start_faults, start_findings
 from kabo.knowledge import ground
 from kabo.language.problem import Problem
-from kabo.planner.result import Result
+from kabo.planner.result import Progress, Result
 from kabo.planner.solve import solve
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -46,6 +46,7 @@ def obstacles(
     cancelled: Callable[[], bool] | None,
     expansions: int,
     changes: int = MAX_CHANGES,
+    progress: Callable[[Progress], None] | None = None,
     **options: Any,
 ) -> Obstacles:
     """The verdict on whether a problem with a symbolic plan has a plan with motions, and if not, the reasons.
@@ -56,6 +57,7 @@ def obstacles(
         cancelled: called periodically; True ends the work soon.
         expansions: the greatest number of nodes to expand; each changed problem gets a fraction of this number.
         changes: the greatest number of changes to try.
+        progress: called periodically while the problem is solved.
         options: the options of `solve`.
 
     Raises:
@@ -74,12 +76,14 @@ def obstacles(
         timeout=clock.left(SOLVING_SHARE),
         certificate=False,
         cancelled=cancelled,
+        progress=progress,
         on_procedures=asked.append,
     )
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",), start=told)
     if not asked:  # cut off before any procedure could be asked
-        first = f"{KNOWN}; whether there are motions for it is open: {result.reason.message}."
+        why = "; ".join((result.reason.message, *result.reason.details))
+        first = f"{KNOWN}; whether there are motions for it is open: {why}."
         return Obstacles("exhausted", (first, *told[:1]), start=told)
     surroundings, used = asked[0].server.surroundings, asked[0].statistics.samples
     faults = start_faults(surroundings, parts=False)

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
+from kabo.geometry_server.answers import BLOCKED_REASONS
 from kabo.planner.proofs.refused_calls import blocking_pairs
 from kabo.planner.proofs.wording import counted, listed
 
@@ -61,10 +62,13 @@ def why(finding: Finding, epsilon: float) -> str:
     for row in finding.rows:
         reasons[row.reason] += row.count
     reason = reasons.most_common(1)[0][0] if reasons else "empty_family"
-    if reason not in ("collision", "no_path"):
+    if reason not in BLOCKED_REASONS:
         if reason == "out_of_reach" and finding.missing:
+            floor = ""
+            if finding.floor is not None:
+                floor = f", wherever on {finding.floor} the base of {finding.robot} stands"
             told = "; ".join(measure.text for measure in finding.measures)
-            return f"It is out of reach by {finding.missing:.3f} m{f': {told}' if told else ''}."
+            return f"It is out of reach by {finding.missing:.3f} m{floor}{f': {told}' if told else ''}."
         return _sentence(finding.message.partition(": ")[2] or finding.message)
     wide = _too_wide(finding)
     if reason == "collision" and wide is not None:
@@ -77,7 +81,8 @@ def why(finding: Finding, epsilon: float) -> str:
     if body is None:
         return f"No way was found in {_of(reasons[reason], finding.refused)}."
     too = f", {share} of them only because of epsilon = {epsilon:g}" if share else ""
-    return f"It was blocked by {body} in {_of(count, finding.refused)}{too}."
+    how = "hidden" if reason == "hidden" else "blocked"
+    return f"It was {how} by {body} in {_of(count, finding.refused)}{too}."
 
 
 def _sentence(said: str) -> str:

@@ -6,6 +6,7 @@ from kabo.geometry.bounding.enclosure import enclosing_parts as enclosing_parts
 from kabo.geometry.bounding.enclosure import write_parts as write_parts
 from kabo.geometry.bounding.hausdorff import hausdorff_bound as hausdorff_bound
 from kabo.geometry.bounding.stored_parts import digest_beside as digest_beside
+from kabo.geometry.bounding.united_enclosure import united as united
 from kabo.geometry.budget import Budget as Budget
 from kabo.geometry.collision.collision_view import CollisionChecker as CollisionChecker
 from kabo.geometry.collision.collision_view import CollisionView as CollisionView

@@ -17,7 +17,21 @@ LEARNED_REASONS = (
     "out_of_range",
 )  # why no parameters can be inferred from a model
 # Why a procedure may be refused.
-REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family", *LEARNED_REASONS)
+REASONS = (
+    "out_of_reach",
+    "collision",
+    "constraint",
+    "no_path",
+    "empty_family",
+    "hidden",
+    "out_of_view",
+    *LEARNED_REASONS,
+)
+BLOCKED_REASONS = (
+    "collision",
+    "no_path",
+    "hidden",
+)  # something else is in the way: the refusal names pairs of things
 
 MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the one before
 

@@ -1,4 +1,4 @@
-"""Streams of candidates: configurations that grasp an object or put one down, by projection on constraints.
+"""Streams of candidates: configurations that grasp an object or put one down, drawn evenly or by projection.
 
 The key of a stream depends only on what is sampled: the robot, the object, the family, the values that its
 constraints read. So the same grasps and placements are tried in the same order wherever the robot starts, and
@@ -13,10 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
+from kabo.geometry_server.driving.standing import Standing
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import (
+    ClosedArm,
     OutOfReach,
+    drawn,
     is_carried,
     project,
     reaching,
@@ -27,7 +30,7 @@ from kabo.kinematics import (
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
-from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
+from kabo.scene import BASE_VALUES, Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 from kabo.streams import stream_key
@@ -65,13 +68,15 @@ def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
 class Stream:
     """Configurations of a robot that fulfil constraint rows, in an order determined by the stream's `key`.
 
-    `hand` holds the values of the gripper's joints, which stay fixed.
+    `hand` holds the values of the gripper's joints, which stay fixed. `standing` says where a base that drives may
+    stand; None if the base stands.
     """
 
     robot: Robot
     rows: Array
     key: np.uint64
     hand: tuple[float, ...]
+    standing: Standing | None = None
 
     def batch(self, number: int, size: int = BATCH_SAMPLES, along: Array | None = None) -> list[Candidate]:
         """The valid samples of batch `number`, which has `size` samples, in order of their index.
@@ -97,14 +102,56 @@ class Stream:
         return self._candidates(self._branches(first, count, along)[0])
 
     def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
-        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,)."""
+        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,).
+
+        With a closed form the pose of the hand is drawn first where the rows allow, else projected.
+        """
         tree, structure = self.robot.tree, self._structure
-        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+        if structure is not None and self.robot.drive is None:
+            base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+            arm = ClosedArm(tree, structure, base)
+            made = drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
+            if made is not None:
+                return made
         low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
-        found, valid = sample(tree, self.rows, self.key, first, count, low, high, self._active, along, base=base)
+        found, valid = self._sampled(first, count, along, (low, high))
         if structure is None:
             return found[valid], np.arange(int(valid.sum()))
-        return with_the_same_pose(tree, structure, found[valid])
+        return self._same_pose(structure, found[valid])
+
+    def _sampled(
+        self, first: int, count: int, along: Array | None, limits: tuple[Array, Array]
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Samples (count, n), and which are valid (count,).
+
+        If the base drives, the arm reaches from where a table of arms says that it does. Where that fails, as it does
+        near the end of its reach, base and arm are projected together from anywhere.
+        """
+        robot, tree = self.robot, self.robot.tree
+        some = self.key, first, count, *limits
+        base = np.concatenate([np.zeros(robot.planned), self.hand])
+        planned = np.arange(tree.size) < robot.planned
+        if self.standing is None or robot.drive is None:
+            return sample(tree, self.rows, *some, planned, along, base=base)
+        placed = self.standing.starts(self.rows, along, self.key, first, count, self.hand)
+        found, valid = base[None].repeat(count, axis=0), np.zeros(count, np.bool_)
+        if placed is not None:
+            found, valid = sample(tree, self.rows, *some, robot.arm, along, starts=placed[0])
+            valid &= placed[1]
+        if not valid.all():
+            other, fulfils = sample(tree, self.rows, *some, planned, along, base=base)
+            fulfils &= ~valid & (robot.drive.outside(other[:, :BASE_VALUES]) <= 0.0)
+            found[fulfils], valid[fulfils] = other[fulfils], True
+        return found, valid
+
+    def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
+        """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""
+        tree, n = self.robot.tree, self.robot.base_values
+        still = found.copy()
+        still[:, :n] = 0.0  # the structure is that of the arm on a base at zero
+        made, owner = with_the_same_pose(tree, structure, still)
+        made[:, :n] = found[owner, :n]
+        return made, owner
 
     def _candidates(self, found: Array) -> list[Candidate]:
         return [candidate(self.robot, np.round(q, 9) + 0.0) for q in found]
@@ -119,29 +166,33 @@ class Stream:
         return structure
 
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
-        """A list of the candidate onto which a configuration (n,) is projected; empty if the projection fails."""
+        """A list of the candidate onto which a configuration (n,) is projected; empty if the projection fails.
+
+        A base that drives stays where it is.
+        """
         tree = self.robot.tree
         found, valid = project(
-            tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self._active
+            tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self.robot.arm
         )
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
         """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or the reason why there is none.
 
-        None if the robot has no closed form for this frame, or one with a free joint, as for seven axes.
+        None if the robot has no closed form for this frame, or one with a free joint, as for seven axes, or drives.
         """
         robot, structure = self.robot, closed_form_of(self.robot)
-        if structure is None or structure.lock >= 0 or not is_carried(robot, structure, frame.joint):
+        if (
+            robot.drive is not None
+            or structure is None
+            or structure.lock >= 0
+            or not is_carried(robot, structure, frame.joint)
+        ):
             return None
         found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
         if isinstance(found, OutOfReach):
             return found
         return self._candidates(found.configurations)
-
-    @property
-    def _active(self) -> npt.NDArray[np.bool_]:
-        return np.arange(self.robot.tree.size) < self.robot.planned
 
 
 def closed_form_of(robot: Robot) -> Structure | None:
@@ -210,7 +261,13 @@ def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Arr
 
 
 def grasp_stream(
-    robot: Robot, body: Body, family: GraspFamily, world_T_body: Array, hand: tuple[float, ...], seed: int
+    robot: Robot,
+    body: Body,
+    family: GraspFamily,
+    world_T_body: Array,
+    hand: tuple[float, ...],
+    seed: int,
+    standing: Standing | None = None,
 ) -> GraspStream | None:
     """The stream of grasps of a standing object; None if the grasp family does not fit this robot."""
     roles = grasp_roles(robot, body, family, world_T_body)
@@ -218,7 +275,8 @@ def grasp_stream(
         return None
     numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
     key = stream_key(seed, "grasp", robot.name, body.name, family.name, *numbers)
-    return GraspStream(Stream(robot, rows(family.constraints, roles), key, hand), family, roles["tool"], roles)
+    stream = Stream(robot, rows(family.constraints, roles), key, hand, standing)
+    return GraspStream(stream, family, roles["tool"], roles)
 
 
 @dataclass(frozen=True)
@@ -237,7 +295,12 @@ class PlacementStream:
             number += 1
 
     def _ordered(self, found: list[Candidate]) -> list[Candidate]:
-        """The candidates, farthest from the robot first: so a support fills up from the back, and others may reach it."""
+        """The candidates, farthest from the robot first: so a support fills up from the back, and others may reach it.
+
+        A robot that drives comes from any side: its candidates are in the order of `from_home`.
+        """
+        if self.stream.robot.drive is not None:
+            return from_home(self.stream.robot, found)
         base = base_position(self.stream.robot)
 
         def preference(c: Candidate) -> tuple[float, ...]:
@@ -267,6 +330,7 @@ def placement_stream(
     others: tuple[Array, ...],
     seed: int,
     hand: tuple[float, ...],
+    standing: Standing | None = None,
 ) -> PlacementStream | None:
     """The stream of placements of a held object; None if the placement family does not fit the support.
 
@@ -287,7 +351,7 @@ def placement_stream(
     numbers = [float(v) for v in (*held.position, *held.quaternion, *where)]
     place = (support[0].name if support else "", region.name if region else "")
     key = stream_key(seed, "place", robot.name, body.name, family.name, *place, held.parent, *numbers)
-    return PlacementStream(Stream(robot, stacked(parts), key, hand), family, this, others)
+    return PlacementStream(Stream(robot, stacked(parts), key, hand, standing), family, this, others)
 
 
 def within(this: Frame, body: Body, region: Region, margin: float) -> Array:

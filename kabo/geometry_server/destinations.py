@@ -10,6 +10,7 @@ from kabo.geometry_server.candidates import (
     placement_stream,
 )
 from kabo.geometry_server.context import ProcedureContext
+from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import satisfied
@@ -45,8 +46,11 @@ def placement_streams(
     others = tuple(base_position(r) for r in context.scene.robots.values() if r is not robot)
     margin = 0.5 * context.surroundings.budget.epsilon  # the enclosing parts stick out by up to 0.4 epsilon
     chosen = [family for family in body.placements.values() if wanted in ("any", family.name)]
+    standing = standing_of(context.surroundings, robot)
     made = (
-        placement_stream(robot, body, held, f, support, target.region, margin, others, context.seed, hand)
+        placement_stream(
+            robot, body, held, f, support, target.region, margin, others, context.seed, hand, standing
+        )
         for f in chosen
     )
     return [stream for stream in made if stream is not None]

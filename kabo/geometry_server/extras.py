@@ -6,7 +6,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.language.scene_description import Shape
-from kabo.scene import Mesh, mesh_of
+from kabo.scene import Element, Mesh, element_of
 from kabo.scene.transforms import transform
 
 
@@ -21,9 +21,14 @@ class Extra:
     parent: str
     position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
-    mesh: Mesh = field(compare=False)
+    element: Element = field(compare=False)
     digest: str  # of the mesh
     pads: bool = False
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh of the body, around it if it is round."""
+        return self.element.mesh
 
     @property
     def parent_T(self) -> Array:  # noqa: N802
@@ -39,8 +44,8 @@ def extra(
     quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
 ) -> Extra:
     """An extra body with the given shape, attached to `parent` at a position and orientation in the parent's frame."""
-    mesh = mesh_of(shape, None)
-    return Extra(name, parent, position, quaternion, mesh, mesh.digest)
+    element = element_of(shape, None)
+    return Extra(name, parent, position, quaternion, element, element.mesh.digest)
 
 
 def padding(name: str, parent: str, vertices: Array, distance: float) -> Extra:
@@ -49,6 +54,6 @@ def padding(name: str, parent: str, vertices: Array, distance: float) -> Extra:
     middle = (low + high) / 2
     radius = float(np.linalg.norm(vertices[:, :2] - middle[:2], axis=1).max()) + distance
     height = float(high[2] - low[2]) + 2 * distance
-    mesh = mesh_of(Shape("cylinder", size=(radius, radius, height)), None)
+    element = element_of(Shape("cylinder", size=(radius, radius, height)), None)
     x, y, z = (float(v) for v in middle)
-    return Extra(name, parent, (x, y, z), (0.0, 0.0, 0.0, 1.0), mesh, mesh.digest, pads=True)
+    return Extra(name, parent, (x, y, z), (0.0, 0.0, 0.0, 1.0), element, element.mesh.digest, pads=True)

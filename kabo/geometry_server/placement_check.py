@@ -13,6 +13,7 @@ from kabo.arrays import Array
 from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, joints_at, within
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
+from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import FREE_BODY, sample, stacked
@@ -56,11 +57,12 @@ def may_place(
 ) -> bool:
     """Whether the robot has a grasp of the body at some sampled pose on the target; True if no pose was found."""
     hand = _open_hand(robot, situation.configuration(robot.name))
+    standing = standing_of(context.surroundings, robot)
     none = True
     for pose in places(context, body, target, situation):
         none = False
         for family in body.grasps.values():
-            made = grasp_stream(robot, body, family, pose, hand, context.seed)
+            made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
             if made is not None and made.stream.batch(0, GRASPS_TRIED):
                 return True
     return none
@@ -80,7 +82,7 @@ def grasps_there(
         places(context, body, target, situation), key=lambda pose: float(np.linalg.norm(pose[:3, 3] - base))
     )
     made = (
-        grasp_stream(robot, body, family, pose, hand, context.seed)
+        grasp_stream(robot, body, family, pose, hand, context.seed, standing_of(context.surroundings, robot))
         for pose in near[:most]
         for family in body.grasps.values()
     )

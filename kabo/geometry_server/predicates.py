@@ -12,10 +12,11 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array
 from kabo.geometry import Bounds, Enclosure, FixedGroup, InnerSolid, Motion, MovingGroup, SweptVolume, includes
+from kabo.geometry_server.sight.views import Unseen, View
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.support_relations import lies_inside
 from kabo.geometry_server.surroundings import SceneSurroundings
-from kabo.scene import GeometricState, world_T
+from kabo.scene import GeometricState, inner_mesh, one_mesh, world_T
 from kabo.scene.transforms import flat, transform
 
 SOLE_HEIGHT = 1e-3  # [m] above a body's lowest point: vertices up to there touch the support
@@ -118,13 +119,41 @@ class ScenePredicates:
         mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
+        within = self.surroundings.budget.geometry
+        inner = [inner_mesh(each, within) for each in self.surroundings.elements(name)]
+        deviation = max(gap for _, gap in inner)
+        if deviation > 0.0:  # a round container: what lies in a mesh inside of it lies in it
+            mesh = one_mesh([each for each, _ in inner]) or mesh
+            return InnerSolid(pose, mesh.vertices, mesh.faces, deviation)
         if len(mesh.faces) <= MAX_EXACT_TRIANGLES:
             return InnerSolid(pose, mesh.vertices, mesh.faces, 0.0)
         return InnerSolid.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
 
+    def unseen(self, sensor: str, body: str) -> Unseen | None:
+        """Why a camera (`robot.sensor`) does not see a body; None if it is proven to see all of it.
+
+        Raises:
+            KeyError: no robot, sensor or body has this name.
+        """
+        robot, _, name = sensor.partition(".")
+        chosen = self.surroundings.scene.robots[robot]
+        view = View(self.surroundings, Situation.of(self.state), chosen, chosen.sensors[name], body)
+        return view.unseen(np.array(self.state.robots[robot]))
+
+    def visible(self, sensor: str, body: str) -> bool:
+        """Whether a camera (`robot.sensor`) is proven to see all of a body: nothing is in the way, and it is in range.
+
+        False where anything reaches into a sight line, or any point is out of range or field of view; True where all
+        of these are missed by epsilon.
+
+        Raises:
+            KeyError: no robot, sensor or body has this name.
+        """
+        return self.unseen(sensor, body) is None
+
     def distance(self, first: str, second: str) -> Bounds:
         """Proven bounds of the signed distance of two things [m]: negative where they overlap."""
-        return geometry.signed_distance(self.thing(first), self.thing(second))
+        return geometry.signed_distance(self.thing(first), self.thing(second), self.surroundings.budget.geometry)
 
     def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
         """Polyhedra that contain a motion's swept volume, within `tolerance` [m]; None: the sweep's share of epsilon."""

@@ -13,16 +13,21 @@ from kabo.geometry_server.candidates import base_position
 from kabo.geometry_server.frames import Frame, Roles
 from kabo.kinematics import FrameFeature
 from kabo.language.scene_description import Constraint, GraspFamily
-from kabo.scene import PRISMATIC, Body, Region, Robot
+from kabo.scene import PRISMATIC, Body, Drive, Region, Robot
 
 ROUNDING_ALLOWANCE = 1e-6  # [m]: rounding of the sums below is far smaller
 
 
 def reach(robot: Robot, point: FrameFeature) -> float:
-    """An upper bound of the distance [m] of a point on the robot from its first moving joint."""
+    """An upper bound of the distance [m] of a point on the robot from its first moving joint.
+
+    For a robot whose base drives: from the vertical axis about which the base turns, at the height of that joint.
+    """
     tree, joint = robot.tree, point.joint
     total = float(np.linalg.norm(point.origin))
     while joint > 0:
+        if robot.drive is not None and joint == robot.drive.joint:
+            return total + ROUNDING_ALLOWANCE
         moves = tree.ratio[joint] != 0.0
         if moves and tree.kind[joint] == PRISMATIC:
             source, ratio, shift = tree.source[joint], tree.ratio[joint], tree.shift[joint]
@@ -49,7 +54,7 @@ def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles)
 
     It follows from `coincident` constraints of a point of the tool with a feature of the standing object.
     """
-    base, worst = base_position(robot), -np.inf
+    worst = -np.inf
     for constraint in constraints:
         names = (constraint.first, constraint.second)
         tool = next((n for n in names if n.owner == "tool"), None)
@@ -58,8 +63,19 @@ def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles)
             point = roles["tool"].feature(tool.feature or "")
             if point.kind == "point":
                 target = roles[other.owner].feature(other.feature or "")
-                worst = max(worst, _distance(base, target) - reach(robot, point))
+                worst = max(worst, _distance_from_base(robot, target) - reach(robot, point))
     return float(worst)
+
+
+def _distance_from_base(robot: Robot, feature: FrameFeature) -> float:
+    """A lower bound of the distance [m] of a feature from the point of which `reach` speaks, wherever the base may be."""
+    drive = robot.drive
+    if drive is None:
+        return _distance(base_position(robot), feature)
+    if feature.kind != "point":
+        return 0.0
+    target = np.asarray(feature.origin)
+    return float(np.hypot(drive.missing(target[None])[0], target[2] - drive.world_T_floor[2, 3]))
 
 
 def _distance(point: Array, feature: FrameFeature) -> float:
@@ -72,6 +88,11 @@ def _distance(point: Array, feature: FrameFeature) -> float:
     return float(np.sqrt(max(float(offset @ offset) - along * along, 0.0)))
 
 
+def wherever(robot: Robot) -> str:
+    """The end of a sentence about what is out of reach: that this holds for all places of a base that drives."""
+    return "" if robot.drive is None else f", wherever on {robot.drive.floor} its base stands"
+
+
 def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> float:
     """A lower bound [m] of how far a region lies beyond the robot's reach with the body in its hand, for any grasp.
 
@@ -80,7 +101,8 @@ def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> flo
     height.
     """
     offset = max((_grasp_offset(body, family) for family in body.grasps.values()), default=np.inf)
-    inside = _region_distance(base_position(robot), region)
+    drive = robot.drive
+    inside = _region_distance(base_position(robot), region) if drive is None else _floor_distance(drive, region)
     points = [tool.moved(f) for f in tool.features.values() if f.kind == "point"]
     if not points or not np.isfinite(offset):
         return -np.inf
@@ -90,6 +112,14 @@ def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> flo
 def _region_distance(point: Array, region: Region) -> float:
     local = region.world_T_region[:3, :3].T @ (point - region.world_T_region[:3, 3])
     return float(np.max(region.normals @ local - region.offsets))
+
+
+def _floor_distance(drive: Drive, region: Region) -> float:
+    """A lower bound of the distance [m] of a region from the place of a base's axis, wherever the base may be."""
+    signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
+    corners = (signs * region.size) @ region.world_T_region[:3, :3].T + region.world_T_region[:3, 3]
+    local = (corners - drive.world_T_floor[:3, 3]) @ drive.world_T_floor[:3, :2]
+    return float((local @ drive.normals.T - drive.offsets).min(axis=0).max() + drive.inset)
 
 
 def _grasp_offset(body: Body, family: GraspFamily) -> float:

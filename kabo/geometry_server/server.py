@@ -78,6 +78,10 @@ class GeometryServer:
         """Whether a body is proven to lie inside a region or another thing, in a state (the first one if None)."""
         return self.predicates(state).included(container, body)
 
+    def visible(self, sensor: str, body: str, state: GeometricState | None = None) -> bool:
+        """Whether a camera (`robot.sensor`) is proven to see all of a body, in a state (the first one if None)."""
+        return self.predicates(state).visible(sensor, body)
+
     def predicates(self, state: GeometricState | None = None) -> ScenePredicates:
         """Predicates on things and motions by name, in a state (the first one if None)."""
         return ScenePredicates(self.surroundings, state or self.scene.start)

@@ -13,13 +13,14 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.geometry_server.answers import Refusal, pair_text
 from kabo.geometry_server.context import ProcedureContext
+from kabo.geometry_server.driving.legs import LEG_SAMPLES_SHARE, by_legs, travels
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.motion import NoPath, connect, shortcut
-from kabo.scene import Robot
+from kabo.scene import BASE_VALUES, Robot
 from kabo.streams import stream_key
 
 LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
@@ -115,6 +116,8 @@ def line(
 ) -> list[Array] | None:
     """Way points of a straight motion of the tool by `translation` (3,) [m] from q without rotation; None if not found.
 
+    A base that drives stands meanwhile.
+
     The tool deviates from the line by at most `deviation` [m], and rotates by at most `tilt` [rad]. Collisions are not
     checked.
     """
@@ -124,7 +127,7 @@ def line(
         tool.joint,
         tool.joint_T_frame,
         translation,
-        active=np.arange(robot.tree.size) < robot.planned,
+        active=robot.arm,
         deviation=deviation,
         tilt=tilt,
     )
@@ -167,17 +170,38 @@ def way_to(
 
     stream = stream_key(*key)
     project = None if keep is None else keep.pull_planned(hand)
-    bounds = robot.tree.lower[:n], robot.tree.upper[:n]
     free = free_segment, free_configurations
+
+    def find(a: Array, b: Array, low: Array, high: Array, drives: bool) -> Array | NoPath:
+        most, pull = max(1, int(LEG_SAMPLES_SHARE * samples)), None if drives else project
+        return connect(a, b, *free, low, high, stream, samples=most, projection=pull)
+
+    def shortened(path: Array) -> Array:
+        # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
+        patience = MAX_VAIN_SHORTCUTS
+        return shortcut(path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=patience)
+
+    if robot.drive is not None and not np.array_equal(start[:BASE_VALUES], goal[:BASE_VALUES]):
+        folds = travels(robot, start[:n], goal[:n])
+        if folds or free_segment(start[:n], goal[:n]) >= 0:
+            legs = by_legs(
+                robot, start[:n], goal[:n], find, lambda q: keep is None or keep.broken(whole(q)) is None
+            )
+            made = [shortened(leg) for leg in legs] if folds else [shortened(np.concatenate(legs))] if legs else []
+            if made:
+                return [whole(q) for q in _without_repetitions(np.concatenate(made))]
+    bounds = robot.tree.lower[:n], robot.tree.upper[:n]
     path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
     if isinstance(path, NoPath):
         workspace.surroundings.statistics.samples += path.samples
         return _blocked(workspace, path, keep)
-    # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
-    short = shortcut(
-        path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=MAX_VAIN_SHORTCUTS
-    )
-    return [whole(q) for q in short]
+    return [whole(q) for q in shortened(path)]
+
+
+def _without_repetitions(path: Array) -> Array:
+    """The way points (m, n) without consecutive repetitions, where one leg ends and the next begins."""
+    kept = np.concatenate([[True], np.any(path[1:] != path[:-1], axis=1)])
+    return np.asarray(path[kept])
 
 
 def _blocked(workspace: Workspace, path: NoPath, keep: Keep | None) -> Refusal:

@@ -1,16 +1,19 @@
 """Support relations: the bodies on which an object stands, by its placement families; and inclusion in regions."""
 
+from functools import partial
+
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry import FixedGroup, contains
+from kabo.geometry import FixedGroup
 from kabo.geometry_server.foresight.widths import corners
 from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
-from kabo.scene import Body, KinematicTree, Region
+from kabo.meshes import Rounding
+from kabo.scene import Body, Element, KinematicTree, Region
 from kabo.scene.transforms import flat
 
 STANDING_TOLERANCE = 1e-4  # [m, rad] within which a placement's constraints hold
@@ -114,22 +117,26 @@ def _box(body: Body, pose: Array) -> tuple[Array, Array]:
 def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:
     """Whether a body at a pose (4, 4) in the world is proven to lie inside a region [K Def. 1].
 
-    A region is convex, so the corners of the body's own mesh decide: no enclosing part is needed, and epsilon has no
+    A region is convex, so the body's own corners and roundings decide: no enclosing part is needed, and epsilon has no
     share in the answer.
     """
-    points = _in_region(surroundings, name, pose, region)
-    return contains((region.normals, region.offsets), points, surroundings.budget.numeric)
+    return outside(surroundings, name, pose, region) <= -surroundings.budget.numeric
 
 
 def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> float:
     """The distance by which a body at a pose (4, 4) reaches out of a region [m]; negative if it lies inside."""
-    points = _in_region(surroundings, name, pose, region)
-    return float((points @ region.normals.T - region.offsets).max())
-
-
-def _in_region(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> Array:
-    """The corners (V, 3) of a body's hull in the frame of a region."""
     region_T_body = np.linalg.inv(region.world_T_region) @ pose
-    vertices = surroundings.scene.bodies[name].mesh.vertices
-    points: Array = surroundings.remembered(("corners", name), lambda: corners(vertices))
-    return np.asarray(points @ region_T_body[:3, :3].T + region_T_body[:3, 3])
+    normals = region.normals @ region_T_body[:3, :3]
+    offsets = region.offsets - region.normals @ region_T_body[:3, 3]
+    farthest = -np.inf
+    for number, element in enumerate(surroundings.scene.bodies[name].elements):
+        points = surroundings.remembered(("corners", name, number), partial(_corners_of, element))
+        rounding = element.rounding or Rounding()
+        heights = (points @ normals.T).max(axis=0) + rounding.reach(normals)
+        farthest = max(farthest, float((heights - offsets).max()))
+    return farthest
+
+
+def _corners_of(element: Element) -> Array:
+    """The corners (V, 3) of an element's hull, without its rounding."""
+    return corners(element.mesh.vertices) if element.corners is None else element.corners

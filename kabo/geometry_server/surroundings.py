@@ -2,35 +2,20 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array, Integers
-from kabo.children import never
-from kabo.content_cache import ContentCache
-from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import GeometryStatistics, Pair
+from kabo.geometry_server.preparation.enclosures import SceneEnclosures
 from kabo.geometry_server.situation import Situation
-from kabo.meshes import hull_of
-from kabo.scene import Configuration, KinematicTree, Mesh, Scene, link_poses
+from kabo.scene import Configuration, Element, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
 MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
-
-
-_ENCLOSURES: ContentCache[Enclosure] = ContentCache(16 << 20, lambda made: made.nbytes)
-
-
-def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
-    """The parts of a mesh, kept across scenes, by the content of the mesh and of the parts file beside it."""
-    key = mesh.digest, geometry.digest_beside(mesh.path), tolerance
-    return _ENCLOSURES.get_or_make(
-        key, lambda: geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
-    )
 
 
 class SceneSurroundings:
@@ -38,12 +23,19 @@ class SceneSurroundings:
 
     def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: GeometryStatistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
-        self.look: Callable[[], None] = never  # called while parts are made; an exception ends that
-        # The scene keeps parts, since each seed has a server of its own.
-        self._enclosures: dict[str, Enclosure] = scene.memory.setdefault(("enclosures", budget.geometry), {})
+        self.enclosures = SceneEnclosures(scene, budget.geometry)
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
+
+    @property
+    def look(self) -> Callable[[], None]:
+        """Called while parts are made; an exception ends that."""
+        return self.enclosures.look
+
+    @look.setter
+    def look(self, look: Callable[[], None]) -> None:
+        self.enclosures.look = look
 
     def checker(
         self,
@@ -67,40 +59,25 @@ class SceneSurroundings:
         robot, dot, link = name.partition(".")
         return self.scene.robots[robot].links[link].mesh if dot else self.scene.bodies[name].mesh
 
+    def elements(self, name: str) -> tuple[Element, ...]:
+        """The elements of which a body or `robot.link` consists, in its own frame."""
+        robot, dot, link = name.partition(".")
+        return self.scene.robots[robot].links[link].elements if dot else self.scene.bodies[name].elements
+
     def enclosure(self, name: str) -> Enclosure:
-        """The convex parts that enclose a body or `robot.link`, in its own frame."""
-        mesh = self.mesh(name)
-        if mesh is None:
+        """The convex parts that enclose a body or `robot.link`, in its own frame.
+
+        Raises:
+            ValueError: it has no geometry.
+            MeshError: a mesh cannot be enclosed; it is named with what it belongs to.
+        """
+        if self.mesh(name) is None:
             raise ValueError(f"{name} has no geometry")
-        robot, dot, link = name.partition(".")
-        try:
-            if not dot or link not in self.scene.robots[robot].hulls:
-                return self.enclosed(mesh)
-            key = f"hull of {mesh.digest}"
-            if key not in self._enclosures:
-                self._enclosures[key] = self.enclosed(hull_of(mesh))
-            return self._enclosures[key]
-        except InputError as error:
-            raise self._named(name, error) from None
+        return self.enclosures.of(name)
 
-    def _named(self, name: str, error: InputError) -> InputError:
-        """The error about a mesh, at the place that people know: the body's shape, or the link in its URDF."""
-        robot, dot, link = name.partition(".")
-        place = self.scene.robots[robot].links[link].place if dot else self.scene.bodies[name].shape.place
-        thing = f'link "{link}" of robot "{robot}"' if dot else f'body "{name}"'
-        found = []
-        for finding in error.diagnostics:
-            told = replace(finding, message=f"{thing}: {finding.message}")
-            if place is not None and finding.file == "mesh":  # a mesh of several pieces has no file of its own
-                told = replace(told, file=place.file, line=place.line, column=place.column, length=place.length)
-            found.append(told)
-        return type(error)(found)
-
-    def enclosed(self, mesh: Mesh) -> Enclosure:
-        """The convex parts that enclose a mesh, computed once."""
-        if mesh.digest not in self._enclosures:
-            self._enclosures[mesh.digest] = _enclosed(mesh, self.budget.geometry, self.look)
-        return self._enclosures[mesh.digest]
+    def enclosed(self, element: Element) -> Enclosure:
+        """The convex parts that enclose an element, in its own frame."""
+        return self.enclosures.of_element(element)
 
     def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
         """The pose (4, 4) of every link of a robot at q."""

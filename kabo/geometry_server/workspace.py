@@ -17,6 +17,7 @@ from kabo.arrays import Array, Integers
 from kabo.geometry import CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
+from kabo.geometry_server.driving.floor_view import FloorView
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -177,7 +178,11 @@ class Workspace:
     def _view(self) -> tuple[CollisionChecker, list[Pair]]:
         moving, fixed, indices, pairs = self._bodies
         chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
-        return self.surroundings.checker(self.robot.tree, moving, fixed, chosen), pairs
+        view, drive = self.surroundings.checker(self.robot.tree, moving, fixed, chosen), self.robot.drive
+        if drive is None:
+            return view, pairs
+        base = f"{self.robot.name}.{drive.links[0]}"
+        return FloorView(view, drive, len(pairs), self.surroundings.budget.epsilon), [*pairs, (base, drive.floor)]
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
         groups, names = [], []
@@ -193,7 +198,7 @@ class Workspace:
         for extra in self.extras:
             hung = self._hung(extra)
             if hung is not None and self._moves(hung[0]):
-                enclosure = self.surroundings.enclosed(extra.mesh)
+                enclosure = self.surroundings.enclosed(extra.element)
                 arrays = extra.mesh.vertices, extra.mesh.faces
                 groups.append(MovingGroup(hung[0], flat(hung[1] @ extra.parent_T), enclosure, arrays))
                 names.append((extra.name, hung[0]))
@@ -238,7 +243,10 @@ class Workspace:
         for extra in self.extras:
             hung = self._hung(extra)
             if hung is None or not self._moves(hung[0]):
-                enclosure, arrays = self.surroundings.enclosed(extra.mesh), (extra.mesh.vertices, extra.mesh.faces)
+                enclosure, arrays = (
+                    self.surroundings.enclosed(extra.element),
+                    (extra.mesh.vertices, extra.mesh.faces),
+                )
                 for pose in self._poses(extra.parent):
                     groups.append(FixedGroup(flat(pose @ extra.parent_T), enclosure, arrays))
                     names.append(extra.name)
@@ -322,6 +330,5 @@ def workspace_of(
 
 def _corners(enclosure: Enclosure) -> Array:
     """The corners (8, 3) of the box around a body, in its own frame."""
-    low = np.min([part.min(axis=0) for part in enclosure.parts], axis=0)
-    high = np.max([part.max(axis=0) for part in enclosure.parts], axis=0)
+    high, low = enclosure.support(np.eye(3)), -enclosure.support(-np.eye(3))
     return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])

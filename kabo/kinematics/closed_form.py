@@ -14,7 +14,6 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.kinematics.kernels import closed_form as kernels
 from kabo.kinematics.kernels import forms
-from kabo.kinematics.projection import arrays_of
 from kabo.scene.structure import Structure
 from kabo.scene.tree import KinematicTree
 
@@ -117,34 +116,29 @@ def branches(
         raise ValueError("a pose or a value of a joint is not finite")
     if structure.lock >= 0 and locked is None:
         raise ValueError("of seven axes one must be held: give its value for each pose")
-    found = np.empty((len(poses), kernels.MAX_SOLUTIONS, tree.size))
-    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), kernels.MAX_SOLUTIONS), np.int64)
+    found = np.empty((len(poses), forms.MAX_SOLUTIONS, tree.size))
+    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), forms.MAX_SOLUTIONS), np.int64)
     short = np.empty((len(poses), 4))
-    kernels.solve_poses(
-        poses,
-        held,
-        start,
-        *_shape_of(structure),
-        tree.lower,
-        tree.upper,
-        *arrays_of(tree),
-        found,
-        counts,
-        free,
-        short,
-    )
+    answers = kernels.Answers(found, counts, free, short)
+    kernels.solve_poses(poses, held, start, chain_of(structure), tree, answers)
     return Branches(found, counts, free, short)
 
 
-def _shape_of(structure: Structure) -> tuple[int, int, bool, bool, int, Array, Array, Integers]:
+def chain_of(structure: Structure) -> kernels.Chain:
+    """The numbers of a structure, as kernels take them."""
     s = structure
-    return s.form, s.placing, s.mirrored, s.backwards, s.lock, s.axes, s.zero, s.joints
+    return kernels.Chain(s.form, s.placing, s.mirrored, s.backwards, s.lock, s.axes, s.zero, s.joints)
 
 
 def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
     """The poses (N, 12) of the structure's last joint at configurations (N, n), by forward kinematics."""
+    return joint_poses(tree, structure.end, Q)
+
+
+def joint_poses(tree: KinematicTree, joint: int, Q: Array) -> Array:
+    """The poses (N, 12) of a joint in the world at configurations (N, n), by forward kinematics."""
     values = np.array(Q, np.float64, order="C", ndmin=2)
-    poses: Array = kernels.poses_of(values, structure.end, *arrays_of(tree))
+    poses: Array = kernels.poses_of(values, joint, tree)
     return poses
 
 

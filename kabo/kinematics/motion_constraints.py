@@ -9,7 +9,7 @@ from kabo.arrays import Array
 from kabo.kinematics.constraints import Rows
 from kabo.kinematics.kernels import motion_bounds as kernels
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.projection import arrays_of, checked, project
+from kabo.kinematics.projection import checked, project
 from kabo.scene.tree import KinematicTree
 
 Projector = Callable[[Array], Array | None]
@@ -40,7 +40,7 @@ def unkept_row(
     if np.any(rows[:, columns.KIND] == columns.AZIMUTH):
         raise ValueError("an azimuth jumps from pi to -pi: it cannot be kept along a motion")
     slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - POSE_ROUNDING, (len(rows),)))
-    found = kernels.first_row_not_kept(rows, slack, start, end, *arrays_of(tree))
+    found = kernels.first_row_not_kept(rows, slack, start, end, tree)
     return None if found < 0 else int(found)
 
 

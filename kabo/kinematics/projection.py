@@ -11,7 +11,7 @@ from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene.tree import KinematicTree
 
-NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries of projections without aims
+NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries of projections without aims: the end of a `Rule`
 MAX_ITERATIONS = 50  # projections that do not succeed by then almost never do
 
 
@@ -49,21 +49,9 @@ def project(
         low, high = storable_limits(low, high)
     policy = kernels.WRAPS | (kernels.FREEZES if hold_limits else 0)
     aims = np.full((len(Q), len(rows)), np.nan)
-    kernels.project_seeds(
-        Q,
-        succeeded,
-        rows,
-        len(rows),
-        aims,
-        float(inset),
-        low,
-        high,
-        moving,
-        *arrays_of(tree),
-        MAX_ITERATIONS,
-        policy,
-        *NO_AIMS,
-    )
+    wanted = kernels.Wanted(rows, len(rows), aims, float(inset))
+    rule = kernels.Rule(MAX_ITERATIONS, policy, *NO_AIMS)
+    kernels.project_seeds(Q, succeeded, wanted, limited(tree, low, high), moving, rule)
     return Q, succeeded
 
 
@@ -75,13 +63,13 @@ def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = 
 
 def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The value of every row at q, (R,): metres for positions, cosines for directions, radians for angles."""
-    found: Array = kernels.row_values(np.array(q, np.float64), rows, *arrays_of(tree))
+    found: Array = kernels.row_values(np.array(q, np.float64), rows, tree)
     return found
 
 
 def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The derivative of `values` by q, (R, n)."""
-    found: Array = kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+    found: Array = kernels.row_jacobian(np.array(q, np.float64), rows, tree)
     return found
 
 
@@ -95,6 +83,11 @@ def arrays_of(
 ) -> tuple[Integers, Integers, Integers, Array, Array, Array]:
     """The arrays of a tree in the order in which kernels take them (limits are arguments of their own)."""
     return tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement
+
+
+def limited(tree: KinematicTree, lower: Array, upper: Array) -> KinematicTree:
+    """The tree with other limits (n,), as kernels take it."""
+    return tree._replace(lower=lower, upper=upper)
 
 
 def checked(

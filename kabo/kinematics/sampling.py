@@ -7,7 +7,7 @@ from kabo.arrays import Array
 from kabo.kinematics.constraints import ROW_TOLERANCE, Rows, stacked
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
-from kabo.kinematics.projection import MAX_ITERATIONS, arrays_of, checked
+from kabo.kinematics.projection import MAX_ITERATIONS, checked, limited
 from kabo.scene.tree import KinematicTree
 from kabo.streams import Key
 
@@ -39,6 +39,7 @@ def sample(
     free: Rows | None = None,
     *,
     base: ArrayLike | None = None,
+    starts: Array | None = None,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Configurations (count, n) that fulfil the rows, from sample `first` on, and which of them are valid (count,).
 
@@ -52,6 +53,7 @@ def sample(
         key: the key of the random stream, from `stream_key`.
         free: rows that spread the samples along what the constraints leave free, such as an azimuth.
         base: (n,) the values of the joints that are not active; default zero, clipped to the limits.
+        starts: (count, n) the seeds, instead of uniform ones, and the values of the joints that are not active.
 
     Raises:
         ValueError: shapes do not fit, or a number is not finite.
@@ -61,14 +63,17 @@ def sample(
     start = np.clip(0.0, low, high) if base is None else np.array(base, np.float64)
     if start.shape != (tree.size,) or not np.all(np.isfinite(start)):
         raise ValueError(f"the base configuration must be finite, ({tree.size},), not {start.shape}")
-    Q = np.ascontiguousarray(np.where(moving, seeds(low, high, key, first, count), start))
+    drawn = starts is None
+    if starts is None:
+        starts = np.where(moving, seeds(low, high, key, first, count), start)
+    Q = np.array(starts, np.float64, order="C")
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
-    rule = MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, AIM_TRIES
-    kernels.project_seeds(
-        Q, succeeded, every, len(rows), aims, 2 * ROW_TOLERANCE, low, high, moving, *arrays_of(tree), *rule
-    )
+    tries = AIM_TRIES if drawn else 1  # other seeds are nowhere near
+    wanted = kernels.Wanted(every, len(rows), aims, 2 * ROW_TOLERANCE)
+    rule = kernels.Rule(MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, tries)
+    kernels.project_seeds(Q, succeeded, wanted, limited(tree, low, high), moving, rule)
     return Q, succeeded
 
 

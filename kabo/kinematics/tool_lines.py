@@ -12,12 +12,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.motion_bounds import first_row_not_kept
-from kabo.kinematics.kernels.projection import FREEZES, project_seeds
-from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, storable_limits, values
+from kabo.kinematics.kernels.projection import FREEZES, Rule, Wanted, project_seeds
+from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, limited, storable_limits, values
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
 
@@ -111,17 +111,18 @@ class _Follower:
                 return fault
         return np.array(way)
 
-    def configuration_at(self, near: Array, progress: float, *, limited: bool = True) -> Array | None:
+    def configuration_at(self, near: Array, progress: float, *, limits: bool = True) -> Array | None:
         """The configuration near another one with the tool at a point of the line, rounded; None if there is none.
 
         A joint that reaches its limit stops there, and the other joints compensate if they can.
         """
         self._set_progress(progress, progress)
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
-        rule = MAX_ITERATIONS, FREEZES, *NO_AIMS
-        lower, upper = self.limits if limited else (-self.wide, self.wide)
-        task = self.rows, len(self.rows), self.no_aims, 0.0
-        project_seeds(Q, succeeded, *task, lower, upper, self.active, *self.arrays, *rule)
+        wanted, rule = (
+            Wanted(self.rows, len(self.rows), self.no_aims, 0.0),
+            Rule(MAX_ITERATIONS, FREEZES, *NO_AIMS),
+        )
+        project_seeds(Q, succeeded, wanted, self.within if limits else self.anywhere, self.active, rule)
         return np.round(Q[0], STORED_DECIMALS) if succeeded[0] else None
 
     def fault(self, q0: Array, q1: Array | None, progress0: float, progress1: float) -> OffLine | None:
@@ -130,11 +131,11 @@ class _Follower:
             return self._why_not_there(q0, progress0, progress1)
         self._set_progress(progress0, progress1)
         smooth = np.abs(q1 - q0).max() <= MAX_JOINT_CHANGE
-        kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, *self.arrays) < 0
+        kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, self.tree) < 0
         return None if kept else OffLine("singular", progress0)
 
     def _why_not_there(self, q0: Array, progress0: float, progress1: float) -> OffLine:
-        beyond = self.configuration_at(q0, progress1, limited=False)
+        beyond = self.configuration_at(q0, progress1, limits=False)
         if beyond is None:
             return OffLine("out_of_reach", progress0)
         low, high = self.limits
@@ -144,11 +145,6 @@ class _Follower:
     def _set_progress(self, lower: float, upper: float) -> None:
         self.rows[0, columns.LOWER] = lower
         self.rows[0, columns.UPPER] = upper
-
-    @cached_property
-    def arrays(self) -> tuple[Integers, Integers, Integers, Array, Array, Array]:
-        """The tree's arrays in the order of kernel arguments."""
-        return arrays_of(self.tree)
 
     @cached_property
     def no_aims(self) -> Array:
@@ -161,9 +157,15 @@ class _Follower:
         return storable_limits(self.tree.lower, self.tree.upper)
 
     @cached_property
-    def wide(self) -> Array:
-        """Infinite limits, to find the joint that would leave its own."""
-        return np.full(self.tree.size, np.inf)
+    def within(self) -> KinematicTree:
+        """The tree with these limits."""
+        return limited(self.tree, *self.limits)
+
+    @cached_property
+    def anywhere(self) -> KinematicTree:
+        """The tree without limits, to find the joint that would leave its own."""
+        wide = np.full(self.tree.size, np.inf)
+        return limited(self.tree, -wide, wide)
 
 
 def _line_rows(

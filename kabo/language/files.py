@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
+from kabo.language.packages import SCHEME, package_folder
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 
@@ -22,11 +23,14 @@ def files_of(problem: Problem) -> Iterator[Path]:
 
 
 def geometry_files(scene: SceneDescription) -> Iterator[Path]:
-    """The meshes and URDFs of a scene, and the meshes that the URDFs name."""
+    """The meshes, URDFs and SRDFs of a scene, and the meshes that the URDFs name."""
     for shape in (*(body.shape for body in scene.bodies.values()), *(r.shape for r in scene.regions.values())):
         if shape.path is not None:
             yield shape.path
+    yield from (body.srdf for body in scene.bodies.values() if body.srdf is not None)
     for robot in scene.robots.values():
+        if robot.semantics is not None:
+            yield robot.semantics.path
         own = None if robot.gripper is None else robot.gripper.urdf
         for urdf in (robot.urdf, own):
             if urdf is not None:
@@ -42,9 +46,10 @@ def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
         return
     for element in root.iter("mesh"):
         name = element.get("filename", "")
-        if name.startswith("package://"):
-            package, _, rest = name.removeprefix("package://").partition("/")
-            if package in packages:
-                yield packages[package] / rest
+        if name.startswith(SCHEME):
+            package, _, rest = name.removeprefix(SCHEME).partition("/")
+            folder = package_folder(package, packages, urdf)
+            if folder is not None:
+                yield folder / rest
         elif name:
             yield urdf.parent / name.removeprefix("file://")

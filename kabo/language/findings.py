@@ -11,7 +11,7 @@ from kabo.language.source import SourceFile, UnreadableError, lies_within
 _MOST_FINDINGS = 1000
 _MOST_SUGGESTIONS = 200  # looking for near names costs up to the product of both lists
 _MOST_NAMES = 500
-_FEW = 12
+_FEW = 16
 
 
 class Findings:
@@ -42,6 +42,11 @@ class Findings:
                 "warning" if warning else "error", line,
             ),
         )  # fmt: skip
+
+    def include(self, finding: Diagnostic) -> None:
+        """Records a finding that was made elsewhere, with its own line."""
+        if len(self._found) < _MOST_FINDINGS:
+            self._found.setdefault((finding.file, finding.line, finding.column, finding.message), finding)
 
     def near(
         self,

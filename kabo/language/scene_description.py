@@ -4,17 +4,20 @@ Lengths are in metres, angles in radians, quaternions are (x, y, z, w). Models h
 robots that use them, and the bodies and regions that a problem adds are included.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from kabo.language.formulas import Place
+from kabo.language.semantic_description import SemanticDescription
 
 FARTHEST = 1000.0  # m: of a position from its frame, of a size
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+BASE_JOINTS = ("base_x", "base_y", "base_yaw")
 MATE_TOLERANCE = 1e-4  # m: how far a part may leave the way of its insertion, where its mate does not say
 
 
@@ -98,10 +101,12 @@ class PlacementFamily:
 class Shape:
     """The shape of a body: a mesh file with a scale, or a primitive with full side lengths [m]."""
 
-    kind: Literal["mesh", "box", "cylinder", "sphere"]
+    kind: Literal["mesh", "box", "cylinder", "sphere", "capsule"]
     path: Path | None = None
     scale: float = 1.0
-    size: Vector | None = None  # box: x, y, z; cylinder: radius, radius, height; sphere: radius three times
+    size: Vector | None = (
+        None  # box: x, y, z; cylinder and capsule: radius, radius, height; sphere: radius three times
+    )
     place: Place | None = field(default=None, compare=False, repr=False)
 
 
@@ -119,6 +124,7 @@ class BodyDescription:
     grasps: Mapping[str, GraspFamily] = field(default_factory=dict)
     placements: Mapping[str, PlacementFamily] = field(default_factory=dict)
     place: Place | None = field(default=None, compare=False, repr=False)
+    srdf: Path | None = None  # the file that gives some of its features and grasps
 
 
 @dataclass(frozen=True)
@@ -129,6 +135,15 @@ class RegionDescription:
     shape: Shape
     pose: PoseDescription
     support: str | None = None
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class ContactPattern:
+    """A pair of links of one robot that may touch: names of links, patterns with `*` and `?`, groups of its SRDF."""
+
+    first: str
+    second: str
     place: Place | None = field(default=None, compare=False, repr=False)
 
 
@@ -146,12 +161,49 @@ class GripperDescription:
 
 
 @dataclass(frozen=True)
+class SensorDescription:
+    """A camera on a link of a robot: it looks from the origin of its own frame along z, with x to the right.
+
+    `position` and `quaternion` are the pose of its frame in the frame of the link `frame`. `field_of_view` has full
+    angles [rad]: one of a cone, or the horizontal and the vertical one of a pyramid. `range` has the least and the
+    greatest distance of what it sees [m]. `allowed` are links of the robot that may be in the way of its view.
+    """
+
+    name: str
+    frame: str
+    field_of_view: tuple[float, ...]
+    range: tuple[float, float]
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    allowed: tuple[str, ...] = ()
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class DriveDescription:
+    """How a robot's base drives on the floor: along x and y and about z of the base's written pose.
+
+    `within` is the region whose outline, seen from above, the base's own links never leave. `joints` are the names of
+    the three joints; those that the URDF has are used, else they are added before its first link.
+    """
+
+    within: str
+    joints: tuple[str, str, str] = BASE_JOINTS
+    speed: float = 0.5  # m/s, along x and along y
+    turn_speed: float = 1.0  # rad/s
+    turn: tuple[float, float] = (-2.0 * math.pi, 2.0 * math.pi)  # rad
+    travel: str | None = None  # a configuration: of the arm on long drives, where it can be had
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """A robot as described in a scene file.
 
     `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
     `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
-    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls.
+    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls. A robot that drives
+    has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
     """
 
     name: str
@@ -169,6 +221,11 @@ class RobotDescription:
     analytic: Place | None = field(default=None, compare=False, repr=False)
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)
+    sensors: Mapping[str, SensorDescription] = field(default_factory=dict)
+    drive: DriveDescription | None = None  # None: the base stands
+    semantics: SemanticDescription | None = None  # of its SRDF file
+    joint_group: str | None = None  # the group of the SRDF whose joints are planned, in place of `joints`
+    contacts: tuple[ContactPattern, ...] = ()  # of its own links with each other
 
 
 @dataclass(frozen=True)
@@ -200,3 +257,4 @@ class SceneDescription:
     allowed_contacts: tuple[tuple[str, str], ...]
     packages: Mapping[str, Path]
     path: Path
+    contact_places: tuple[Place, ...] = field(default=(), compare=False, repr=False)  # of the `allowed_contacts`

@@ -10,6 +10,7 @@ from kabo.meshes.mesh_errors import refuse, require_numbers, unusable
 from kabo.meshes.reading import FORMATS, load_mesh
 from kabo.meshes.repair import outwards, repaired
 from kabo.meshes.requirements import require_closed, require_solid, units_warning
+from kabo.meshes.rounding import Rounding
 from kabo.meshes.soundness import Soundness, examine
 from kabo.meshes.writing import WRITTEN, require_written, write_mesh, write_off, write_pieces
 
@@ -17,6 +18,7 @@ __all__ = [
     "FORMATS",
     "WRITTEN",
     "Mesh",
+    "Rounding",
     "Soundness",
     "examine",
     "hull_faces",

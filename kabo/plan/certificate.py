@@ -54,10 +54,15 @@ class StretchProof:
 
 @dataclass(frozen=True)
 class BodyParts:
-    """Convex parts that enclose a mesh: the number of vertices of each, and all vertices as little-endian float64."""
+    """Convex parts that enclose a mesh: the number of vertices of each, and all vertices as little-endian float64.
+
+    `rounds` has five such numbers for each part, or none for all: the radius of a ball, the radius of a flat disc and
+    the disc's axis, all of which are added to the hull of the vertices.
+    """
 
     sizes: tuple[int, ...]
     vertices: bytes
+    rounds: bytes = b""
 
 
 @dataclass(frozen=True)

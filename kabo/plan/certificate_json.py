@@ -27,6 +27,7 @@ def certificate_to_json(certificate: Certificate) -> dict[str, Any]:
     index = {name: i for i, name in enumerate(things)}
     bodies = {
         digest: {"sizes": list(parts.sizes), "vertices": _text(parts.vertices)}
+        | ({"rounds": _text(parts.rounds)} if parts.rounds else {})
         for digest, parts in certificate.bodies.items()
     }
     proofs = [
@@ -117,12 +118,15 @@ def _bytes(place: JsonValue, multiple: int) -> bytes:
 def _body(name: str, place: JsonValue) -> BodyParts:
     if not _HASH.fullmatch(name):
         place.add_finding(f'"{name}" is no hash', "sha256: and 64 hexadecimal digits")
-    fields = place.fields(("sizes", "vertices"))
+    fields = place.fields(("sizes", "vertices"), ("rounds",))
     sizes = tuple(entry.index() for entry in fields["sizes"].items(1))
     vertices = _bytes(fields["vertices"], 24)
     if 24 * sum(sizes) != len(vertices):
         place.add_finding(f"{len(vertices) // 24} vertices, but {sum(sizes)} by their sizes")
-    return BodyParts(sizes, vertices)
+    rounds = _bytes(fields["rounds"], 40) if "rounds" in fields else b""
+    if "rounds" in fields and len(rounds) != 40 * len(sizes):
+        place.add_finding(f"{len(rounds) // 40} roundings, but {len(sizes)} parts")
+    return BodyParts(sizes, vertices, rounds)
 
 
 def _stretch(place: JsonValue, things: list[str]) -> StretchProof:

@@ -5,7 +5,7 @@ docs/plans.md#the-result) that both `kabo solve --json` and the service return.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 from kabo.budgets import Spent
@@ -44,13 +44,17 @@ class Reason:
     message: str
     details: tuple[str, ...] = ()
 
+    def with_details(self, details: Iterable[str]) -> "Reason":
+        """This reason with further sentences."""
+        return replace(self, details=(*self.details, *details))
+
 
 @dataclass(frozen=True)
 class Progress:
     """The progress of planning, sent periodically; it is never part of a result.
 
     `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
-    is unknown.
+    is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty.
     """
 
     doing: str
@@ -58,6 +62,7 @@ class Progress:
     generated: int = 0
     procedure_calls: int = 0
     fraction: float | None = None
+    line: str = ""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from kabo.planner.search.skeleton import (
 if (
     TYPE_CHECKING
 ):  # callers of `solve` are given this class; loading it takes a second, which only a scene is worth
+    from kabo.geometry_server import Preparing
     from kabo.tasks.procedures import GeometricProcedures
 
 
@@ -78,6 +79,11 @@ class SolveRun:
         """Calls `progress`, if it is set, with the present step and the counts so far."""
         if self.progress is not None:
             self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
+
+    def report_preparing(self, state: "Preparing") -> None:
+        """Calls `progress`, if it is set, with the state of the preparation of geometry."""
+        if self.progress is not None:
+            self.progress(Progress(str(state), fraction=state.fraction, line=state.line))
 
 
 def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) -> SearchResult:

@@ -116,9 +116,10 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     run.report_progress("loading the scene")
     try:
         server = load_procedures(run)
-    except CutOff:
+    except CutOff as error:
         spent = Exhausted(run.searched, run.stop.spent or "time")
-        return without_plan(run, task, spent, statistics_of(run))
+        result = without_plan(run, task, spent, statistics_of(run))
+        return replace(result, reason=None if result.reason is None else result.reason.with_details(error.details))
     if run.on_procedures is not None:
         run.on_procedures(server)
     with ProcedureWorkers(server, run.workers, run.stop) as workers:

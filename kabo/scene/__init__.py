@@ -4,20 +4,28 @@ The package turns the language's scene description and its files into arrays; it
 checks, sampling or motion.
 """
 
-from kabo.meshes import Mesh, load_mesh
+from kabo.meshes import Mesh, Rounding, load_mesh
+from kabo.scene.drives import BASE_VALUES, Drive
+from kabo.scene.elements import Element, ElementKind, one_mesh
+from kabo.scene.inner_meshes import inner_mesh
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
-from kabo.scene.shapes import mesh_of
+from kabo.scene.sensors import Sensor, beyond_angle
+from kabo.scene.shapes import element_of, mesh_of
 from kabo.scene.state import Attachment, Component, Configuration, GeometricState
 from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 __all__ = [
+    "BASE_VALUES",
+    "Drive",
     "PRISMATIC",
     "REVOLUTE",
     "Attachment",
     "Body",
     "Component",
+    "Element",
+    "ElementKind",
     "Configuration",
     "GeometricState",
     "Gripper",
@@ -27,14 +35,20 @@ __all__ = [
     "NoStructure",
     "Region",
     "Robot",
+    "Rounding",
     "Scene",
+    "Sensor",
     "Structure",
     "Tool",
     "attachment",
+    "beyond_angle",
+    "element_of",
+    "inner_mesh",
     "link_poses",
     "load_mesh",
     "load_scene",
     "mesh_of",
+    "one_mesh",
     "structure_of",
     "world_T",
 ]

@@ -8,11 +8,16 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.arrays import Array
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
+from kabo.scene.drives import BASE_VALUES, Drive
+from kabo.scene.elements import Element, one_mesh
+from kabo.scene.semantics import Groups
+from kabo.scene.sensors import Sensor
 from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import KinematicTree
@@ -20,13 +25,18 @@ from kabo.scene.tree import KinematicTree
 
 @dataclass(frozen=True)
 class Link:
-    """A link: the joint that carries it, its pose in the joint's frame, and its mesh in the link's frame."""
+    """A link: the joint that carries it, its pose in the joint's frame, and the elements of which it consists."""
 
     name: str
     joint: int
     joint_T_link: Array  # (4, 4)
-    mesh: Mesh | None
+    elements: tuple[Element, ...] = ()  # in the link's frame
     place: Place | None = field(default=None, compare=False)  # of its element in the URDF
+
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """The elements as one mesh in the link's frame; None for a link without geometry."""
+        return one_mesh([element.mesh for element in self.elements])
 
 
 @dataclass(frozen=True)
@@ -91,6 +101,10 @@ class Robot:
     inverse_kinematics: str = "projection"
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    drive: Drive | None = None  # how the base drives, whose values are then the first; None: it stands
+    allowed: frozenset[frozenset[str]] = frozenset()  # pairs of links that may touch
+    groups: Groups = field(default_factory=lambda: Groups({}, {}))  # of its SRDF
 
     def __post_init__(self) -> None:
         """Registers the robot under a new index."""
@@ -118,7 +132,26 @@ class Robot:
     @cached_property
     def structure(self) -> Structure | NoStructure:
         """The axis structure by which inverse kinematics of the planned joints has a closed form, or why it has none."""
-        return structure_of(self.tree, self.planned)
+        return structure_of(self.tree, self.planned, self.base_values)
+
+    @property
+    def base_values(self) -> int:
+        """The number of values, the first of a configuration, that move the base: three if it drives, else none."""
+        return 0 if self.drive is None else BASE_VALUES
+
+    @property
+    def arm(self) -> NDArray[np.bool_]:
+        """Which values of a configuration (n,) belong to planned joints other than the base's."""
+        numbers = np.arange(self.tree.size)
+        return (self.base_values <= numbers) & (numbers < self.planned)
+
+    def links_on(self, joint: int) -> tuple[str, ...]:
+        """The links with a mesh that a moving joint carries, without any other moving joint between."""
+        return tuple(
+            name
+            for name, link in self.links.items()
+            if link.mesh is not None and self._moving_joint(name) == joint
+        )
 
     def expand(self, q: Sequence[float]) -> Array:
         """A configuration in pinocchio's form: with mimic and locked joints, and continuous joints as cosine and sine."""

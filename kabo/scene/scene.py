@@ -27,8 +27,10 @@ from kabo.language.scene_description import (
 )
 from kabo.meshes import Mesh, unusable
 from kabo.scene.bounds import findings
+from kabo.scene.elements import Element
 from kabo.scene.robots import Robot, link_poses
-from kabo.scene.shapes import CYLINDER_SIDES, mesh_of
+from kabo.scene.semantics import links_named, unknown_links
+from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
@@ -54,6 +56,11 @@ class Body:
     grasps: Mapping[str, GraspFamily]
     placements: Mapping[str, PlacementFamily]
     mass: float | None = None
+
+    @cached_property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements of which the body consists, in its own frame."""
+        return (element_of(self.shape, None, self.mesh),)
 
 
 @dataclass(frozen=True)
@@ -146,12 +153,19 @@ class _Loader:
         if name not in self.robots:
             described = self.description.robots[name]
             base = self.pose(described.base)
-            self.robots[name], read = load_robot(described, base, self.description.packages)
+            floor = None if described.drive is None else self.floor(described.drive.within)
+            self.robots[name], read = load_robot(described, base, self.description.packages, floor)
             self.files.extend(read)
         return self.robots[name]
 
     def pose(self, described: PoseDescription) -> Array:
         return self.frame(described.frame, described.place) @ transform(described.position, described.quaternion)
+
+    def floor(self, region: str) -> Array:
+        """Points (P, 3) in the world whose hull is a region."""
+        described = self.description.regions[region]
+        world_T = self.frame(region, described.place)
+        return np.asarray(_hull_points(described) @ world_T[:3, :3].T + world_T[:3, 3])
 
     def frame(self, name: str, place: Place | None) -> Array:
         if name in self.poses:
@@ -172,6 +186,8 @@ class _Loader:
         return self.poses[name]
 
     def body(self, described: BodyDescription) -> Body:
+        if described.srdf is not None:
+            self.files.append(described.srdf)
         if described.shape.path is not None:
             self.files.append(described.shape.path)
         mesh = mesh_of(described.shape, described.place)
@@ -241,11 +257,32 @@ def _hashes(paths: list[Path]) -> dict[Path, str]:
 
 
 def _allowed(description: SceneDescription, robots: Mapping[str, Robot]) -> frozenset[frozenset[str]]:
-    def links(name: str) -> list[str]:
-        return [f"{name}.{link}" for link in robots[name].links] if name in robots else [name]
+    """The pairs that may touch: of the scene, and of each robot with itself.
 
-    pairs = ((a, b) for first, second in description.allowed_contacts for a in links(first) for b in links(second))
-    return frozenset(frozenset(pair) for pair in pairs)
+    Raises:
+        InputError: names that mean no link of a robot, each at its place.
+    """
+    wrong: list[Diagnostic] = []
+
+    def things(name: str, place: Place | None) -> list[str]:
+        robot, dot, word = name.partition(".")
+        if robot not in robots:
+            return [name]
+        own = robots[robot]
+        found = links_named(word, own.links, own.groups) if dot else tuple(own.links)
+        if not found:
+            wrong.append(unknown_links(word, tuple(own.links), own.groups, robot, place))
+        return [f"{robot}.{link}" for link in found]
+
+    places = description.contact_places or (None,) * len(description.allowed_contacts)
+    pairs: set[frozenset[str]] = set()
+    for (first, second), place in zip(description.allowed_contacts, places, strict=True):
+        pairs.update(frozenset((a, b)) for a in things(first, place) for b in things(second, place))
+    if wrong:
+        raise InputError(wrong)
+    for name, robot in robots.items():
+        pairs.update(frozenset(f"{name}.{link}" for link in pair) for pair in robot.allowed)
+    return frozenset(pairs)
 
 
 def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
@@ -260,11 +297,28 @@ def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
         inner = np.full(CYLINDER_SIDES, shape.size[0] * np.cos(np.pi / CYLINDER_SIDES))
         return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
     mesh = mesh_of(shape, described.place)
-    points = mesh.vertices
-    if shape.kind == "sphere" and shape.size is not None:
-        points = points * (shape.size[0] / np.linalg.norm(points, axis=1, keepdims=True))
-    equations = np.unique(_hull(mesh, points, described).equations.round(12), axis=0)
+    equations = np.unique(_hull(mesh, _hull_points(described), described).equations.round(12), axis=0)
     return np.ascontiguousarray(equations[:, :3]), np.ascontiguousarray(-equations[:, 3])
+
+
+def _hull_points(described: RegionDescription) -> Array:
+    """Points (P, 3) of a region's frame whose hull is the region that `_half_spaces` describes."""
+    shape = described.shape
+    if shape.kind == "box" and shape.size is not None:
+        signs = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
+        return np.asarray(signs * np.asarray(shape.size))
+    if shape.kind == "cylinder" and shape.size is not None:
+        radius, _, height = shape.size
+        angles = 2 * np.pi * (np.arange(CYLINDER_SIDES) + 0.5) / CYLINDER_SIDES
+        ring = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return np.concatenate([np.c_[ring, np.full(CYLINDER_SIDES, z)] for z in (-0.5 * height, 0.5 * height)])
+    points = mesh_of(shape, described.place).vertices
+    if shape.kind in ("sphere", "capsule") and shape.size is not None:
+        half = shape.size[2] / 2 if shape.kind == "capsule" else 0.0
+        centres = np.clip(points, [0.0, 0.0, -half], [0.0, 0.0, half])  # the nearest point of the axis
+        arms = points - centres
+        points = centres + arms * (shape.size[0] / np.linalg.norm(arms, axis=1, keepdims=True))
+    return np.asarray(points)
 
 
 def _with_room_below(normals: Array, offsets: Array, world_T_region: Array) -> Array:

@@ -57,12 +57,15 @@ class NoStructure:
     reason: str
 
 
-def structure_of(tree: KinematicTree, planned: int) -> Structure | NoStructure:
-    """The structure of the chain of the first `planned` values of a tree's configuration, or why it has none."""
-    chain = _chain(tree, planned)
+def structure_of(tree: KinematicTree, planned: int, base: int = 0) -> Structure | NoStructure:
+    """The structure of the chain of the first `planned` values of a tree's configuration, or why it has none.
+
+    The first `base` values move the base and are left out: axes are those with the base at zero.
+    """
+    chain = _chain(tree, planned, base)
     if isinstance(chain, str):
         return NoStructure(chain)
-    axes, zero = _axes(tree, chain)
+    axes, zero = _axes(tree, chain, base)
     joints = np.array(chain, np.int64)
     if len(chain) in (5, 6):
         form = _form(axes)
@@ -84,10 +87,11 @@ _NEEDED = {
 }
 
 
-def _chain(tree: KinematicTree, planned: int) -> list[int] | str:
+def _chain(tree: KinematicTree, planned: int, base: int) -> list[int] | str:
     """The joints of the planned values in order from the base, or a sentence that says why they form no chain."""
-    movers = [j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] < planned]
-    if len(movers) != planned or len({int(tree.source[j]) for j in movers}) != planned:
+    moving = [j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] < planned]
+    movers, count = [j for j in moving if tree.source[j] >= base], planned - base
+    if len(movers) != count or len({int(tree.source[j]) for j in movers}) != count:
         return "a planned value moves several joints"
     if any(tree.kind[j] != REVOLUTE for j in movers):
         return "a planned joint slides"
@@ -102,12 +106,13 @@ def _chain(tree: KinematicTree, planned: int) -> list[int] | str:
     return movers
 
 
-def _axes(tree: KinematicTree, chain: Sequence[int]) -> tuple[Array, Array]:
+def _axes(tree: KinematicTree, chain: Sequence[int], base: int) -> tuple[Array, Array]:
     """The axes (m, 6), direction and point in the world with the chain at zero, and the pose of its end (12,)."""
     poses: dict[int, Array] = {0: np.eye(4)}
     for j in range(1, chain[-1] + 1):
         parent = poses.get(int(tree.parent[j]))
-        if parent is None or (tree.ratio[j] != 0.0 and j not in chain):
+        moves = tree.ratio[j] != 0.0 and tree.source[j] >= base
+        if parent is None or (moves and j not in chain):
             continue  # of another branch
         step = np.eye(4)
         step[:3, :3], step[:3, 3] = tree.placement[j, :9].reshape(3, 3), tree.placement[j, 9:]

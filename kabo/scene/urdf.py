@@ -10,9 +10,14 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.language.scene_description import RobotDescription
-from kabo.meshes import Mesh
+from kabo.language.scene_description import DriveDescription, RobotDescription
+from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
+from kabo.scene.elements import Element
+from kabo.scene.native_messages import names_in, with_messages
+from kabo.scene.robot_semantics import with_groups, with_semantics
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.semantics import Groups
+from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
@@ -24,15 +29,18 @@ DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where a URDF gives no velocity limi
 
 
 def load_robot(
-    description: RobotDescription, base: Array, packages: Mapping[str, Path]
+    description: RobotDescription, base: Array, packages: Mapping[str, Path], floor: Array | None = None
 ) -> tuple[Robot, tuple[Path, ...]]:
     """The robot of a description with its base at world_T_base (4, 4), and the files read.
+
+    `floor`: points (P, 3) in the world, whose hull is the region that a base drives in; None: it stands.
 
     Raises:
         InputError: a file does not load, or the description names links or joints that are not there.
     """
-    files = [read_urdf(description.urdf, packages, description.place)]
-    model = _model(files[0], description.place)
+    drive = description.drive
+    files = [read_urdf(description.urdf, packages, description.place, drives=drive is not None)]
+    model = _model(files[0], description.place, drive)
     gripper = description.gripper
     if gripper is not None and gripper.urdf is not None:
         files.append(read_urdf(gripper.urdf, packages, gripper.place))
@@ -43,18 +51,28 @@ def load_robot(
         own = () if gripper is None or gripper.joints is None else gripper.joints
     _place_base(model, base)
     mimics = {name: rule for file in files for name, rule in file.mimics.items()}
-    meshes = {name: mesh for file in files for name, mesh in file.meshes.items()}
+    elements = {name: made for file in files for name, made in file.elements.items()}
     places = {name: place for file in files for name, place in file.places.items()}
-    robot = _assemble(description, model, mimics, meshes, tuple(j for j in own if j not in mimics), places)
-    return robot, tuple(path for file in files for path in file.files)
+    joints = {name: ends for file in files for name, ends in file.joints.items()}
+    groups, own = Groups.of(description.semantics, joints), tuple(j for j in own if j not in mimics)
+    described = with_groups(description, groups, {*mimics, *own}, tuple(model.names))
+    robot = with_semantics(_assemble(described, model, mimics, elements, own, places), description, groups)
+    if floor is not None:
+        robot = on_floor(robot, description, floor)
+    _check_configurations(description, robot)
+    _check_structure(description, robot)
+    read = tuple(path for file in files for path in file.files)
+    return robot, read if description.semantics is None else (*read, description.semantics.path)
 
 
-def _model(file: UrdfFile, place: Place | None) -> Any:
-    try:
-        return pinocchio().buildModelFromXML(file.kinematics)
-    except (ValueError, RuntimeError) as error:
-        reason = str(error).strip().splitlines()[0]
-        raise refusal(place, f'robot file "{file.path.name}" is not a usable URDF: {reason}') from None
+def _model(file: UrdfFile, place: Place | None, drive: DriveDescription | None = None) -> Any:
+    text = file.kinematics if drive is None else with_base_joints(file.kinematics, drive)
+    model, lines, reason = with_messages(lambda: pinocchio().buildModelFromXML(text))
+    if reason is None:
+        return model
+    named = (file.places[name] for line in lines for name in names_in(line) if name in file.places)
+    told = lines[0] if lines else reason
+    raise refusal(next(named, place), f'robot file "{file.path.name}" is not a usable URDF: {told}')
 
 
 def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
@@ -105,20 +123,21 @@ def _assemble(
     description: RobotDescription,
     model: Any,
     mimics: Mapping[str, tuple[str, float, float]],
-    meshes: Mapping[str, Mesh],
+    elements: Mapping[str, tuple[Element, ...]],
     gripper_joints: tuple[str, ...],
     places: Mapping[str, Place],
 ) -> Robot:
     for link in description.hulls:
-        if link not in meshes:
+        if link not in elements:
             raise refusal(
-                description.place, f'no link "{link}" with a shape, in hulls', did_you_mean(link, meshes)
+                description.place, f'no link "{link}" with a shape, in hulls', did_you_mean(link, elements)
             )
     movable = [name for name in list(model.names)[1:] if name not in mimics]
     for name in (*(description.joints or ()), *gripper_joints):
         if name not in movable:
             raise refusal(description.place, f'unknown joint "{name}"', did_you_mean(name, movable))
-    planned = description.joints or tuple(name for name in movable if name not in gripper_joints)
+    movable = [name for name in movable if name not in gripper_joints]
+    planned = base_first(description.joints or None, movable, description.drive)
     names = (*planned, *gripper_joints)
     kinds, turns = [REVOLUTE], [np.eye(3)]
     for j, kind_axis in list(enumerate(_axes(model)))[1:]:
@@ -128,8 +147,8 @@ def _assemble(
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
     tree = _tree(model, kinds, turns, actuation, names, _named(description, description.limits, names, "limits"))
-    links = _links(model, turns, meshes, places)
-    robot = Robot(
+    links = _links(model, turns, elements, places)
+    return Robot(
         description.name,
         model,
         links,
@@ -139,18 +158,16 @@ def _assemble(
         actuation,
         _tool(description, links),
         _gripper(description, gripper_joints, links),
-        description.configurations,
+        full_configurations(description, len(planned)),
         description.inverse_kinematics,
         description.hulls,
         _named(description, description.acceleration, names, "accelerations"),
+        sensors_of(description, links),
     )
-    _check_configurations(description, robot)
-    _check_structure(description, robot)
-    return robot
 
 
 def _links(
-    model: Any, turns: Sequence[Array], meshes: Mapping[str, Mesh], places: Mapping[str, Place]
+    model: Any, turns: Sequence[Array], elements: Mapping[str, tuple[Element, ...]], places: Mapping[str, Place]
 ) -> dict[str, Link]:
     """The links by name; `turns` are the rotations of joint frames that align z with the joint's axis."""
     links = {}
@@ -160,7 +177,7 @@ def _links(
             turn = np.eye(4)
             turn[:3, :3] = turns[frame.parentJoint].T
             name = frame.name
-            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
+            links[name] = Link(name, frame.parentJoint, turn @ pose, elements.get(name, ()), places.get(name))
     return links
 
 
@@ -262,9 +279,10 @@ def _gripper(description: RobotDescription, joints: tuple[str, ...], links: Mapp
 
 def _check_configurations(description: RobotDescription, robot: Robot) -> None:
     lower, upper = robot.tree.lower[: robot.planned], robot.tree.upper[: robot.planned]
-    for name, values in description.configurations.items():
+    for name, values in robot.configurations.items():
         if len(values) != robot.planned:
-            count = f"{len(values)} values, but the robot has {robot.planned} planned joints"
+            own = f" ({', '.join(robot.planned_joints[: robot.base_values])} first)" if robot.drive else ""
+            count = f"{len(values)} values, but the robot has {robot.planned} planned joints{own}"
             raise refusal(description.place, f'configuration "{name}" has {count}')
         for joint, value, low, high in zip(robot.planned_joints, values, lower, upper, strict=True):
             if not low <= value <= high:

@@ -1,22 +1,28 @@
 """The contents of a URDF file that pinocchio does not read for kabo: link geometry and mimic joints."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element  # noqa: S405  for types; what is read is checked by `urdf_text`
+from xml.etree.ElementTree import Element as Tag  # noqa: S405  for types; what is read is checked by `urdf_text`
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.language.formulas import Place
+from kabo.language.packages import SCHEME, known_packages, package_folder, searched_places
 from kabo.language.scene_description import Shape
-from kabo.meshes import Mesh, load_mesh, outwards
-from kabo.scene.shapes import primitive
-from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_text
+from kabo.language.xml_files import Collected
+from kabo.meshes import load_mesh, outwards
+from kabo.scene.elements import Element
+from kabo.scene.semantics import JointEnds
+from kabo.scene.shapes import element_of
+from kabo.scene.urdf_checks import check
+from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_elements
 
-SHAPES = ("mesh", "box", "cylinder", "sphere")
+SHAPES = ("mesh", "box", "cylinder", "sphere", "capsule")
 
 
 def refusal(place: Place | None, message: str, hint: str | None = None) -> InputError:
@@ -27,14 +33,16 @@ def refusal(place: Place | None, message: str, hint: str | None = None) -> Input
 
 @dataclass(frozen=True)
 class UrdfFile:
-    """A URDF file apart from pinocchio's model: link meshes (link frame, metres), mimic rules, files read."""
+    """A URDF file apart from pinocchio's model: links' elements (link frame, metres), mimic rules, files read."""
 
     path: Path
-    meshes: Mapping[str, Mesh]
+    elements: Mapping[str, tuple[Element, ...]]
     mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
     kinematics: str  # a URDF text of the checked links and joints alone, for pinocchio
     places: Mapping[str, Place]  # of the links
+    joints: Mapping[str, JointEnds]
     files: tuple[Path, ...] = field(default=())
+    visual: tuple[str, ...] = ()  # the links without collision geometry, whose visual geometry is used
 
 
 def pinocchio() -> Any:
@@ -50,25 +58,74 @@ def pinocchio() -> Any:
     return module
 
 
-def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
+def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, drives: bool = False) -> UrdfFile:
     """The links' geometry (collision, else visual), the mimic rules and the kinematics of a URDF file.
+
+    If the robot `drives`, its first joint may be planar or floating.
 
     Raises:
         InputError: the file is not XML, has impossible values, or names a mesh that does not load.
     """
-    urdf = read_text(path, place)
-    meshes, files = {}, [path]
+    urdf, read = read_elements(path, packages, place)
+    collected = Collected(check(urdf, drives=drives))
+    elements, files = {}, list(read)
     for name, link in named(urdf, "link"):
-        shapes = link.findall("collision") or link.findall("visual")
-        pieces = [_piece(urdf, shape, packages, place, files) for shape in shapes]
+        pieces = []
+        for shape in link.findall("collision") or link.findall("visual"):
+            with collected.kept(), _told_of(urdf, name, shape):
+                pieces.append(_element(urdf, shape, packages, place, files))
         if pieces:
-            meshes[name] = _merged(pieces)
+            elements[name] = tuple(pieces)
+    collected.finish()
+    visual = tuple(
+        name for name, link in named(urdf, "link") if name in elements and link.find("collision") is None
+    )
+    places = {name: urdf.place(link) for name, link in named(urdf, "link")}
+    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files), visual)
+
+
+def _joints(urdf: Urdf) -> dict[str, JointEnds]:
+    """The joints by name: their links and types."""
+    found = {}
+    for name, joint in named(urdf, "joint"):
+        parent, child = (joint.find(tag) for tag in ("parent", "child"))
+        if parent is not None and child is not None:
+            ends = parent.get("link", ""), child.get("link", "")
+            found[name] = JointEnds(*ends, joint.get("type", "fixed"))
+    return found
+
+
+@contextmanager
+def _told_of(urdf: Urdf, link: str, shape: Tag) -> Iterator[None]:
+    """Errors of a mesh file as findings at the shape in the URDF that names it, with the link."""
+    try:
+        yield
+    except InputError as error:
+        at = next((each for each in shape.iter("mesh")), shape)
+        found = [
+            each
+            if each.file == str(urdf.path)
+            else urdf.finding(at, f'link "{link}": {each.message}', each.hint or _MESH_REMEDY)
+            for each in error.diagnostics
+        ]
+        raise InputError(found) from None
+
+
+_MESH_REMEDY = "export the mesh again, or give the link a box, cylinder or sphere"
+
+
+def _mimics(urdf: Urdf) -> dict[str, tuple[str, float, float]]:
+    """The rules of mimic joints; a joint that mimics a mimic joint follows the one that moves."""
     rules = {name: rule for name, joint in named(urdf, "joint") if (rule := mimic_of(urdf, joint)) is not None}
-    places = {name: Place(str(path), *urdf.places[link], len("<link")) for name, link in named(urdf, "link")}
-    return UrdfFile(path, meshes, rules, kinematics(urdf), places, tuple(files))
+    for name, (source, factor, offset) in list(rules.items()):
+        while source in rules:
+            source, ratio, shift = rules[source]
+            factor, offset = factor * ratio, factor * shift + offset
+        rules[name] = source, factor, offset
+    return rules
 
 
-def _origin(urdf: Urdf, element: Element) -> Array:
+def _origin(urdf: Urdf, element: Tag) -> Array:
     xyz, (roll, pitch, yaw) = origin_of(urdf, element)
     matrix: Array = np.eye(4)
     matrix[:3, :3] = pinocchio().rpy.rpyToMatrix(roll, pitch, yaw) if roll or pitch or yaw else np.eye(3)
@@ -76,45 +133,53 @@ def _origin(urdf: Urdf, element: Element) -> Array:
     return matrix
 
 
-def _piece(
-    urdf: Urdf, element: Element, packages: Mapping[str, Path], place: Place | None, files: list[Path]
-) -> Mesh:
-    geometry = element.find("geometry")
-    shape = None if geometry is None else next(iter(geometry), None)
-    if shape is None:
-        raise urdf.wrong(element, f'robot file "{urdf.path.name}": a link has an empty geometry')
-    if shape.tag == "mesh":
-        path = _locate(urdf, shape, packages, place)
+def _element(
+    urdf: Urdf, tag: Tag, packages: Mapping[str, Path], place: Place | None, files: list[Path]
+) -> Element:
+    geometry = tag.find("geometry")
+    given = None if geometry is None else next(iter(geometry), None)
+    if given is None:
+        raise urdf.wrong(tag, f'robot file "{urdf.path.name}": a link has an empty geometry')
+    at = Place(str(urdf.path), *urdf.places[given], len(given.tag) + 1)
+    if given.tag == "mesh":
+        path = _locate(urdf, given, packages, place)
         files.append(path)
-        scale = urdf.numbers(shape, "scale", 3, "1 1 1")
+        scale = urdf.numbers(given, "scale", 3, "1 1 1")
         if not min(map(abs, scale)) >= 1e-9:
-            raise urdf.wrong(shape, "a mesh cannot be scaled by 0", "write 0.001 for millimetres")
-        made = outwards(load_mesh(path, scale, place))[0]
-    elif shape.tag == "box":
-        x, y, z = urdf.size(shape, "size", 3)
-        made = primitive(Shape("box", size=(x, y, z)))
-    elif shape.tag == "cylinder":
-        (radius,), (length,) = urdf.size(shape, "radius"), urdf.size(shape, "length")
-        made = primitive(Shape("cylinder", size=(radius, radius, length)))
-    elif shape.tag == "sphere":
-        (radius,) = urdf.size(shape, "radius")
-        made = primitive(Shape("sphere", size=(radius, radius, radius)))
+            raise urdf.wrong(given, "a mesh cannot be scaled by 0", "write 0.001 for millimetres")
+        made = Element("mesh", outwards(load_mesh(path, scale, place))[0], place=at, path=path)
     else:
-        hint = did_you_mean(shape.tag, SHAPES) or f"kabo reads {', '.join(SHAPES)}"
-        raise urdf.wrong(shape, f'robot file "{urdf.path.name}": unknown geometry <{shape.tag}>', hint)
-    return made.moved(_origin(urdf, element))
+        made = element_of(_primitive(urdf, given), at)
+    return made.moved(_origin(urdf, tag))
 
 
-def _locate(urdf: Urdf, shape: Element, packages: Mapping[str, Path], place: Place | None) -> Path:
+def _primitive(urdf: Urdf, tag: Tag) -> Shape:
+    if tag.tag == "box":
+        x, y, z = urdf.size(tag, "size", 3)
+        return Shape("box", size=(x, y, z))
+    if tag.tag in ("cylinder", "capsule"):
+        (radius,), (length,) = urdf.size(tag, "radius"), urdf.size(tag, "length")
+        return Shape("cylinder" if tag.tag == "cylinder" else "capsule", size=(radius, radius, length))
+    if tag.tag == "sphere":
+        (radius,) = urdf.size(tag, "radius")
+        return Shape("sphere", size=(radius, radius, radius))
+    hint = did_you_mean(tag.tag, SHAPES) or f"kabo reads {', '.join(SHAPES)}"
+    raise urdf.wrong(tag, f'robot file "{urdf.path.name}": unknown geometry <{tag.tag}>', hint)
+
+
+def _locate(urdf: Urdf, shape: Tag, packages: Mapping[str, Path], place: Place | None) -> Path:
     name = shape.get("filename", "")
     if "\0" in name or not name.strip():
         raise urdf.wrong(shape, "a <mesh> names no file", 'write filename="…"')
-    if name.startswith("package://"):
-        package, _, rest = name.removeprefix("package://").partition("/")
-        if package not in packages:
-            hint = did_you_mean(package, packages) or f"add packages: {{{package}: FOLDER}} to the scene"
-            raise refusal(place, f'robot file "{urdf.path.name}" names the unknown package "{package}"', hint)
-        path = packages[package] / rest
+    if name.startswith(SCHEME):
+        package, _, rest = name.removeprefix(SCHEME).partition("/")
+        folder = package_folder(package, packages, urdf.path)
+        if folder is None:
+            said = f'robot file "{urdf.path.name}" names the unknown package "{package}"'
+            near = did_you_mean(package, known_packages(packages, urdf.path))
+            hint = f"add packages: {{{package}: FOLDER}} to the scene; looked for in {searched_places()}"
+            raise urdf.wrong(shape, said, hint if near is None else f"{near} Else {hint}")
+        path = folder / rest
     else:
         path = urdf.path.parent / name.removeprefix("file://")
     try:
@@ -122,13 +187,14 @@ def _locate(urdf: Urdf, shape: Element, packages: Mapping[str, Path], place: Pla
     except (OSError, ValueError):  # too long a name
         present = False
     if not present:
-        raise refusal(place, f'robot file "{urdf.path.name}" names the mesh "{name}", which does not exist')
+        said = f'robot file "{urdf.path.name}" names the mesh "{name}", which does not exist'
+        raise urdf.wrong(shape, said, _similar(path) or f"looked for {path}")
     return path
 
 
-def _merged(pieces: list[Mesh]) -> Mesh:
-    if len(pieces) == 1:
-        return pieces[0]
-    offsets = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
-    faces = np.concatenate([piece.faces + offset for piece, offset in zip(pieces, offsets, strict=False)])
-    return Mesh(np.concatenate([piece.vertices for piece in pieces]), faces)
+def _similar(path: Path) -> str | None:
+    """The remedy `did you mean "…"?` for a missing file, from the names in its folder."""
+    try:
+        return did_you_mean(path.name, [each.name for each in path.parent.iterdir()])
+    except (OSError, ValueError):
+        return None

@@ -5,8 +5,12 @@ The kernels for large symbolic searches are called once separately.
 """
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
 
 import kabo
+from kabo.compilation import note_compiled
 from kabo.finite_domain import (
     CompiledTask,
     Effect,
@@ -19,6 +23,7 @@ from kabo.finite_domain import (
     bfws,
     breadth_first,
 )
+from kabo.geometry import enclosing_parts
 from kabo.requests import solve_file
 
 PROBLEMS = (
@@ -33,12 +38,25 @@ _LIGHTS = FiniteTask(
 )
 
 
+def compile_usual() -> None:
+    """Compiles the kernels that planning needs, and records that they are."""
+    plan_once()
+    note_compiled()
+
+
 def plan_once() -> None:
     """Plans a small symbolic and a small geometric problem, and runs each compiled search on a task of two lights."""
     _search_once()
+    prepare_once()
     for problem in (_domains() / each for each in PROBLEMS):
         if problem.is_file():
             solve_file(problem, {})
+
+
+def prepare_once() -> None:
+    """Makes the convex parts of a small body that needs several, whatever is stored."""
+    with TemporaryDirectory() as folder:
+        enclosing_parts(_CORNERS, _FACES, 0.01, cache=Path(folder))
 
 
 def _domains() -> Path:
@@ -46,6 +64,17 @@ def _domains() -> Path:
     package = Path(kabo.__file__).parent
     installed = package / "data" / "domains"
     return installed if installed.is_dir() else package.parent / "domains"
+
+
+# An angle of two plates: six corners below, six above.
+_OUTLINE = ((0.0, 0.0), (0.5, 0.0), (0.5, 0.1), (0.1, 0.1), (0.1, 0.5), (0.0, 0.5))
+_CORNERS = np.array([(x, y, z) for z in (0.0, 0.1) for x, y in _OUTLINE])
+_LID = ((0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5))
+_FACES = np.array(
+    [(c, b, a) for a, b, c in _LID]
+    + [(a + 6, b + 6, c + 6) for a, b, c in _LID]
+    + [side for i in range(6) for j in ((i + 1) % 6,) for side in ((i, j, j + 6), (i, j + 6, i + 6))]
+)
 
 
 def _search_once() -> None:

@@ -86,9 +86,9 @@ class Ticker:
             raise Stopped(self.stopped)
 
     def progress(self, progress: Progress) -> None:
-        """Sends the progress of the job, at most every 20 ms."""
+        """Sends the progress of the job, at most every 20 ms but for lines of their own."""
         now = time.monotonic()
-        if now >= self._next_progress:
+        if now >= self._next_progress or progress.line:
             self._next_progress = now + TICK_S
             self._connection.send(("progress", msgspec.json.encode(asdict(progress)), None))
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language import find_exploration
@@ -11,6 +12,9 @@ from kabo.language.findings import Findings
 from kabo.trials import registry
 from kabo.trials.results import TrialFunction
 from kabo.trials.running import never
+
+if TYPE_CHECKING:
+    from kabo.geometry_server import Preparing  # explorations of functions load no geometry
 
 
 def load_exploration_file(path: str | Path, name: str | None = None) -> ExplorationDescription:
@@ -42,7 +46,11 @@ def trial_findings(description: ExplorationDescription) -> tuple[Diagnostic, ...
 
 
 def trial_of(
-    description: ExplorationDescription, *, stop: Callable[[], bool] = never, workers: int | None = None
+    description: ExplorationDescription,
+    *,
+    stop: Callable[[], bool] = never,
+    workers: int | None = None,
+    preparing: "Callable[[Preparing], None] | None" = None,
 ) -> TrialFunction:
     """The function that makes the trials of an exploration.
 
@@ -50,8 +58,10 @@ def trial_of(
         description: the exploration.
         stop: called while a task is planned; True ends the trial with CutOff, without a result.
         workers: processes that plan a task; results do not depend on their number.
+        preparing: told while the geometry of a task's scene is prepared.
 
     Raises:
+        CutOff: `stop` returned True while geometry was prepared.
         InputError: there is no such function, or the task cannot be planned; lists all findings. Or the file does not
             say how a trial is made.
     """
@@ -65,6 +75,10 @@ def trial_of(
         prepared, found = prepare_task(description, trial)
         if prepared is None:
             raise InputError(found)
+        if prepared.scene is not None:
+            from kabo.tasks.files.first_scenes import prepare_geometry  # loads kernels
+
+            prepare_geometry(prepared.scene, stop, preparing, workers)
         return PlannedTrial(prepared, stop=stop, workers=workers)
     function = None if trial is None else registry.find(trial.name)
     if trial is None:

@@ -85,6 +85,13 @@ def findings_in_trials(prepared: PreparedTask, description: ExplorationDescripti
 
     Some stages check values only while they plan, so a few jobs of each trial are executed.
     """
+    if prepared.scene is not None:
+        from kabo.tasks.files.first_scenes import prepare_geometry  # as above
+
+        try:
+            prepare_geometry(prepared.scene, never, None)
+        except InputError as error:
+            return error.diagnostics
     few = replace(prepared, trial=replace(prepared.trial, jobs=min(prepared.trial.jobs, PROBED_JOBS)))
     exploration = exploration_of(description)
     for case, parameters in usual_examples(description)[:PROBED_TRIALS]:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from kabo.geometry import Enclosure, FixedGroup, MovingGroup
-from kabo.geometry.parts import COLUMNS, poses_of
+from kabo.geometry.parts import COLUMNS, poses_of, stacked
+from kabo.meshes import Rounding
 from tests.support.strategies import IDENTITY
 
 TRIANGLE = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
@@ -17,7 +18,60 @@ def test_unused_columns_repeat_the_first_vertex_and_sizes_are_multiples_of_eight
     assert np.array_equal(packed.blocks[0, :, :3].T, TRIANGLE + 1.0)
     assert (packed.blocks[0, :, 3:] == 1.0).all()
     assert np.array_equal(packed.blocks[1, :, :9].T, many)
-    assert np.array_equal(packed.blocks[1, :, 9:], np.repeat(many[:1].T, COLUMNS - 9, axis=1))
+    assert np.array_equal(packed.blocks[1, :, 9:], np.repeat(many[:1].T, 7, axis=1))
+
+
+def test_blocks_are_as_wide_as_the_part_with_the_most_corners_of_all_enclosures():
+    many = np.random.default_rng(0).normal(size=(COLUMNS, 3))
+    few, wide = Enclosure((TRIANGLE,), 0.0).packed, Enclosure((many,), 0.0).packed
+    assert (few.blocks.shape, wide.blocks.shape) == ((1, 3, 8), (1, 3, 64))
+    both = stacked([few, wide])
+    assert both.sizes.tolist() == [8, 64]
+    assert np.array_equal(both.blocks[1], wide.blocks[0])
+    assert (both.blocks[0, :, 3:] == 0.0).all()
+
+
+def test_the_diameter_counts_the_disc_but_not_the_ball_which_does_not_turn():
+    needle, across = np.array([[0.0, 0, 0], [0, 0, 4.0]]), (0.0, 0.0, 1.0)
+    roundings = Rounding(0.5), Rounding(disc=1.5, axis=across), Rounding(0.5, 1.5, across)
+    diameters = Enclosure((needle,) * 3, 0.0, roundings).packed.diameters
+    assert np.allclose(diameters, [4.0, 5.0, 5.0], atol=1e-9)
+    assert (diameters >= [4.0, 5.0, 5.0]).all()
+
+
+@pytest.mark.parametrize(
+    "rounding", [Rounding(-1.0), Rounding(np.nan), Rounding(disc=np.inf), Rounding(0.1, 0.1, (0.0, 0.0, 1.1))]
+)
+def test_a_rounding_that_is_none_is_refused(rounding):
+    with pytest.raises(ValueError, match="radii|length 1"):
+        Enclosure((TRIANGLE,), 0.0, (rounding,))
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {"children": ((1, 2), (0, 0), (0, 0))},  # all are roots
+        {"children": ((1, 1), (2, 1), (1, 1)), "roots": 1},  # a circle
+        {"children": ((1, 1), (0, 0), (0, 0)), "roots": 1},  # one belongs to none
+        {"children": ((1, 2), (0, 0)), "roots": 1},
+        {"roots": 1},
+        {"roots": 4},
+        {"deviations": (0.1,)},
+        {"deviations": (0.1, np.nan, 0.1)},
+        {"roundings": (Rounding(),)},
+    ],
+)
+def test_parts_that_are_no_tree_are_refused(tree):
+    with pytest.raises(ValueError):
+        Enclosure((TRIANGLE,) * 3, 0.0, **tree)
+
+
+def test_a_tree_tells_the_children_the_roots_and_the_deviations_of_its_parts():
+    made = Enclosure((TRIANGLE,) * 3, 0.1, deviations=(0.3, 0.1, 0.0), children=((1, 2), (0, 0), (0, 0)), roots=1)
+    assert (made.root_parts, made.children_of(0), made.children_of(1)) == (range(1), range(1, 3), range(0))
+    assert [made.deviation_of(i) for i in range(3)] == [0.3, 0.1, 0.0]
+    flat = Enclosure((TRIANGLE,), 0.1)
+    assert (flat.root_parts, list(flat.children_of(0)), flat.deviation_of(0)) == (range(1), [], 0.1)
 
 
 def test_the_diameter_is_never_less_than_the_greatest_distance_of_two_vertices():
@@ -28,7 +82,7 @@ def test_the_diameter_is_never_less_than_the_greatest_distance_of_two_vertices()
     "part",
     [
         np.zeros((0, 3)),
-        np.zeros((25, 3)),
+        np.zeros((65, 3)),
         np.zeros((4, 2)),
         np.zeros(3),
         TRIANGLE.astype(np.float32),

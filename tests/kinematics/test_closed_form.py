@@ -215,8 +215,8 @@ def test_rounding_of_a_pose_is_put_right(arm6: Robot) -> None:
 
 
 def test_the_kernel_is_its_own_python_original(arm6: Robot, mobile5: Robot, arm7: Robot) -> None:
+    from kabo.kinematics.closed_form import chain_of
     from kabo.kinematics.kernels import closed_form as kernels
-    from kabo.kinematics.projection import arrays_of
 
     for robot in (arm6, mobile5, arm7):
         known, tree = robot.structure, robot.tree
@@ -225,12 +225,8 @@ def test_the_kernel_is_its_own_python_original(arm6: Robot, mobile5: Robot, arm7
         q[: robot.planned] = np.linspace(0.2, 0.9, robot.planned)
         made = branches(tree, known, end_poses(tree, known, q), q, q[[2]])
         found, counts, free = np.empty((1, 8, tree.size)), np.zeros(1, np.int64), np.zeros((1, 8), np.int64)
-        shape = known.form, known.placing, known.mirrored, known.backwards, known.lock
-        limits = tree.lower, tree.upper
-        kernels.solve_poses.py_func(
-            end_poses(tree, known, q), q[[2]], q, *shape, known.axes, known.zero, known.joints, *limits,
-            *arrays_of(tree), found, counts, free, np.empty((1, 4)),
-        )  # fmt: skip
+        answers = kernels.Answers(found, counts, free, np.empty((1, 4)))
+        kernels.solve_poses.py_func(end_poses(tree, known, q), q[[2]], q, chain_of(known), tree, answers)
         assert counts[0] == made.counts[0] > 0
         assert found[0, : counts[0]] == pytest.approx(made.configurations[0, : counts[0]], abs=1e-9)
 

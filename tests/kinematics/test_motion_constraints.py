@@ -7,7 +7,6 @@ import pytest
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of, seeds, stacked, unkept_row, values
 from kabo.kinematics.kernels import motion_bounds as kernels
 from kabo.kinematics.motion_constraints import INTERVAL_INSET
-from kabo.kinematics.projection import arrays_of
 from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, twin, two_arms
 
@@ -64,7 +63,7 @@ def test_the_second_order_bound_is_attained_by_a_swing_of_either_frame_or_of_bot
     row = rows_of("distance", FrameFeature(1, "point", (1, 0, 0)), FrameFeature(2, "point", (0, 0, 0)), 0.0, 2.0)[
         0
     ]
-    bound = kernels.curvature(row, *arrays_of(tree), np.zeros(2), np.array(changes)) / 8.0
+    bound = kernels.curvature(row, tree, np.zeros(2), np.array(changes)) / 8.0
     half = 0.5 * abs(changes[0] - changes[1])
     assert 0.98 * bound <= 1.0 - np.cos(half) <= bound
 
@@ -126,8 +125,8 @@ def test_the_proof_runs_as_plain_python_with_the_same_answer():
     run = kernels.first_row_not_kept
     slack = np.full(1, 1e-3)
     for end in seeds(READY - 0.2, READY + 0.2, stream_key("plain"), 0, 6):
-        arguments = UPRIGHT, slack, READY, end, *arrays_of(TREE)
+        arguments = UPRIGHT, slack, READY, end, TREE
         assert run(*arguments) == run.py_func(*arguments)
     for kernel in (kernels.curvature,):
-        arguments = UPRIGHT[0], *arrays_of(TREE), READY, READY + 0.3
+        arguments = UPRIGHT[0], TREE, READY, READY + 0.3
         assert kernel(*arguments) == pytest.approx(kernel.py_func(*arguments), abs=1e-15)

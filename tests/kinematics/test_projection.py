@@ -5,7 +5,6 @@ import pytest
 
 from kabo.kinematics import FrameFeature, project, rows_of, satisfied, seeds, stacked, values
 from kabo.kinematics.kernels import projection as kernels
-from kabo.kinematics.projection import arrays_of
 from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, two_arms
 
@@ -150,15 +149,12 @@ def test_kernels_run_as_plain_python_with_the_same_result():
     start = drawn(tree, 5)
     q = start[0]
     for kernel in (kernels.row_values, kernels.row_jacobian):
-        assert np.allclose(
-            kernel(q, rows, *arrays_of(tree)), kernel.py_func(q, rows, *arrays_of(tree)), atol=1e-14
-        )
+        assert np.allclose(kernel(q, rows, tree), kernel.py_func(q, rows, tree), atol=1e-14)
     answers = []
     for run in (kernels.project_seeds, kernels.project_seeds.py_func):
         Q, right = start.copy(), np.zeros(5, bool)
-        aims = np.full((5, len(rows)), np.nan)
-        more = 50, 1, np.uint64(0), 0, 0
-        run(Q, right, rows, len(rows), aims, 1e-6, tree.lower, tree.upper, ALL, *arrays_of(tree), *more)
+        wanted = kernels.Wanted(rows, len(rows), np.full((5, len(rows)), np.nan), 1e-6)
+        run(Q, right, wanted, tree, ALL, kernels.Rule(50, 1, np.uint64(0), 0, 0))
         answers.append((Q, right))
     assert np.array_equal(answers[0][0], answers[1][0])
     assert np.array_equal(answers[0][1], answers[1][1])
@@ -166,20 +162,18 @@ def test_kernels_run_as_plain_python_with_the_same_result():
 
 def test_the_descent_runs_as_plain_python_with_the_same_result():
     tree, rows = ARM.tree, ON_TABLE
-    less, arrays = kernels.restricted(rows, *arrays_of(tree))
-    signs = np.zeros((len(less), len(arrays[0])))
-    kernels.find_signs(less, arrays[0], arrays[3], signs)
-    low, high = less[:, kernels.LOWER].copy(), less[:, kernels.UPPER].copy()
+    less, part = kernels.restricted(rows, tree)
+    signs = np.zeros((len(less), len(part.parent)))
+    kernels.find_signs(less, part.parent, part.ratio, signs)
+    target = kernels.Target(less, less[:, kernels.LOWER].copy(), less[:, kernels.UPPER].copy(), signs)
     turning = kernels.find_turning(7, tree.kind, tree.source, tree.ratio)
     for q in drawn(tree, 4):
         compiled, plain = q.copy(), q.copy()
         answers = [
-            run(
-                way, q, less, low, high, tree.lower, tree.upper, ALL.copy(), turning, arrays, signs, scratch, 50, 1
-            )
+            run(way, q, ALL.copy(), turning, target, part, scratch, 50, 1)
             for run, way, scratch in (
-                (kernels.descend, compiled, kernels.scratch(len(less), len(arrays[0]), 7)),
-                (kernels.descend.py_func, plain, kernels.scratch.py_func(len(less), len(arrays[0]), 7)),
+                (kernels.descend, compiled, kernels.scratch(len(less), len(part.parent), 7)),
+                (kernels.descend.py_func, plain, kernels.scratch.py_func(len(less), len(part.parent), 7)),
             )
         ]
         assert answers[0] == answers[1]

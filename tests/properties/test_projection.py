@@ -18,7 +18,6 @@ from kabo.kinematics import (
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.motion_bounds import curvature
-from kabo.kinematics.projection import arrays_of
 from kabo.streams import stream_key
 from tests.kinematics.trees import placement, seven_axes, twin, violation, world_feature
 
@@ -143,7 +142,7 @@ def test_no_relative_motion_leaves_its_chord_by_more_than_its_bound(data, arm, l
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
     q0 = rng.uniform(arm.tree.lower, arm.tree.upper)
     q1 = q0 + length * rng.uniform(-1, 1, arm.tree.size)
-    bound = curvature(row, *arrays_of(arm.tree), q0, q1) / 8.0
+    bound = curvature(row, arm.tree, q0, q1) / 8.0
 
     def seen(t):
         poses = arm.poses(q0 + t * (q1 - q0))

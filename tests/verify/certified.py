@@ -62,9 +62,12 @@ class Box:
     mesh: Mesh
     joint: int
     joint_T: np.ndarray  # (4, 4)
+    exactly: Enclosure | None = None  # of a round thing, whose mesh lies around it
 
     @property
     def enclosure(self) -> Enclosure:
+        if self.exactly is not None:
+            return self.exactly
         halves = np.ptp(self.mesh.vertices, axis=0) / 2
         return Enclosure((self.mesh.vertices * (1.0 + OUT / halves.min()),), OUT * 2.0)
 
@@ -98,8 +101,9 @@ class Scenery:
         return PairProof("first", "second", 0, self.found.walk, self.found.axes)
 
     def given(self, which: Box) -> BodyParts:
-        parts = ordered(which.enclosure).vertices
-        return BodyParts(tuple(map(len, parts)), np.concatenate(parts).tobytes())
+        parts = ordered(which.enclosure)
+        rounds = parts.packed.rounds.tobytes() if which.exactly is not None else b""
+        return BodyParts(tuple(map(len, parts.vertices)), np.concatenate(parts.vertices).tobytes(), rounds)
 
     def things(self) -> list[SweptBody]:
         robot, arm = small_robot()

@@ -61,7 +61,10 @@ def run(options: argparse.Namespace) -> int:
             complete = len(exploration.trials) >= options.trials
             if not complete:
                 rooms.require_scikit_learn()
-            trial = None if complete else rooms.trial_of(file, stop=flag)  # before anything is written
+            preparing = options.surrounding.preparing
+            trial = (
+                None if complete else rooms.trial_of(file, stop=flag, preparing=preparing)
+            )  # writes nothing yet
             exists = options.model.exists()
             journal = (
                 rooms.Journal.resume(options.model) if exists else rooms.Journal.create(options.model, exploration)

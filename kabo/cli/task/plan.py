@@ -48,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
+    parser.set_defaults(needs_kernels=lambda options: options.scene is not None)
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
 
@@ -66,6 +67,7 @@ def run(options: argparse.Namespace) -> int:
                 max(1, options.repeat),
                 options.workers or None,
                 StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
+                options.surrounding.preparing,
             )
             with blamed(options.stages):
                 runs = rooms.plan_file(file, arguments, scene, settings)

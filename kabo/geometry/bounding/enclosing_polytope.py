@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.parts import COLUMNS
 
+MAX_CORNERS = 24  # of a polytope, unless callers say another number
 FACE_WIDENING = 2e-9  # [m] by which every face moves outwards at least: far more than all rounding
 CONTAINMENT_MARGIN = 5e-10  # [m] by which every point must then lie inside
 MAX_LEADING_PLANES, INITIAL_PLANES = 160, 48  # half-spaces to choose from, and chosen first
@@ -48,7 +48,7 @@ def solid_points(points: Array, thickness: float) -> Array:
     return corners
 
 
-def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Array:
+def enclosing_polytope(points: Array, enough: float, most: int = MAX_CORNERS) -> Array:
     """The vertices (V <= most, 3) of a convex polytope that contains all points (P, 3), proven with a margin.
 
     Half-spaces of the points' hull are added where the polytope sticks out most, until the gain is small; then

@@ -5,7 +5,7 @@ budget's epsilon may be. A view keeps scratch space, so it belongs to one thread
 arguments only.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,14 +13,25 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
+from kabo.geometry.collision.kernels.bundles import (
+    CHECKS,
+    CHILD_COUNT,
+    COUNTER_PLACES,
+    FIRST_OPEN,
+    FREE,
+    OPEN,
+    PARTS,
+    POSITIVE,
+    SEARCHES,
+    SWEEPS,
+    Scene,
+)
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
+from kabo.geometry.collision.part_trees import deviation_within, refine
 from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
-
-FREE = -1  # the answer "proven free" of the kernels and of every view
-UNUSABLE = -2  # the answer of kernels for an invalid configuration
 
 
 @dataclass
@@ -72,24 +83,27 @@ class CollisionView:
         Raises:
             ValueError: arrays of wrong type, shape or values; an enclosure that breaks the budget.
         """
-        groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
-        deviations = np.array([group.enclosure.deviation for group in groups], np.float64)
-        if not (deviations <= budget.geometry).all():
-            raise ValueError(
-                f"an enclosure deviates by {deviations.max():g} m, the budget allows {budget.geometry:g} m"
-            )
-        chain = chain_of(tree)
-        bodies, blocks, radii = bodies_of(chain, moving, fixed, np.asarray(pairs).reshape(-1, 2))
-        diameters = np.concatenate([np.empty(0), *(group.enclosure.packed.diameters for group in groups)])
+        self._chain, self._size, self._budget = chain_of(tree), tree.size, budget
+        self._moving, self._fixed, self._pairs = moving, fixed, np.asarray(pairs).reshape(-1, 2)
+        self._groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
+        self._counts = np.zeros(COUNTER_PLACES, np.int64)
+        self._build()
+
+    def _build(self) -> None:
+        """Makes the arrays of all parts that are known."""
+        chain, budget = self._chain, self._budget
+        made = bodies_of(chain, self._moving, self._fixed, self._pairs, budget.geometry)
+        deviations = np.array([deviation_within(g.enclosure, budget.geometry) for g in self._groups], np.float64)
         # The rest of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts are tighter.
         slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
-        tracks = tracks_of(chain, bodies, radii, diameters, slack)
-        self._memory, scratch = memory_of(budget.margin, chain, bodies, blocks)
-        self._size, self._counts = tree.size, scratch.counters
-        self._sweep = (
-            *(budget.margin, budget.clearance, *chain, *bodies[1:], *scratch),
-            *(*tracks, *sweep_of(chain, bodies, tracks)),
-        )
+        tracks = tracks_of(chain, made, slack)
+        self._memory, hulls, tree, search = memory_of(budget.margin, chain, made)
+        search.counters[:] = self._counts
+        self._counts, self._starts = search.counters, made.bodies.groups[PARTS]
+        self._open = bool((made.children[:, CHILD_COUNT] == OPEN).any())
+        scene = Scene(chain, made.bodies.groups, hulls, made.extents, tree)
+        sweep = sweep_of(chain, made, tracks)
+        self._sweep = (budget.margin, budget.clearance, made.bodies.pairs, scene, sweep, search)
 
     def configuration_hit(self, q: Array) -> int:
         """-1 if all pairs are proven free at q (n,) with the budget's clearance, else the index of the first that is not.
@@ -98,7 +112,11 @@ class CollisionView:
             ValueError: q has the wrong size, is not finite, or lies far outside a prismatic joint's limits.
         """
         row = np.ascontiguousarray(q, np.float64)
-        found = first_hit(row, self._memory) if row.ndim == 1 else UNUSABLE
+        if row.ndim != 1:
+            raise self._refusal(row)
+        found: int = (
+            self._decided(lambda: first_hit(row, self._memory)) if self._open else first_hit(row, self._memory)
+        )
         if found < FREE:
             raise self._refusal(row)
         return found
@@ -113,8 +131,9 @@ class CollisionView:
         if rows.ndim != 2 or rows.shape[1] != self._size:
             raise ValueError(f"configurations are (N, {self._size}), not {rows.shape}")
         answers = np.empty(len(rows), np.int64)
-        first_hits(rows, answers, self._memory)
-        if answers.min(initial=FREE) < FREE:
+        if self._open:
+            answers[:] = [self.configuration_hit(row) for row in rows]
+        elif first_hits(rows, answers, self._memory) < len(rows):
             raise self._refusal(rows[0])
         return answers
 
@@ -128,16 +147,32 @@ class CollisionView:
             ValueError: as `configuration_hit`.
         """
         first, last = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
-        found = first_swept_hit(first, last, *self._sweep) if first.ndim == last.ndim == 1 else UNUSABLE
-        if found < FREE:
+        if not first.ndim == last.ndim == 1:
             raise self._refusal(first if first.ndim != 1 else last)
+        found = self._decided(lambda: first_swept_hit(first, last, *self._sweep))
+        if found < FREE:
+            raise self._refusal(last)
+        return found
+
+    def _decided(self, ask: Callable[[], int]) -> int:
+        """The answer of a kernel, with all children that it needs.
+
+        It asks again from the beginning, and counts the last time alone, as if they had been known.
+        """
+        before = self._counts.copy()
+        while (found := ask()) <= FIRST_OPEN:
+            part = FIRST_OPEN - found
+            group = int(np.searchsorted(self._starts, part, side="right")) - 1
+            given = self._groups[group].enclosure
+            refine(given, part - int(self._starts[group]))
+            self._counts = before.copy()
+            self._build()
         return found
 
     @property
     def counters(self) -> Counters:
         """The numbers of checks that were made so far."""
-        pairs, _, _, _, checks, sweeps, positive, _ = self._counts.tolist()
-        return Counters(checks, sweeps, pairs, positive)
+        return Counters(*self._counts[[CHECKS, SWEEPS, SEARCHES, POSITIVE]].tolist())
 
     def _refusal(self, row: Array) -> ValueError:
         if row.ndim != 1:

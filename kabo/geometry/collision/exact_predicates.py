@@ -12,7 +12,7 @@ from kabo.geometry.collision.exact_view import Surface, surface_of, surrounds
 from kabo.geometry.collision.kernels.tracks import motion as motion_bounds
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.motions import Motion, Segment
-from kabo.geometry.collision.view_arrays import chain_of
+from kabo.geometry.collision.view_arrays import chain_of, way_of
 from kabo.geometry.parts import FixedGroup, Mesh
 
 
@@ -103,12 +103,12 @@ def _samples(motion: Motion, step: float) -> list[FixedGroup]:
 def _longest_path(motion: Motion, segment: Segment) -> float:
     """An upper bound of how far any point of the bodies travels on a segment [m]."""
     chain = chain_of(motion.tree)
-    lengths, turned = np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(len(motion.tree.parent))
-    rows = np.array([*segment, segment[0]])
-    turning(rows, chain.joints, chain.factors, turned)
+    way = way_of(chain, np.zeros((1, len(motion.tree.parent), 12)))
+    way.segment[:] = *segment, segment[0]
+    turning(way, chain)
     radii = [np.linalg.norm(_world(_mesh(b.mesh)[0], b.joint_T_group), axis=1).max() for b in motion.bodies]
     paths = [
-        motion_bounds(rows, chain.joints, chain.factors, lengths, turned, body.joint, 0, radius)[2]
+        motion_bounds(way, chain, body.joint, 0, radius)[2]
         for body, radius in zip(motion.bodies, radii, strict=True)
     ]
     return float(max(paths, default=0.0))

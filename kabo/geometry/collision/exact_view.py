@@ -18,9 +18,10 @@ from scipy.sparse.csgraph import connected_components
 from kabo.arrays import Array, Integers
 from kabo.content_cache import ContentCache
 from kabo.geometry.budget import Budget
-from kabo.geometry.collision.collision_view import FREE, Counters
+from kabo.geometry.collision.collision_view import Counters
+from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.geometry.collision.kernels.tracks import motion, turning
-from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints
+from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints, way_of
 from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup, poses_of
 from kabo.geometry.triangles.solids import Solid
 from kabo.scene import KinematicTree
@@ -254,17 +255,16 @@ class ExactView:
 
     def _relative_paths(self, start: Array, end: Array) -> Array:
         """Upper bounds of how far points of each pair's bodies travel relative to each other [m]."""
-        joints, factors, placement, _ = self._chain
-        segment, turned = np.array([start, end, start]), np.zeros(joints.shape[1])
-        turning(segment, joints, factors, turned)
-        lengths = np.linalg.norm(placement[:, 9:], axis=1)
+        way = way_of(self._chain, np.zeros((1, self._chain.joints.shape[1], 12)))
+        way.segment[:] = start, end, start
+        turning(way, self._chain)
 
         @cache
         def path(group: int, frame: int) -> float:
             if group >= self._moving:
                 return 0.0
             joint, radius = int(self._joint[group]), float(self._radii[group])
-            return float(motion(segment, joints, factors, lengths, turned, joint, frame, radius)[2])
+            return float(motion(way, self._chain, joint, frame, radius)[2])
 
         return np.array(
             [

@@ -10,12 +10,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array
 from kabo.geometry.collision.kernels.boxes import place_groups
+from kabo.geometry.collision.kernels.bundles import DISC, Extents, Hulls, Swept
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
-from kabo.geometry.collision.view_arrays import chain_of, reach
-from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
+from kabo.geometry.collision.view_arrays import chain_of, reach, way_of
+from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 Segment = tuple[Array, Array]  # start and end (n,)
@@ -24,21 +25,11 @@ Segment = tuple[Array, Array]  # start and end (n,)
 class PlacedParts(NamedTuple):
     """The parts of one body in its joint's frame."""
 
-    blocks: Array  # (B, 3, 24)
-    sizes: Integers  # (B,)
+    hulls: Hulls
     extents: Array  # (B, 6) centre and half extents
-    radii: Array  # (B,) about the joint's origin [m]
-    diameters: Array  # (B,) [m]
-
-
-class Swept(NamedTuple):
-    """A body that moves along a segment, as arrays for `kernels.volumes`."""
-
-    poses: Array  # (N + 1, 12) of its joint, at the nodes
-    blocks: Array
-    sizes: Integers
-    extents: Array
-    bounds: Array  # (B, 3) deviation, angle * diameter / 4, diameter / 4
+    radii: Array  # (B,) of corners and discs about the joint's origin [m]
+    diameters: Array  # (B,) of corners and discs [m]
+    far: float  # how far any point is from the joint's origin [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +66,7 @@ class Motion:
         """An upper bound of the distance of any vertex from the world's origin [m]."""
         far = reach(chain_of(self.tree))
         return max(
-            (far[b.joint] + p.radii.max(initial=0.0) for b, p in zip(self.bodies, self.placed, strict=True)),
+            (far[b.joint] + p.far for b, p in zip(self.bodies, self.placed, strict=True)),
             default=0.0,
         )
 
@@ -98,21 +89,16 @@ class Motion:
     def swept(self, start: Array, end: Array, intervals: int) -> list[Swept]:
         """Every body on a straight segment, with poses at the nodes of 2^k intervals (one interval if it stands still)."""
         chain = chain_of(self.tree)
-        lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
-        segment, turned = np.array([start, end, start]), np.zeros(len(lengths))
-        turning(segment, chain.joints, chain.factors, turned)
-        frames = np.zeros((intervals + 1, len(lengths), 12))
-        frames[:, 0, [0, 4, 8]] = 1.0
-        frames_on(segment, chain.joints, chain.factors, chain.placement, frames)
+        way = way_of(chain, np.zeros((intervals + 1, len(self.tree.parent), 12)))
+        way.segment[:] = start, end, start
+        turning(way, chain)
+        frames_on(way, chain)
         found = []
         for body, own in zip(self.bodies, self.placed, strict=True):
-            bounds = np.empty((len(own.sizes), 3))
-            part_bounds(
-                *(segment, chain.joints, chain.factors, lengths, turned, body.joint),
-                *(own.radii, own.diameters, bounds),
-            )
-            poses = np.ascontiguousarray(frames[:, body.joint])
-            found.append(Swept(poses, own.blocks, own.sizes, own.extents, bounds))
+            bounds = np.empty((len(own.radii), 3))
+            part_bounds(way, chain, body.joint, own.radii, own.diameters, bounds)
+            poses = np.ascontiguousarray(way.frames[:, body.joint])
+            found.append(Swept(poses, own.hulls, own.extents, bounds))
         return found
 
 
@@ -127,11 +113,13 @@ def placed(body: MovingGroup) -> PlacedParts:
     if pose.shape != (1, 12) or not np.isfinite(pose).all():
         raise ValueError("the pose of a body is not 12 finite numbers")
     count = len(packed.sizes)
-    blocks, extents = np.zeros((count, 3, COLUMNS)), np.empty((count, 6))
-    starts = np.array([0, count], np.int64)
-    place_groups(packed.blocks, packed.sizes, starts, pose, blocks, extents, np.empty((1, 6)), np.empty(1))
-    radii = np.linalg.norm(blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
-    return PlacedParts(blocks, packed.sizes, extents, radii, packed.diameters)
+    hulls = Hulls(np.zeros(packed.blocks.shape), np.zeros(count, np.int64), np.zeros((count, 5)))
+    extents = Extents(np.empty((count, 6)), np.empty((1, 6)))
+    groups = np.array([[0, 0], [0, count], [0, 0], [count, 0]], np.int64)
+    far = np.empty((1, 2))
+    place_groups(Hulls(packed.blocks, packed.sizes, packed.rounds), groups, pose, hulls, extents, far)
+    radii = np.linalg.norm(hulls.blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12) + packed.rounds[:, DISC]
+    return PlacedParts(hulls, extents.parts, radii, packed.diameters, float(far[0, 1]))
 
 
 _STANDING: "WeakKeyDictionary[FixedGroup, PlacedParts]" = WeakKeyDictionary()

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo.arrays import Array
 from kabo.geometry.collision.kernels.separation import rounding
 from kabo.geometry.collision.predicates import Bounds, distance
-from kabo.geometry.parts import FixedGroup
+from kabo.geometry.parts import FixedGroup, body_points
 from kabo.geometry.triangles.hulls import hull_mesh
 from kabo.geometry.triangles.solids import Solid
 
@@ -66,19 +66,20 @@ def _way_out(first: Array, second: Array, directions: Array) -> float:
     return max(0.0, float(overlaps.min()))
 
 
-def signed_distance(first: FixedGroup, second: FixedGroup) -> Bounds:
+def signed_distance(first: FixedGroup, second: FixedGroup, within: float = np.inf) -> Bounds:
     """Proven bounds of the signed distance of two bodies [m]: negative where they overlap, by the penetration depth.
 
     Where parts overlap, the lower bound is minus the penetration depth of the bodies' hulls. The upper bound
-    follows from the parts' deviations; if both bodies have meshes, it is minus the depth of their deepest vertex.
+    follows from the parts' deviations (`within`: as for `distance`); if both bodies have meshes, it is minus the
+    depth of their deepest vertex.
 
     Raises:
         ValueError: parts or poses are not usable.
     """
-    apart = distance(first, second)
+    apart = distance(first, second, within)
     if apart.lower > 0.0:
         return apart
-    ours, theirs = (_points(np.concatenate(body.enclosure.parts), body.world_T_group) for body in (first, second))
+    ours, theirs = (_points(body_points(body.enclosure), body.world_T_group) for body in (first, second))
     upper = apart.upper
     if first.mesh is not None and second.mesh is not None:
         upper = min(upper, -_deepest(first, second), -_deepest(second, first))

@@ -13,19 +13,22 @@ mesh of a container):
 Two motions are compared at all times of both [K Def. 1.3]; for bodies that move in step there is `CollisionView`.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
+from kabo.geometry.collision.kernels.bundles import Hulls, Limits, Search, Surface, Swept
 from kabo.geometry.collision.kernels.containment import first_outside
-from kabo.geometry.collision.kernels.distance import unions_apart, unions_distance
+from kabo.geometry.collision.kernels.distance import unions_distance, unions_near
 from kabo.geometry.collision.kernels.volumes import FINER, MEET, volumes_meet
-from kabo.geometry.collision.motions import Motion, Segment, Swept, placed, standing, standing_parts
-from kabo.geometry.collision.view_arrays import offset_for
-from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
+from kabo.geometry.collision.motions import Motion, Segment, placed, standing, standing_parts
+from kabo.geometry.collision.part_trees import Cover, deviation_within, divided_larger, require_fine
+from kabo.geometry.collision.view_arrays import offset_for, pool_of, search_for
+from kabo.geometry.parts import FixedGroup, MovingGroup, with_columns
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh as TriangleMesh
 
@@ -88,11 +91,24 @@ def collides(first: FixedGroup, second: FixedGroup, budget: Budget) -> bool:
     Raises:
         ValueError: parts, poses or deviations are not usable, or exceed the budget.
     """
-    _require(budget, first.enclosure.deviation, second.enclosure.deviation)
-    pair = _paired(first, second)
-    return not unions_apart(
-        *pair[:4], budget.margin, pair.offset, np.zeros(3), np.zeros((4, 3)), np.zeros(4, np.int64)
-    )
+    require_fine(first.enclosure, budget.geometry)
+    require_fine(second.enclosure, budget.geometry)
+    covers: list[Cover] | None = [Cover.of(first.enclosure), Cover.of(second.enclosure)]
+    while covers is not None:
+        pair = _paired(*_covered((first, second), covers))
+        a, b = unions_near(pair.hulls, pair.boxes, pair.first, budget.margin, search_for(pair.offset))
+        if a < 0:
+            return False
+        covers = divided_larger(covers, (a, b - pair.first), budget.geometry)
+    return True
+
+
+def _covered(bodies: Sequence[FixedGroup], covers: Sequence[Cover]) -> list[FixedGroup]:
+    """The bodies with the parts of their covers."""
+    return [
+        body if cover.enclosure is body.enclosure else replace(body, enclosure=cover.enclosure)
+        for body, cover in zip(bodies, covers, strict=True)
+    ]
 
 
 def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -> bool:
@@ -103,39 +119,85 @@ def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -
     Raises:
         ValueError: as `collides`.
     """
-    against = standing(other) if isinstance(other, FixedGroup) else other
-    deviations = motion.deviation, against.deviation
-    _require(budget, *deviations)
-    slack = budget.epsilon - budget.clearance - budget.numeric - sum(deviations)
-    scratch = (
-        np.empty((4, 3, COLUMNS)),
-        np.empty((6, 6)),
-        np.zeros((64, 4), np.int64),
-        np.zeros(3),
-        np.zeros((4, 3)),
+    sides = motion, standing(other) if isinstance(other, FixedGroup) else other
+    for body in (*sides[0].bodies, *sides[1].bodies):
+        require_fine(body.enclosure, budget.geometry)
+    covers = [[Cover.of(body.enclosure) for body in side.bodies] for side in sides]
+    spent = sum(
+        max((deviation_within(body.enclosure, budget.geometry) for body in side.bodies), default=0.0)
+        for side in sides
     )
-    offset = offset_for(max(motion.reach, against.reach))
-    question = (slack, slack + budget.clearance, budget.margin, offset, *scratch, np.zeros(4, np.int64))
-    return any(
-        _meet(motion, mine, against, theirs, question, MAX_SEGMENT_HALVINGS)
-        for mine in motion.segments
-        for theirs in against.segments
+    slack = budget.epsilon - budget.clearance - budget.numeric - spent
+    limits = Limits(slack, slack + budget.clearance, budget.margin)
+    while True:
+        ours, theirs = (_covered_motion(*both) for both in zip(sides, covers, strict=True))
+        met = _first_meeting(ours, theirs, limits)
+        if met is None:
+            return False
+        i, k, places = met
+        finer = divided_larger((covers[0][i], covers[1][k]), places, budget.geometry)
+        if finer is None:
+            return True
+        covers[0][i], covers[1][k] = finer
+
+
+def _covered_motion(motion: Motion, covers: Sequence[Cover]) -> Motion:
+    """A motion with the parts of covers."""
+    bodies = tuple(
+        body if cover.enclosure is body.enclosure else replace(body, enclosure=cover.enclosure)
+        for body, cover in zip(motion.bodies, covers, strict=True)
     )
+    return (
+        motion
+        if all(a is b for a, b in zip(bodies, motion.bodies, strict=True))
+        else replace(motion, bodies=bodies)
+    )
+
+
+class _Asked(NamedTuple):
+    """What is asked of two swept volumes, and the scratch arrays for it."""
+
+    limits: Limits
+    pool: Hulls
+    boxes: Array
+    stack: Integers
+    search: Search
+
+
+_Meeting = tuple[int, int, tuple[int, int]]  # numbers of a body of either motion, and of a part of each
+
+
+def _first_meeting(motion: Motion, other: Motion, limits: Limits) -> _Meeting | None:
+    """Bodies of two motions, and their parts, whose swept volumes may meet; None if all are apart."""
+    search = search_for(offset_for(max(motion.reach, other.reach)))
+    asked = _Asked(limits, pool_of(4), np.empty((6, 6)), np.zeros((64, 4), np.int64), search)
+    for mine in motion.segments:
+        for theirs in other.segments:
+            met = _meet(motion, mine, other, theirs, asked, MAX_SEGMENT_HALVINGS)
+            if met is not None:
+                return met
+    return None
 
 
 def _meet(
-    motion: Motion, mine: Segment, other: Motion, theirs: Segment, question: tuple[object, ...], halvings: int
-) -> bool:
-    """Whether two motions' swept volumes may meet, on a segment of each; halves segments where more nodes are needed."""
-    ours, others = _swept(motion, mine), _swept(other, theirs)
-    answers = {volumes_meet(*a, *b, *question) for a in ours for b in others}
-    if MEET in answers or FINER not in answers:
-        return MEET in answers
-    return halvings == 0 or any(
-        _meet(motion, half, other, part, question, halvings - 1)
-        for half in _halves(mine)
-        for part in _halves(theirs)
-    )
+    motion: Motion, mine: Segment, other: Motion, theirs: Segment, asked: _Asked, halvings: int
+) -> _Meeting | None:
+    """The bodies and parts that may meet on a segment of each motion; halves segments where more nodes are needed."""
+    ours, others, finer = _swept(motion, mine), _swept(other, theirs), None
+    for i, a in enumerate(ours):
+        for k, b in enumerate(others):
+            answer, *parts = volumes_meet(a, b, *asked)
+            if answer == MEET:
+                return i, k, (parts[0], parts[1])
+            finer = (i, k, (parts[0], parts[1])) if answer == FINER else finer
+    if finer is None or halvings == 0:
+        return finer
+    for half in _halves(mine):
+        for part in _halves(theirs):
+            met = _meet(motion, half, other, part, asked, halvings - 1)
+            if met is not None:
+                return met
+    return None
 
 
 def _moves(segment: Segment) -> bool:
@@ -160,37 +222,50 @@ def includes(container: InnerSolid, body: FixedGroup, budget: Budget) -> bool:
     Raises:
         ValueError: as `collides`.
     """
-    _require(budget, container.deviation, body.enclosure.deviation)
+    if not container.deviation <= budget.geometry:
+        raise ValueError(
+            f"an inner mesh deviates by {container.deviation:g} m, the budget allows {budget.geometry:g} m"
+        )
+    require_fine(body.enclosure, budget.geometry)
     inside_T_body = _relative(container.world_T_container, body.world_T_group)
-    own = placed(MovingGroup(0, inside_T_body, body.enclosure))
-    solid = container.solid
-    greatest = max(float(own.radii.max(initial=0.0)), float(np.linalg.norm(solid.vertices, axis=1).max()))
-    box = _boxes(own.extents)
-    scratch = np.empty((2, 3, COLUMNS)), np.zeros(3), np.zeros((4, 3)), np.zeros(4, np.int64)
-    tree, stack = solid.tree, np.zeros(64, np.int64)
-    found = first_outside(own.blocks, own.sizes, box, budget.numeric, *tree, stack, offset_for(greatest), *scratch)
-    return int(found) < 0
+    solid, covers = container.solid, [Cover.of(body.enclosure)]
+    while True:
+        own = placed(MovingGroup(0, inside_T_body, covers[0].enclosure))
+        greatest = max(own.far, float(np.linalg.norm(solid.vertices, axis=1).max()))
+        surface, search = Surface(*solid.tree, np.zeros(64, np.int64)), search_for(offset_for(greatest))
+        found = first_outside(own.hulls, _boxes(own.extents), budget.numeric, surface, pool_of(2), search)
+        finer = divided_larger(covers, (int(found),), budget.geometry) if found >= 0 else None
+        if finer is None:
+            return int(found) < 0
+        covers = finer
 
 
-def distance(first: FixedGroup, second: FixedGroup) -> Bounds:
+def distance(first: FixedGroup, second: FixedGroup, within: float = np.inf) -> Bounds:
     """Proven bounds of the distance of two bodies [m]; the lower one is 0 where the parts are not proven apart.
 
-    The lower bound is the lower bound for the enclosing parts. The upper bound adds both deviations, since every
-    point of a part lies within the deviation of its body.
+    The lower bound is the lower bound for the enclosing parts; those that are nearest deviate by at most `within` [m]
+    if they have children. The upper bound adds both deviations, since every point of a part lies within the
+    deviation of its body.
 
     Raises:
         ValueError: parts or poses are not usable.
     """
-    pair = _paired(first, second)
-    lower, upper = unions_distance(*pair, np.zeros(3), np.zeros((4, 3)))
-    return Bounds(float(lower), float(upper) + first.enclosure.deviation + second.enclosure.deviation)
+    covers = [Cover.of(first.enclosure), Cover.of(second.enclosure)]
+    while True:
+        bodies = _covered((first, second), covers)
+        pair = _paired(*bodies)
+        lower, upper, a, b = unions_distance(pair.hulls, pair.boxes, pair.first, search_for(pair.offset))
+        finer = divided_larger(covers, (a, b - pair.first), within)
+        if finer is None:
+            deviations = sum(body.enclosure.deviation for body in bodies)
+            return Bounds(float(lower), float(upper) + deviations)
+        covers = finer
 
 
 class _Pair(NamedTuple):
     """The parts of two bodies in the world, one after the other, as arrays for distance kernels."""
 
-    blocks: Array  # (B, 3, 24)
-    sizes: Integers  # (B,)
+    hulls: Hulls
     boxes: Array  # (B, 6) lower, upper
     first: int  # how many are the first body's
     offset: float  # for exact comparisons, by the greatest coordinate
@@ -198,21 +273,17 @@ class _Pair(NamedTuple):
 
 def _paired(first: FixedGroup, second: FixedGroup) -> _Pair:
     ours, theirs = standing_parts(first), standing_parts(second)
-    greatest = max(float(ours.radii.max(initial=0.0)), float(theirs.radii.max(initial=0.0)))
+    columns = max(ours.hulls.blocks.shape[2], theirs.hulls.blocks.shape[2])
     return _Pair(
-        np.concatenate([ours.blocks, theirs.blocks]),
-        np.concatenate([ours.sizes, theirs.sizes]),
+        Hulls(
+            np.concatenate([with_columns(own.hulls.blocks, columns) for own in (ours, theirs)]),
+            np.concatenate([ours.hulls.sizes, theirs.hulls.sizes]),
+            np.concatenate([ours.hulls.rounds, theirs.hulls.rounds]),
+        ),
         np.concatenate([_boxes(ours.extents), _boxes(theirs.extents)]),
-        len(ours.sizes),
-        offset_for(greatest),
+        len(ours.radii),
+        offset_for(max(ours.far, theirs.far)),
     )
-
-
-def _require(budget: Budget, *deviations: float) -> None:
-    if not max(deviations) <= budget.geometry:
-        raise ValueError(
-            f"an enclosure deviates by {max(deviations):g} m, the budget allows {budget.geometry:g} m"
-        )
 
 
 def _relative(first: Array, second: Array) -> Array:

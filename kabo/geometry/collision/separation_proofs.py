@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Hulls, Proofs, Things, Trail, Work
 from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, POSITIONS_PER_PIECE, prove_pairs
-from kabo.geometry.collision.view_arrays import chain_of, offset_for
+from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for, way_of
 from kabo.geometry.collision.view_arrays import reach as reach_of
-from kabo.geometry.parts import COLUMNS, Enclosure
+from kabo.geometry.parts import Enclosure, Packed, stacked
 from kabo.scene import KinematicTree
 
 CODE_LETTERS = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed
@@ -29,8 +30,7 @@ class Parts(NamedTuple):
     """The convex parts of one mesh, sorted so that adjacent parts in the order are close in space."""
 
     vertices: tuple[Array, ...]  # each (V, 3) [m], in the body's frame
-    blocks: Array  # (B, 3, 24)
-    sizes: Integers  # (B,)
+    packed: Packed
     boxes: Array  # (B, 6) lower and upper
 
 
@@ -77,16 +77,25 @@ class Unproven:
     start: float  # in pieces of the path
     end: float
     gap: float
+    parts: tuple[int, int] = (0, 0)  # of both bodies, in the order of `Parts`
+
+
+def order_of(enclosure: Enclosure) -> list[int]:
+    """The numbers of an enclosure's parts, sorted by recursive splits at the median of their centres."""
+    middles = np.array([part.mean(axis=0) for part in enclosure.parts])
+    return _halved(middles, list(range(len(middles))))
 
 
 def ordered(enclosure: Enclosure) -> Parts:
-    """The parts of an enclosure, sorted by recursive splits at the median of their centres."""
-    middles = np.array([part.mean(axis=0) for part in enclosure.parts])
-    order = _halved(middles, list(range(len(middles))))
-    packed = enclosure.packed
+    """The parts of an enclosure without a tree, in the order of `order_of`."""
+    order, packed = order_of(enclosure), enclosure.packed
     vertices = tuple(enclosure.parts[i] for i in order)
+    own = Packed(packed.blocks[order], packed.sizes[order], packed.diameters[order], packed.rounds[order])
     boxes = np.array([[*part.min(axis=0), *part.max(axis=0)] for part in vertices])
-    return Parts(vertices, packed.blocks[order], packed.sizes[order], boxes)
+    reach = own.rounds[:, :1] + own.rounds[:, 1:2] * np.hypot(own.rounds[:, [3, 4, 2]], own.rounds[:, [4, 2, 3]])
+    boxes[:, :3] -= reach
+    boxes[:, 3:] += reach
+    return Parts(vertices, own, boxes)
 
 
 def _halved(middles: Array, members: list[int]) -> list[int]:
@@ -104,25 +113,28 @@ class Prover:
     def __init__(self, meshes: Mapping[str, Parts], near: float, clearance: float) -> None:
         """`near` [m]: boxes so far apart need no axis; `clearance` [m]: what the planner kept between parts."""
         self.limits = np.array([near, max(MIN_MARGIN, SHARE_OF_CLEARANCE * clearance), MIN_MARGIN, 1.0])
-        counts = [len(parts.sizes) for parts in meshes.values()]
+        counts = [len(parts.vertices) for parts in meshes.values()]
         ends = np.cumsum([0, *counts])
         self.ranges = {name: (int(a), int(b)) for name, a, b in zip(meshes, ends, ends[1:], strict=False)}
-        self.blocks = np.concatenate([np.empty((0, 3, COLUMNS)), *(parts.blocks for parts in meshes.values())])
-        self.sizes = np.concatenate([np.empty(0, np.int64), *(parts.sizes for parts in meshes.values())])
+        made = stacked([parts.packed for parts in meshes.values()])
+        self.hulls = Hulls(made.blocks, made.sizes, made.rounds)
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
-        self._radii: dict[tuple[str, bytes], float] = {}
+        self._reaches: dict[tuple[str, bytes], tuple[float, float]] = {}
         self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
         self._stack = np.zeros((STACK_DEPTH, 6), np.int64)
 
-    def radius(self, body: PlacedBody) -> float:
-        """The greatest distance of a body's parts from the joint that carries it [m]."""
+    def reach(self, body: PlacedBody) -> tuple[float, float]:
+        """How far a body's corners and discs, and all of its points, are from the joint that carries it [m]."""
         key = body.mesh, body.joint_T_body.tobytes()
-        if key not in self._radii:
-            low, high = self.ranges[body.mesh]
+        if key not in self._reaches:
+            own = slice(*self.ranges[body.mesh])
             turn, at = body.joint_T_body[:9].reshape(3, 3), body.joint_T_body[9:]
-            placed = np.einsum("rc,bci->bri", turn, self.blocks[low:high]) + at[None, :, None]
-            self._radii[key] = float(np.linalg.norm(placed, axis=1).max(initial=0.0)) * (1.0 + 1e-12)
-        return self._radii[key]
+            placed = np.einsum("rc,bci->bri", turn, self.hulls.blocks[own]) + at[None, :, None]
+            far = np.linalg.norm(placed, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
+            far += self.hulls.rounds[own, DISC]
+            balls = self.hulls.rounds[own, RADIUS]
+            self._reaches[key] = float(far.max(initial=0.0)), float((far + balls).max(initial=0.0))
+        return self._reaches[key]
 
     def prove(self, course: Course) -> list[Witness | None] | Unproven:
         """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
@@ -130,27 +142,33 @@ class Prover:
         A pair needs no proof if it does not move, or if the boxes around both swept volumes are apart.
         """
         chain = chain_of(course.tree)
-        joints, rows, count = chain.joints.shape[1], len(course.waypoints), len(course.pairs)
+        rows, count = len(course.waypoints), len(course.pairs)
         things = np.array([[b.joint, *self.ranges[b.mesh]] for b in course.bodies], np.int64).T.copy()
-        radii = np.array([self.radius(body) for body in course.bodies])
+        reaches = np.array([self.reach(body) for body in course.bodies])
         joint_T = np.array([body.joint_T_body for body in course.bodies])
-        offset = offset_for(2.0 * float((reach_of(chain)[things[0]] + radii).max()))
-        frames = np.zeros((rows + 1, joints, 12))
-        frames[:, 0, [0, 4, 8]] = 1.0
-        where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
+        search = search_for(offset_for(2.0 * float((reach_of(chain)[things[0]] + reaches[:, 1]).max())))
         self.limits[FINEST] = POSITIONS_PER_PIECE if course.at_any_times else 1.0
-        proven = prove_pairs(
-            *(course.pairs, self.limits, offset, course.waypoints, chain.joints, chain.factors, chain.placement),
-            *(np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(joints), frames),
-            *(np.zeros((3, course.waypoints.shape[1])), things, radii, joint_T, np.zeros((2, rows, 2))),
-            *(self.blocks, self.sizes, self.boxes, np.zeros((2, rows + 2, 12)), np.zeros((2, 12)), np.zeros(6)),
-            *(np.zeros((2, 6)), np.zeros(2), np.zeros((2, 2)), np.zeros(2, np.bool_), np.zeros(3)),
-            *(np.zeros((2, 3)), np.zeros((4, 3)), self._stack, np.zeros((2, 4), np.int64)),
-            *(self._codes, self._axes, where, margins),
-        )
+        where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
+        way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
+        trail = Trail(course.waypoints, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 2)))
+        bodies = Things(things, reaches[:, 0].copy(), joint_T, self.hulls, self.boxes)
+        proofs = Proofs(self._codes, self._axes, where, margins)
+        proven = prove_pairs(course.pairs, self.limits, chain, trail, bodies, self._work(), search, proofs)
         if proven < count:
-            return self._unproven(int(proven), int(where[proven]))
+            return self._unproven(course, int(proven), int(where[proven]))
         return self._witnesses(where, margins)
+
+    def _work(self) -> Work:
+        return Work(
+            ends=np.zeros((2, 4), np.int64),
+            over=np.zeros((2, 2)),
+            still=np.zeros(2, np.bool_),
+            box=np.zeros(6),
+            swept=np.zeros((2, 6)),
+            size=np.zeros(2),
+            scratch=np.zeros((2, 12)),
+            stack=self._stack,
+        )
 
     def _witnesses(self, where: Integers, margins: Array) -> list[Witness | None]:
         """The output of the kernel, split into proofs."""
@@ -168,8 +186,13 @@ class Prover:
             found[p] = Witness(letters[starts[p] : starts[p + 1]], own, float(margins[p]))
         return found
 
-    def _unproven(self, pair: int, start: int) -> Unproven:
-        failed = np.flatnonzero(self._codes[start:] == CODE_LETTERS.index("!"))
-        at = self._axes[start + int(failed[0])] if len(failed) else np.full(3, np.nan)
+    def _unproven(self, course: Course, pair: int, start: int) -> Unproven:
+        failed = start + np.flatnonzero(self._codes[start:] == CODE_LETTERS.index("!"))
+        rows = self._axes[failed[0] : failed[0] + 2] if len(failed) else np.full((2, 3), np.nan)
         self._codes[start:] = 0
-        return Unproven(pair, float(at[0]), float(at[1]), float(at[2]))
+        parts = (0, 0)
+        if len(failed):
+            first, second = (self.ranges[course.bodies[k].mesh][0] for k in course.pairs[pair, :2])
+            parts = int(rows[1, 0]) - first, int(rows[1, 1]) - second
+        start_of, end_of, gap = rows[0].tolist()
+        return Unproven(pair, start_of, end_of, gap, parts)

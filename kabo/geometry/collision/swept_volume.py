@@ -12,22 +12,27 @@ A hull is grown by an icosahedron around the ball of radius D, whose twelve corn
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
+from kabo.geometry.collision.kernels.bundles import Swept
 from kabo.geometry.collision.kernels.volumes import DEVIATION, QUARTER, TURN, hull_spread
-from kabo.geometry.collision.motions import Motion, Segment, Swept
+from kabo.geometry.collision.motions import Motion, Segment
+from kabo.geometry.collision.part_trees import finest
+from kabo.geometry.parts import points_around
 from kabo.geometry.triangles.hulls import hull_mesh
+from kabo.meshes import Rounding
 
 _GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
 _CORNERS = np.array([c for a in (-1, 1) for b in (-_GOLDEN, _GOLDEN) for c in ((0, a, b), (a, b, 0), (b, 0, a))])
 _INRADIUS = _GOLDEN**2 / np.sqrt(3.0)  # of the icosahedron with edges of length 2
 ICOSAHEDRON = _CORNERS / _INRADIUS * (1.0 + 1e-9)  # (12, 3) corners; it contains the ball of radius 1
 CORNER_RADIUS = float(np.linalg.norm(ICOSAHEDRON[0])) * (1.0 + 1e-9)  # 1.2585: of the icosahedron
+BALL_EXCESS, DISC_EXCESS = 0.02, 0.002  # of a radius, by which points around a ball or a disc lie outside
 POSE_ROUNDING = 1e-9  # [m] added to the growth of every polyhedron
 MAX_HALVINGS = 16  # of a segment; the result states the excess that is left
 
@@ -91,11 +96,13 @@ def swept_volume(motion: Motion, tolerance: float) -> SweptVolume:
     """
     if not tolerance >= 1e-6:
         raise ValueError(f"the tolerance of a swept volume is at least a micrometre, not {tolerance:g} m")
+    bodies = tuple(replace(body, enclosure=finest(body.enclosure, tolerance)) for body in motion.bodies)
+    motion = replace(motion, bodies=bodies)
     hulls = [
         hull
         for segment in motion.segments
         for body, own in zip(motion.bodies, _swept(motion, segment, tolerance), strict=True)
-        for part in range(len(own.sizes))
+        for part in range(len(own.extents))
         for hull in _hulls(own, part, tolerance, body.enclosure.deviation)
     ]
     return SweptVolume(tuple(hulls))
@@ -126,7 +133,11 @@ def _hulls(own: Swept, part: int, tolerance: float, deviation: float) -> Iterato
         spread = hull_spread(ends, 0, 1, own.bounds[part, TURN] * share, own.bounds[part, QUARTER])
         sticking = (1.0 + CORNER_RADIUS) * (growth + POSE_ROUNDING) + float(spread)
         if sticking <= tolerance or width == 1:
-            local = own.blocks[part, :, : own.sizes[part]]
+            radius, disc, *axis = own.hulls.rounds[part].tolist()
+            corners = own.hulls.blocks[part, :, : own.hulls.sizes[part]].T
+            around = Rounding(radius, disc, (axis[0], axis[1], axis[2]))
+            sticking += BALL_EXCESS * radius + DISC_EXCESS * disc
+            local = points_around(np.ascontiguousarray(corners), around).T
             points = np.concatenate([(end[:9].reshape(3, 3) @ local).T + end[9:] for end in ends])
             yield Hull(points, growth, sticking + deviation)
         else:

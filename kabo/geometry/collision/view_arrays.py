@@ -9,9 +9,29 @@ from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.boxes import place_groups
+from kabo.geometry.collision.kernels.bundles import (
+    CHILD_COUNT,
+    COUNTER_PLACES,
+    FIRST_CHILD,
+    JOINT,
+    PAIRS,
+    PARTNER,
+    PARTS,
+    ROOTS_END,
+    Bodies,
+    Chain,
+    Extents,
+    Hulls,
+    Nodes,
+    Pool,
+    Search,
+    Sweep,
+    Tracks,
+    Tree,
+    Way,
+)
 from kabo.geometry.collision.kernels.layout import (
     CACHE_LINE_PLACES,
-    COUNTER_PLACES,
     GROUPS_PER_WORD,
     HEAD_PLACES,
     MARGIN,
@@ -23,77 +43,24 @@ from kabo.geometry.collision.kernels.layout import (
 )
 from kabo.geometry.collision.kernels.separation import rounding
 from kabo.geometry.collision.kernels.tracks import COARSE_NODES, FRAME_SLOTS
-from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, poses_of
+from kabo.geometry.collision.part_trees import children_within, is_flat, known, require_fine
+from kabo.geometry.parts import COLUMNS, Enclosure, FixedGroup, MovingGroup, Packed, poses_of, stacked
 from kabo.scene import PRISMATIC, KinematicTree
 
 ROUNDING_BOUND = 2e-10  # [m] of one evaluated gap; Budget.margin relies on it
-SWEEP_POOL_BLOCKS = 1024  # vertex blocks kept during one sweep
+SWEEP_POOL_ROWS = 1024  # placed parts kept during one sweep; configuration checks use the last one
 PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
 
 
-class Chain(NamedTuple):
-    """The kinematic tree as arrays for kernels."""
+class Arrays(NamedTuple):
+    """The arrays of a view's bodies, as they do not change."""
 
-    joints: Integers  # (3, J) parent, kind, source
-    factors: Array  # (2, J) ratio, shift
-    placement: Array  # (J, 12)
-    bound: Array  # (n,) greatest valid |q|
-
-
-class Bodies(NamedTuple):
-    """Groups (moving ones first) of convex parts, and the pairs to check, sorted by their first group."""
-
-    moving: int  # how many groups move
+    bodies: Bodies
+    packed: Packed  # in the joint's frame
+    extents: Extents
+    children: Integers  # (B, 2)
     offset: float  # for `support`: a power of two of at least twice every |vertex|
-    groups: Integers  # (3, G+1) joint (0 for fixed groups), first part, first pair
-    sizes: Integers  # (B,)
-    part_extents: Array  # (B, 6) centre and half extents in the joint's frame
-    group_extents: Array  # (G, 6)
-    pairs: Integers  # (2, P) second group, and the caller's number of the pair
-
-
-class Tracks(NamedTuple):
-    """Each group with each frame in which one of its pairs is swept (kabo.geometry.collision.kernels.tracks)."""
-
-    lengths: Array  # (J,) of the placements' translations [m]
-    radii: Array  # (G,) [m]
-    diameters: Array  # (B,) [m]
-    tracks: Integers  # (2, T) group, frame
-    pair_tracks: Integers  # (2, P)
-    slacks: Array  # (P,) rest of the budget for `spread` [m]
-
-
-class Sweep(NamedTuple):
-    """The scratch arrays that a sweep writes."""
-
-    segment: Array  # (3, n) start, end, the node in work
-    turned: Array  # (J,)
-    motions: Array  # (T, 3) deviation, angle, path
-    frames: Array  # (SLOTS, J, 12)
-    frame_tags: Integers  # (SLOTS,)
-    node_poses: Array  # (T * GRID, 12)
-    node_boxes: Array  # (T * GRID, 6)
-    node_marks: Integers  # (T * GRID,)
-    whole_boxes: Array  # (T, 6)
-    whole_marks: Integers  # (T,)
-    interval_table: Integers  # (2, T * 2 * GRID) place in interval_boxes, mark
-    interval_boxes: Array  # (.., 6)
-    block_boxes: Array  # (B + SWEEP_POOL_BLOCKS, 6)
-    pose: Array  # (1, 12)
-    pool: Integers  # (3, 2 * SWEEP_POOL_BLOCKS) key, mark, block
-    state: Integers  # (5,)
-    stack: Integers  # (64, 2)
-    ends: Integers  # (4,)
-    united: Array  # (4, 6)
-
-
-class Scratch(NamedTuple):
-    """The scratch arrays of configuration and segment checks, because of which a view belongs to one thread."""
-
-    blocks: Array  # (B + SWEEP_POOL_BLOCKS, 3, 24): in the joint's frame; of sweeps
-    axis: Array  # (3,)
-    simplex: Array  # (4, 3)
-    counters: Integers  # (8,) pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive
+    radii: Array  # (G,) how far corners and discs of parts that decide are from the joint's origin [m]
 
 
 def chain_of(tree: KinematicTree) -> Chain:
@@ -143,48 +110,69 @@ def offset_for(greatest: float) -> float:
 
 
 def bodies_of(
-    chain: Chain, moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup], pairs: Integers
-) -> tuple[Bodies, Array, Array]:
-    """The bodies, their parts' blocks (B, 3, 24) in the joint's frame, and the groups' radii (G,) about its origin [m].
+    chain: Chain, moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup], pairs: Integers, geometry: float
+) -> Arrays:
+    """The arrays of bodies whose parts decide if they deviate by at most `geometry` [m].
 
     Raises:
-        ValueError: vertices, poses or pairs are not usable.
+        ValueError: vertices, poses or pairs are not usable, or an enclosure deviates by more and cannot be refined.
     """
-    groups_of: list[MovingGroup | FixedGroup] = [*moving, *fixed]
-    packed = [group.enclosure.packed for group in groups_of]
-    sizes = np.concatenate([np.empty(0, np.int64), *(p.sizes for p in packed)])
-    source = np.concatenate([np.empty((0, 3, COLUMNS)), *(p.blocks for p in packed)])
-    groups, order = _groups(chain, moving, [len(p.sizes) for p in packed], pairs)
-    blocks = np.empty((len(sizes), 3, COLUMNS))
-    part_extents, group_extents, radii = (
-        np.empty((len(sizes), 6)),
-        np.empty((len(packed), 6)),
-        np.empty(len(packed)),
+    given_groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
+    given = [group.enclosure for group in given_groups]
+    for enclosure in given:
+        require_fine(enclosure, geometry)
+    enclosures = [known(enclosure) for enclosure in given]
+    source = stacked([enclosure.packed for enclosure in enclosures])
+    groups, order = _groups(chain, moving, enclosures, pairs)
+    count, parts = len(enclosures), len(source.sizes)
+    hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
+    extents, radii = Extents(np.empty((parts, 6)), np.empty((count, 6))), np.empty((count, 2))
+    place_groups(
+        Hulls(source.blocks, source.sizes, source.rounds), groups, poses_of(moving, fixed), hulls, extents, radii
     )
-    place_groups(source, sizes, groups[1], poses_of(moving, fixed), blocks, part_extents, group_extents, radii)
-    greatest = float((reach(chain)[groups[0, :-1]] + radii).max(initial=0.0))
-    numbered = np.array([pairs[order, 1], order])
-    bodies = Bodies(len(moving), offset_for(greatest), groups, sizes, part_extents, group_extents, numbered)
-    return bodies, blocks, radii
+    trees = [not is_flat(enclosure, geometry) for enclosure in enclosures]
+    # Parts that are not roots may lie a little outside them; by how much does not depend on which are known.
+    far = [e.deviation_of_roots if tree else 0.0 for e, tree in zip(enclosures, trees, strict=True)]
+    greatest = float((reach(chain)[groups[JOINT, :-1]] + radii[:, 1] + far).max(initial=0.0))
+    children = [children_within(e, geometry) for e in enclosures]
+    for own, first in zip(children, groups[PARTS, :-1], strict=True):
+        own[own[:, CHILD_COUNT] > 0, FIRST_CHILD] += first
+    bodies = Bodies(groups, np.array([pairs[order, 1], order]), _allowed(groups, pairs[order], len(moving)))
+    return Arrays(
+        bodies,
+        Packed(hulls.blocks, hulls.sizes, source.diameters, hulls.rounds),
+        extents,
+        np.concatenate([np.empty((0, 2), np.int64), *children]),
+        offset_for(greatest),
+        radii[:, 0] + np.where(trees, geometry, 0.0),
+    )
 
 
 def _groups(
-    chain: Chain, moving: Sequence[MovingGroup], part_counts: Sequence[int], pairs: Integers
+    chain: Chain, moving: Sequence[MovingGroup], enclosures: Sequence[Enclosure], pairs: Integers
 ) -> tuple[Integers, Integers]:
     """`Bodies.groups`, and the order that sorts the pairs by their first group."""
-    count = len(part_counts)
-    groups = np.zeros((3, count + 1), np.int64)
-    groups[0, : len(moving)] = [g.joint for g in moving]
-    if not (groups[0].min() >= 0 and groups[0].max() < chain.joints.shape[1]):
+    count = len(enclosures)
+    groups = np.zeros((4, count + 1), np.int64)
+    groups[JOINT, : len(moving)] = [g.joint for g in moving]
+    if not (groups[JOINT].min() >= 0 and groups[JOINT].max() < chain.joints.shape[1]):
         raise ValueError("a group hangs on a joint that the tree does not have")
-    np.cumsum(part_counts, out=groups[1, 1:])
+    np.cumsum([len(enclosure.parts) for enclosure in enclosures], out=groups[PARTS, 1:])
+    groups[ROOTS_END, :-1] = groups[PARTS, :-1] + [len(enclosure.root_parts) for enclosure in enclosures]
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype != np.int64:
         raise ValueError(f"pairs are (P, 2) int64, not {pairs.shape} {pairs.dtype}")
     if len(pairs) and not (pairs.min() >= 0 and pairs[:, 0].max() < len(moving) and pairs[:, 1].max() < count):
         raise ValueError("a pair names a group that is not there")
     order = np.lexsort((pairs[:, 1], pairs[:, 0])).astype(np.int64)
-    groups[2] = np.searchsorted(pairs[order, 0], np.arange(count + 1))
+    groups[PAIRS] = np.searchsorted(pairs[order, 0], np.arange(count + 1))
     return groups, order
+
+
+def _allowed(groups: Integers, pairs: Integers, moving: int) -> Integers:
+    """`Bodies.allowed`."""
+    allowed = np.zeros((moving, _in_python(words_for)(groups.shape[1] - 1)), np.int64)
+    np.bitwise_or.at(allowed, (pairs[:, 0], pairs[:, 1] // GROUPS_PER_WORD), 1 << pairs[:, 1] % GROUPS_PER_WORD)
+    return allowed
 
 
 def _in_python(kernel: Any) -> Any:
@@ -192,39 +180,42 @@ def _in_python(kernel: Any) -> Any:
     return getattr(kernel, "py_func", kernel)
 
 
-def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tuple[Array, Scratch]:
-    """All arrays of a configuration check in one flat array (`kernels.layout`), and the scratch arrays shared with sweeps.
+def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, Tree, Search]:
+    """All arrays of a configuration check in one flat array (`kernels.layout`), and those that sweeps share with it.
 
     Args:
         margin: the value that an evaluated gap must exceed [m].
-        blocks: the vertex blocks (B, 3, 24) of the parts, in their joint's frame [m].
+        chain: the kinematic tree.
+        made: the bodies.
     """
-    joints, groups = chain.joints.shape[1], len(bodies.group_extents)
-    words = _in_python(words_for)(groups)
-    world_T, allowed = np.zeros((joints, 12)), np.zeros((bodies.moving, words), np.int64)
+    joints, groups, parts = chain.joints.shape[1], len(made.extents.groups), len(made.packed.sizes)
+    columns = made.packed.blocks.shape[2]
+    world_T = np.zeros((joints, 12))
     world_T[0, [0, 4, 8]] = 1.0
-    rows = np.full((6, GROUPS_PER_WORD * words), PADDING_BOX_DISTANCE)
+    rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE)
     # Fixed groups lie in the world already: their boxes are made once.
-    centre, half = bodies.group_extents[:, :3].T, bodies.group_extents[:, 3:].T
+    centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:].T
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
-    first = np.repeat(np.arange(groups), np.diff(bodies.groups[2]))
-    np.bitwise_or.at(allowed, (first, bodies.pairs[0] // GROUPS_PER_WORD), 1 << bodies.pairs[0] % GROUPS_PER_WORD)
-    listed, counters = (
-        np.zeros(np.diff(bodies.groups[1]).max(initial=1), np.int64),
-        np.zeros(COUNTER_PLACES, np.int64),
-    )
+    roots = made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS]
+    listed = np.zeros(max(1, int(roots[:-1].max(initial=1))), np.int64)
+    sizes, rounds = np.zeros(parts + SWEEP_POOL_ROWS, np.int64), np.zeros((parts + SWEEP_POOL_ROWS, 5))
+    sizes[:parts], rounds[:parts] = made.packed.sizes, made.packed.rounds
     head = np.zeros(HEAD_PLACES, np.int64)
-    whole = [head, counters, chain.joints, bodies.groups, bodies.sizes, bodies.pairs, allowed, listed]
-    numbers = [*chain[1:], bodies.part_extents, bodies.group_extents, world_T, rows]
-    numbers += [np.zeros(12), np.zeros(3), np.zeros((4, 3))]
-    arrays = [*whole, *numbers, blocks]
+    whole = [head, np.zeros(COUNTER_PLACES, np.int64), chain.joints, made.bodies.groups, sizes, made.children]
+    whole += [np.zeros((parts + 1, 2), np.int64), made.bodies.pairs, made.bodies.allowed, listed]
+    numbers = [*chain[1:], *made.extents, made.packed.diameters, world_T, rows, np.zeros(12), np.zeros(3)]
+    numbers += [np.zeros((4, 3)), np.zeros((4, 3)), rounds]
+    arrays = [*whole, *numbers, made.packed.blocks]
     starts = list(accumulate((array.size for array in arrays), _in_python(after), initial=0))
-    counts = joints, len(chain.bound), bodies.moving, groups, len(blocks), bodies.pairs.shape[1], len(listed)
-    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_BLOCKS, COLUMNS
-    head.view(np.float64)[[MARGIN, OFFSET]] = margin, bodies.offset
-    memory = _laid_out(arrays, starts, room=SWEEP_POOL_BLOCKS * 3 * COLUMNS)
-    *_, axis, simplex, blocks = _in_python(numbers_of)(memory)
-    return memory, Scratch(blocks, axis, simplex, _in_python(whole_numbers_of)(memory)[0])
+    moving, pairs = len(made.bodies.allowed), made.bodies.pairs.shape[1]
+    counts = joints, len(chain.bound), moving, groups, parts, pairs, len(listed)
+    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_ROWS, columns
+    head.view(np.float64)[[MARGIN, OFFSET]] = margin, made.offset
+    memory = _laid_out(arrays, starts, room=SWEEP_POOL_ROWS * 3 * columns)
+    *_, diameters, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
+    counters, _, _, sizes, children, stack, *_ = _in_python(whole_numbers_of)(memory)
+    search = Search(made.offset, axis, simplex, points, counters)
+    return memory, Hulls(blocks, sizes, rounds), Tree(children, diameters, stack), search
 
 
 def _laid_out(arrays: Sequence[NDArray[Any]], starts: Sequence[int], room: int) -> Array:
@@ -237,22 +228,23 @@ def _laid_out(arrays: Sequence[NDArray[Any]], starts: Sequence[int], room: int) 
     return memory
 
 
-def tracks_of(chain: Chain, bodies: Bodies, radii: Array, diameters: Array, slack: Array) -> Tracks:
+def tracks_of(chain: Chain, made: Arrays, slack: Array) -> Tracks:
     """The tracks of all pairs: each is swept in the frame of the last joint that carries both groups.
 
     Args:
+        chain: the kinematic tree.
+        made: the bodies.
         slack: (G,) for each group, half of the part of epsilon left for spread, minus the group's deviation [m].
     """
-    joint, first_pair = bodies.groups[0, :-1], bodies.groups[2]
+    joint, first_pair = made.bodies.groups[JOINT, :-1], made.bodies.groups[PAIRS]
     first = np.repeat(np.arange(len(joint)), np.diff(first_pair))
-    second = bodies.pairs[0]
+    second = made.bodies.pairs[PARTNER]
     frame, frames = last_shared_joints(chain, joint[first], joint[second]), chain.joints.shape[1]
     keys = np.concatenate([first, second]) * frames + np.concatenate([frame, frame])
     found, number = np.unique(keys, return_inverse=True)
     tracks = np.array([found // frames, found % frames], np.int64)
-    lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
     pair_tracks = np.ascontiguousarray(number.reshape(2, -1), np.int64)
-    return Tracks(lengths, radii, diameters, tracks, pair_tracks, slack[first] + slack[second])
+    return Tracks(tracks, pair_tracks, slack[first] + slack[second], made.radii)
 
 
 def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integers:
@@ -265,33 +257,46 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
     return last
 
 
-def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
-    """Allocates the scratch arrays for sweeps; most pages are never written, and so use no memory."""
-    count, parts, joints = tracks.tracks.shape[1], len(bodies.sizes), chain.joints.shape[1]
-    frames = np.zeros((FRAME_SLOTS, joints, 12))
+def way_of(chain: Chain, frames: Array, tracks: int = 0) -> Way:
+    """A way without a segment yet, whose frames (N, J, 12) at nodes are given; every first one becomes the world's."""
     frames[:, 0, [0, 4, 8]] = 1.0
-    block_boxes = np.empty((parts + SWEEP_POOL_BLOCKS, 6))
-    block_boxes[:parts, :3] = bodies.part_extents[:, :3] - bodies.part_extents[:, 3:]
-    block_boxes[:parts, 3:] = bodies.part_extents[:, :3] + bodies.part_extents[:, 3:]
-    most = int(np.diff(bodies.groups[1]).max(initial=1))
-    return Sweep(
-        segment=np.zeros((3, len(chain.bound))),
-        turned=np.zeros(joints),
-        motions=np.zeros((count, 3)),
-        frames=frames,
-        frame_tags=np.zeros(FRAME_SLOTS, np.int64),
-        node_poses=np.empty((count * COARSE_NODES, 12)),
-        node_boxes=np.empty((count * COARSE_NODES, 6)),
-        node_marks=np.zeros(count * COARSE_NODES, np.int64),
+    lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
+    segment, turned, motions = np.zeros((3, len(chain.bound))), np.zeros(len(lengths)), np.zeros((tracks, 3))
+    return Way(segment, turned, lengths, motions, frames, np.zeros(len(frames), np.int64))
+
+
+def sweep_of(chain: Chain, made: Arrays, tracks: Tracks) -> Sweep:
+    """Allocates the scratch arrays for sweeps; most pages are never written, and so use no memory."""
+    count, parts, joints = tracks.tracks.shape[1], len(made.packed.sizes), chain.joints.shape[1]
+    boxes, extents = np.empty((parts + SWEEP_POOL_ROWS, 6)), made.extents.parts
+    boxes[:parts, :3], boxes[:parts, 3:] = extents[:, :3] - extents[:, 3:], extents[:, :3] + extents[:, 3:]
+    most = int((made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS])[:-1].max(initial=1))
+    nodes = Nodes(
+        poses=np.empty((count * COARSE_NODES, 12)),
+        boxes=np.empty((count * COARSE_NODES, 6)),
+        marks=np.zeros(count * COARSE_NODES, np.int64),
         whole_boxes=np.empty((count, 6)),
         whole_marks=np.zeros(count, np.int64),
+    )
+    pool = Pool(
+        keys=np.zeros((3, 2 * SWEEP_POOL_ROWS), np.int64),
+        boxes=boxes,
         interval_table=np.zeros((2, count * 2 * COARSE_NODES), np.int64),
         interval_boxes=np.empty((max(4096, 4 * most), 6)),
-        block_boxes=block_boxes,
-        pose=np.empty((1, 12)),
-        pool=np.zeros((3, 2 * SWEEP_POOL_BLOCKS), np.int64),
         state=np.zeros(5, np.int64),
-        stack=np.zeros((64, 2), np.int64),
+        stack=np.zeros((parts + 64, 4), np.int64),
         ends=np.zeros(4, np.int64),
+        pose=np.empty((1, 12)),
         united=np.empty((4, 6)),
     )
+    return Sweep(tracks, way_of(chain, np.zeros((FRAME_SLOTS, joints, 12)), count), nodes, pool)
+
+
+def search_for(offset: float) -> Search:
+    """The scratch arrays of a search for separating axes."""
+    return Search(offset, np.zeros(3), np.zeros((4, 3)), np.zeros((4, 3)), np.zeros(COUNTER_PLACES, np.int64))
+
+
+def pool_of(rows: int, columns: int = COLUMNS) -> Hulls:
+    """So many rows for parts that a kernel places."""
+    return Hulls(np.empty((rows, 3, columns)), np.zeros(rows, np.int64), np.zeros((rows, 5)))

@@ -25,6 +25,8 @@ def reach_measures(surroundings: SceneSurroundings, stream: Stream, what: str) -
 
 
 def _measures(stream: Stream, what: str) -> tuple[Measure, ...]:
+    if stream.robot.drive is not None:  # its joints and its floor are freed together, and neither alone says much
+        return ()
     joint, base = limiting_joint(stream), base_measure(stream, what)
     return tuple(each for each in (joint, base) if each is not None)
 

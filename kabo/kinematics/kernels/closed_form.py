@@ -4,12 +4,19 @@ Every solution is confirmed by forward kinematics of the tree; errors from round
 decimals, are removed by a Gauss-Newton step.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from kabo.arrays import Array, Integers
 from kabo.compilation import kernel, lean_kernel
 from kabo.kinematics.kernels.forms import (
+    HALF,
+    MAX_SOLUTIONS,
+    MIDDLE,
     SPHERICAL,
     THREE_PARALLEL,
+    Solutions,
     moved_direction,
     solve_five,
     solve_spherical,
@@ -18,11 +25,71 @@ from kabo.kinematics.kernels.forms import (
 from kabo.kinematics.kernels.subproblems import carried, cross, direction, origin, turned
 from kabo.scene.kernels.poses import forward_kinematics
 
-MAX_SOLUTIONS = 8  # of one pose
 FREE_TURN_VALUES = 16  # values tried for a free joint, until one gives a solution within limits
 LIMIT_ROUNDING = 1e-7  # [rad] outside a limit: such values are set to the limit
 REFINABLE_EXCESS = 1e-4  # [rad] outside a limit: refinement may correct this much
 POSE_TOLERANCE = 1e-9  # of every entry of the pose that a solution reaches
+
+
+class Chain(NamedTuple):
+    """An arm whose inverse kinematics has a closed form: the numbers of a `Structure` (kabo/scene/structure.py)."""
+
+    form: int
+    placing: int
+    mirrored: bool
+    backwards: bool
+    lock: int  # the index of the locked axis, or -1
+    axes: Array  # (m, 6)
+    zero: Array  # (12,)
+    joints: Integers  # (m,)
+
+
+class Answers(NamedTuple):
+    """What `solve_poses` writes for each of N poses."""
+
+    found: Array  # (N, MAX_SOLUTIONS, n) configurations
+    counts: Integers  # (N,) how many of them
+    free: Integers  # (N, MAX_SOLUTIONS) singularities of each, as bits
+    short: Array  # (N, 4) missing length [m], tilt [rad], least excess of limits [rad], index of the axis with this excess
+
+
+class Room(NamedTuple):
+    """The scratch arrays of a solution."""
+
+    solutions: Solutions
+    axes: Array  # (k, 6) of the solved axes, in the order of the form
+    moved: Array  # (12,)
+    motion: Array  # (12,)
+    columns: Array  # (m, 7)
+    system: Array  # (m, m + 1)
+    world_T: Array  # (J, 12)  # noqa: N815
+
+
+@kernel  # Chain, i8 -> Room
+def room_for(chain, joints):
+    """Allocates the scratch arrays for solutions of a chain in a tree of so many joints; every angle is admitted."""
+    m = chain.axes.shape[0]
+    windows, world_T = np.zeros((6, 2)), np.zeros((joints, 12))
+    windows[:, HALF] = np.inf
+    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
+    turns, free = np.empty((MAX_SOLUTIONS, 6)), np.empty(MAX_SOLUTIONS, np.int64)
+    solutions = Solutions(turns, free, windows, np.empty((4, 3)), np.empty((3, 6)))
+    axes = np.empty((m - 1 if chain.lock >= 0 else m, 6))
+    return Room(solutions, axes, np.empty(12), np.empty(12), np.empty((m, 7)), np.empty((m, m + 1)), world_T)
+
+
+@lean_kernel  # Chain, KinematicTree, (6, 2) f8 -> writes windows
+def set_windows(chain, tree, windows):
+    """Writes the windows that the limits leave the angle of each solved axis, in the order of the form."""
+    count, used = chain.joints.shape[0] - (1 if chain.lock >= 0 else 0), 0
+    for a in range(chain.joints.shape[0]):
+        if a != chain.lock:
+            j = chain.joints[a]
+            k = tree.source[j]
+            at = count - 1 - used if chain.backwards else used
+            windows[at, MIDDLE] = tree.ratio[j] * 0.5 * (tree.lower[k] + tree.upper[k]) + tree.shift[j]
+            windows[at, HALF] = 0.5 * abs(tree.ratio[j]) * (tree.upper[k] - tree.lower[k]) + LIMIT_ROUNDING
+            used += 1
 
 
 @lean_kernel  # (12,) f8, (12,) f8 -> writes (12,) f8
@@ -92,10 +159,10 @@ def outside(q, joints, source, lower, upper):
     return worst, fault
 
 
-@lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, i8, tree x 6 -> f8
-def miss(q, goal, world_T, joint, parent, kind, source, ratio, shift, placement):
+@lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, i8, KinematicTree -> f8
+def miss(q, goal, world_T, joint, tree):
     """The largest absolute difference between entries of the goal and of the pose at q by forward kinematics."""
-    forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
+    forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
     worst = 0.0
     for k in range(12):
         worst = max(worst, abs(world_T[joint, k] - goal[k]))
@@ -127,9 +194,11 @@ def solved_step(system, step):
     return True
 
 
-@lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, (m,) i8, (m, 7) f8 x 2, i8, i8, ratio -> writes q
-def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio):
-    """Applies one Gauss-Newton step to q, from the poses in world_T, which removes rounding errors."""
+@lean_kernel  # (n,) f8, (12,) f8, Chain, KinematicTree, Room -> writes q
+def refine(q, goal, chain, tree, room):
+    """Applies one Gauss-Newton step to q, from the poses in room.world_T, which removes rounding errors."""
+    world_T, columns, system, joints = room.world_T, room.columns, room.system, chain.joints
+    joint = joints[joints.shape[0] - 1]
     m = joints.shape[0]
     turn = (
         0.5 * antisymmetric(goal, world_T[joint], 2, 1),
@@ -148,14 +217,14 @@ def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio
             system[i, c] = 0.0
             for k in range(6):
                 system[i, c] += columns[i, k] * columns[c, k]
-        system[i, i] += 1e-13 if i != lock else 1e12
+        system[i, i] += 1e-13 if i != chain.lock else 1e12
         system[i, m] = 0.0
         for k in range(3):
             system[i, m] += columns[i, k] * (goal[9 + k] - world_T[joint, 9 + k]) + columns[i, 3 + k] * turn[k]
     step = columns[:, 6]
     if solved_step(system[:, : m + 1], step):
         for i in range(m):
-            q[source[joints[i]]] += step[i] / ratio[joints[i]]
+            q[tree.source[joints[i]]] += step[i] / tree.ratio[joints[i]]
 
 
 @lean_kernel  # (12,) f8 x 2, i8, i8 -> f8
@@ -184,48 +253,59 @@ def is_known(q, found, count):
     return False
 
 
-@lean_kernel  # (k,) f8, bool, i8, (m,) i8, (J,) x 3, (n,) f8 -> writes q
-def write_turns(turns, backwards, lock, joints, source, ratio, shift, q):
+@lean_kernel  # (6,) f8, Chain, KinematicTree, (n,) f8 -> writes q
+def write_turns(turns, chain, tree, q):
     """Writes the joint values of a solution into q; the locked joint keeps its value."""
-    used, count = 0, joints.shape[0] - (1 if lock >= 0 else 0)
-    for a in range(joints.shape[0]):
-        if a != lock:
-            j = joints[a]
-            q[source[j]] = (turns[count - 1 - used if backwards else used] - shift[j]) / ratio[j]
+    used, count = 0, chain.joints.shape[0] - (1 if chain.lock >= 0 else 0)
+    for a in range(chain.joints.shape[0]):
+        if a != chain.lock:
+            j = chain.joints[a]
+            angle = turns[count - 1 - used if chain.backwards else used]
+            q[tree.source[j]] = (angle - tree.shift[j]) / tree.ratio[j]
             used += 1
 
 
-@lean_kernel  # (n,), (12,), work x 3, i8, (m,) i8, (n,) x 2, tree x 6 -> f8, i8, f8; writes q
-def settle(
-    q,
-    goal,
-    world_T,
-    columns,
-    system,
-    lock,
-    joints,
-    lower,
-    upper,
-    parent,
-    kind,
-    source,
-    ratio,
-    shift,
-    placement,
-):
+@lean_kernel  # (n,) f8, (12,) f8, Chain, KinematicTree, Room -> f8, i8, f8; writes q
+def settle(q, goal, chain, tree, room):
     """Brings a solution within limits and refines it; returns its excess, the axis at fault, and its pose error."""
+    joints = chain.joints
     end = joints[joints.shape[0] - 1]
-    worst, fault = outside(q, joints, source, lower, upper)
+    worst, fault = outside(q, joints, tree.source, tree.lower, tree.upper)
     if worst > REFINABLE_EXCESS:
         return worst, fault, np.inf
-    error = miss(q, goal, world_T, end, parent, kind, source, ratio, shift, placement)
+    error = miss(q, goal, room.world_T, end, tree)
     for _ in range(4):
         if error <= 1e-12 or error > 1e-3:
             break
-        refine(q, goal, world_T, joints, columns, system, lock, end, source, ratio)
-        worst, fault = outside(q, joints, source, lower, upper)
-        error = miss(q, goal, world_T, end, parent, kind, source, ratio, shift, placement)
+        refine(q, goal, chain, tree, room)
+        worst, fault = outside(q, joints, tree.source, tree.lower, tree.upper)
+        error = miss(q, goal, room.world_T, end, tree)
     return worst, fault, error
+
+
+@lean_kernel  # (12,) f8, f8, Chain, KinematicTree, Room -> writes room.axes, room.motion
+def prepare(goal, locked, chain, tree, room):
+    """Writes the axes to solve, with the locked joint at a value, and the motion that their turns must have."""
+    held = 0.0
+    if chain.lock >= 0:
+        hold = chain.joints[chain.lock]
+        held = tree.ratio[hold] * locked + tree.shift[hold]
+    chain_with_lock(chain.axes, chain.lock, held, chain.backwards, room.axes)
+    motion_of_chain(goal, chain.zero, chain.axes, chain.lock, held, chain.backwards, room.moved, room.motion)
+
+
+@lean_kernel  # Chain, f8, Room -> i8, i8, f8, f8; writes room.solutions
+def solve_form(chain, spare, room):
+    """The count of solutions of the prepared motion, the singularities, the missing length [m] and the tilt [rad]."""
+    if chain.form == SPHERICAL:
+        number, singular, missing = solve_spherical(
+            room.axes, room.motion, chain.placing, chain.mirrored, spare, room.solutions
+        )
+        return number, singular, missing, 0.0
+    if chain.form == THREE_PARALLEL:
+        number, singular, missing = solve_three_parallel(room.axes, room.motion, spare, room.solutions)
+        return number, singular, missing, 0.0
+    return solve_five(room.axes, room.motion, spare, room.solutions)
 
 
 @kernel  # (n,) f8, i8, i8, f8 -> writes (n,) f8
@@ -237,48 +317,28 @@ def begin(base, lock, held, value, q):
         q[held] = value
 
 
-@kernel  # (N, 12), (N,), (n,), i8 x 2, bool x 2, i8, (m, 6), (12,), (m,) i8, (n,) x 2, tree x 6 -> writes the last four
-def solve_poses(
-    goals, locked, base, form, placing, mirrored, backwards, lock, axes, zero, joints, lower, upper,
-    parent, kind, source, ratio, shift, placement, found, counts, free, short,
-):  # fmt: skip
-    """Writes the configurations (N, MAX_SOLUTIONS, n) that bring the last joint to each pose; pose i has `counts[i]`.
+@kernel  # (N, 12) f8, (N,) f8, (n,) f8, Chain, KinematicTree, Answers -> writes answers
+def solve_poses(goals, locked, base, chain, tree, answers):
+    """Writes the configurations that bring the last joint of a chain to each pose, or why there are none.
 
-    `base` has the values of joints outside the chain, `locked` the value of the locked joint for each pose. `free`
-    receives the singularities of each solution as bits. `short` (N, 4) receives why a pose has no solution:
-    missing length [m], tilt [rad], the least excess of limits [rad], and the index of the axis with this excess.
+    `base` has the values of joints outside the chain, `locked` the value of the locked joint for each pose.
     """
-    m, hold = axes.shape[0], joints[max(lock, 0)]
-    chain = np.empty((m - 1 if lock >= 0 else m, 6))
-    triples, swapped = np.empty((4, 3)), np.empty((3, 6))
-    turns, marks = np.empty((MAX_SOLUTIONS, 6)), np.empty(MAX_SOLUTIONS, np.int64)
-    moved, motion, q = np.empty(12), np.empty(12), base.copy()
-    columns, system, world_T = np.empty((m, 7)), np.empty((m, m + 1)), np.zeros((parent.shape[0], 12))
-    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
-    tree = parent, kind, source, ratio, shift, placement
+    found, counts, free, short = answers.found, answers.counts, answers.free, answers.short
+    hold, lock, source = chain.joints[max(chain.lock, 0)], chain.lock, tree.source
+    room, q = room_for(chain, tree.parent.shape[0]), base.copy()
+    turns, marks = room.solutions.turns, room.solutions.free
     for i in range(goals.shape[0]):
-        held, tilt = ratio[hold] * locked[i] + shift[hold], 0.0
-        chain_with_lock(axes, lock, held, backwards, chain)
-        motion_of_chain(goals[i], zero, axes, lock, held, backwards, moved, motion)
+        prepare(goals[i], locked[i], chain, tree, room)
         short[i, 2], short[i, 3], counts[i] = np.inf, -1.0, 0
         for trial in range(FREE_TURN_VALUES):
             spare = 2.0 * np.pi * trial / FREE_TURN_VALUES
-            if form == SPHERICAL:
-                number, singular, missing = solve_spherical(
-                    chain, motion, placing, mirrored, triples, swapped, turns, marks, spare
-                )
-            elif form == THREE_PARALLEL:
-                number, singular, missing = solve_three_parallel(chain, motion, turns, marks, spare)
-            else:
-                number, singular, missing, tilt = solve_five(chain, motion, turns, marks, spare)
+            number, singular, missing, tilt = solve_form(chain, spare, room)
             if trial == 0:
                 short[i, 0], short[i, 1] = missing, tilt
             for s in range(number):
                 begin(base, lock, source[hold], locked[i], q)
-                write_turns(turns[s], backwards, lock, joints, source, ratio, shift, q)
-                worst, fault, error = settle(
-                    q, goals[i], world_T, columns, system, lock, joints, lower, upper, *tree
-                )
+                write_turns(turns[s], chain, tree, q)
+                worst, fault, error = settle(q, goals[i], chain, tree, room)
                 if worst > 0.0:
                     if worst < short[i, 2]:
                         short[i, 2], short[i, 3] = worst, fault
@@ -289,13 +349,15 @@ def solve_poses(
                 break
 
 
-@kernel  # (N, n) f8, i8, tree x 6 -> (N, 12) f8
-def poses_of(Q, joint, parent, kind, source, ratio, shift, placement):
+@kernel  # (N, n) f8, i8, KinematicTree -> (N, 12) f8
+def poses_of(Q, joint, tree):
     """The poses (N, 12) of one joint in the world at every configuration."""
-    world_T = np.zeros((parent.shape[0], 12))
+    world_T = np.zeros((tree.parent.shape[0], 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
     poses = np.empty((Q.shape[0], 12))
     for i in range(Q.shape[0]):
-        forward_kinematics(Q[i], parent, kind, source, ratio, shift, placement, world_T)
+        forward_kinematics(
+            Q[i], tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T
+        )
         poses[i] = world_T[joint]
     return poses

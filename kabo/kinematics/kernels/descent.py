@@ -5,8 +5,11 @@ vanishes with the error instead of a pseudo-inverse that jumps; the step is capp
 the limits; a joint that nevertheless ends outside its limits returns to its seed, and the other joints compensate.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from kabo.arrays import Array, Integers
 from kabo.compilation import kernel, lean_kernel
 from kabo.kinematics.kernels.rows import LOWER, SCALE, TOLERANCE, UPPER, differentiate, evaluate
 from kabo.scene.kernels.poses import forward_kinematics
@@ -19,12 +22,34 @@ LOST, OUTSIDE, ARRIVED = 0, 1, 2  # how far a seed got
 EXTRA_ITERATIONS = 8  # for the other joints, each time that some were returned to their seed
 
 
-@kernel  # i8, i8, i8 -> tuple of arrays
+class Target(NamedTuple):
+    """What one descent aims at: rows with their bounds, the bounds moved inwards, and the joints that move the rows."""
+
+    rows: Array  # (R, W)
+    low: Array  # (R,) inner bounds: a violated row aims at the nearer one
+    high: Array  # (R,)
+    signs: Array  # (R, J) from `find_signs`
+
+
+class Work(NamedTuple):
+    """The scratch arrays of `descend`."""
+
+    world_T: Array  # (J, 12)  # noqa: N815
+    values: Array  # (R,)
+    wrenches: Array  # (R, 6)
+    held: Integers  # (R,)
+    residuals: Array  # (R,)
+    jacobian: Array  # (R, n)
+    factor: Array  # (R, R)
+    steps: Array  # (n,)
+
+
+@kernel  # i8, i8, i8 -> Work
 def scratch(rows, joints, size):
     """Allocates the scratch arrays of `descend` for the given numbers of rows, joints and values of q."""
     world_T = np.zeros((joints, 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
-    return (
+    return Work(
         world_T,
         np.empty(rows),
         np.empty((rows, 6)),
@@ -36,13 +61,14 @@ def scratch(rows, joints, size):
     )
 
 
-@lean_kernel  # (R, W) f8, (R,) f8 x 3, (R,) i8, (R,) f8 -> bool, f8, i8; writes held and residuals
-def find_residuals(rows, values, inner_lower, inner_upper, held, residuals):
+@lean_kernel  # Target, (R,) f8, (R,) i8, (R,) f8 -> bool, f8, i8; writes held and residuals
+def find_residuals(target, values, held, residuals):
     """Writes which rows are active, and the distance of each active row from its inner bounds [m].
 
     A row is inactive inside its interval; outside it aims at the inner bounds. Returns whether all rows are
     fulfilled, the sum of squares, and the number of active rows.
     """
+    rows, inner_lower, inner_upper = target.rows, target.low, target.high
     fulfilled, square, count = True, 0.0, 0
     for i in range(rows.shape[0]):
         value, low, high = values[i], rows[i, LOWER], rows[i, UPPER]
@@ -125,10 +151,8 @@ def bring_within_limits(q, seed, lower, upper, free, turning, policy):
     return inside, count
 
 
-@kernel  # (n,) f8 x 2, (R, W) f8, (R,) f8 x 2, (n,) f8 x 2, (n,) bool x 2, tuples, i8, i8 -> i8; writes q, free
-def descend(
-    q, seed, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy
-):
+@kernel  # (n,) f8 x 2, (n,) bool x 2, Target, KinematicTree, Work, i8, i8 -> i8; writes q, free
+def descend(q, seed, free, turning, target, tree, work, iterations, policy):
     """Moves q until every row holds within its own tolerance and q is within its limits; returns the outcome.
 
     The outcome is ARRIVED, OUTSIDE (all rows hold, but not within the limits) or LOST (the rows never held).
@@ -136,14 +160,15 @@ def descend(
     Only values that are `free` move. Unless `policy` allows whole turns only, `free` is written: a value outside
     its limits stays at the limit (FREEZES) or returns to that of `seed` (RETURNS), and the others compensate.
     """
-    parent, kind, source, ratio, shift, placement = tree
+    parent, kind, source, ratio, shift, placement, lower, upper, _ = tree
     world_T, values, wrenches, held, residuals, jacobian, factor, steps = work
+    rows, signs = target.rows, target.signs
     left, reached = iterations, LOST
     while left > 0:
         left -= 1
         forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
         evaluate(rows, world_T, values, wrenches)
-        fulfilled, square, count = find_residuals(rows, values, inner_lower, inner_upper, held, residuals)
+        fulfilled, square, count = find_residuals(target, values, held, residuals)
         if fulfilled:
             inside, able = bring_within_limits(q, seed, lower, upper, free, turning, policy)
             if inside:

@@ -27,20 +27,22 @@ def common_ancestor(parent, a, b):
     return a
 
 
-@kernel  # i8, tree parts, (n,) f8 x 2 -> f8, f8
-def change_and_reach(j, source, ratio, shift, kind, placement, q0, q1):
+@kernel  # i8, KinematicTree, (n,) f8 x 2 -> f8, f8
+def change_and_reach(j, tree, q0, q1):
     """The total motion of joint j on the segment, and the greatest distance of its origin from its parent's origin [m]."""
+    source, ratio, shift, placement = tree.source, tree.ratio, tree.shift, tree.placement
     start, end = ratio[j] * q0[source[j]], ratio[j] * q1[source[j]]
     x, y, z = placement[j, 9], placement[j, 10], placement[j, 11]
     reach = np.sqrt(x * x + y * y + z * z)
-    if kind[j] != 0:
+    if tree.kind[j] != 0:
         reach += max(abs(start + shift[j]), abs(end + shift[j]))
     return abs(end - start), reach
 
 
-@kernel  # (W,) f8, tree x 6, (n,) f8 x 2 -> f8
-def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
+@kernel  # (W,) f8, KinematicTree, (n,) f8 x 2 -> f8
+def curvature(row, tree, q0, q1):
     """The bound c of |y''| over the whole segment, where y is a point [m], or a direction for kinds from DIRECTION on."""
+    parent, kind = tree.parent, tree.kind
     a, b = int(row[FIRST]), int(row[SECOND])
     if row[KIND] == ALIGNED:  # the direction of the second, seen from the first
         a, b = b, a
@@ -53,7 +55,7 @@ def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
     total, weighted = 0.0, 0.0  # weighted: the sum over joints nearer to the point of 2 r |dq|
     j = a
     while j != top:
-        change, reach = change_and_reach(j, source, ratio, shift, kind, placement, q0, q1)
+        change, reach = change_and_reach(j, tree, q0, q1)
         if kind[j] == 0:
             total += change * (distance * change + weighted)
             weighted += 2.0 * distance * change
@@ -65,13 +67,13 @@ def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
     length = distance
     j = b
     while j != top:
-        change, reach = change_and_reach(j, source, ratio, shift, kind, placement, q0, q1)
+        change, reach = change_and_reach(j, tree, q0, q1)
         length += reach if position else 0.0
         j = parent[j]
     rest, angles = length, 0.0  # how far the point can be from joint j; the turns of the joints before it
     j = b
     while j != top:
-        change, reach = change_and_reach(j, source, ratio, shift, kind, placement, q0, q1)
+        change, reach = change_and_reach(j, tree, q0, q1)
         if kind[j] == 0:
             total += rest * change * (change + 2.0 * angles) + change * weighted
             angles += change
@@ -82,28 +84,28 @@ def curvature(row, parent, kind, source, ratio, shift, placement, q0, q1):
     return total
 
 
-@kernel  # (n,) f8 x 2, f8, (R, W) f8, tree x 6, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
-def look(q0, q1, share, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors):
+@kernel  # (n,) f8 x 2, f8, (R, W) f8, KinematicTree, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
+def look(q0, q1, share, rows, tree, q, world_T, vectors):
     """Writes the vector that `relative` computes for every row, at the fraction `share` of the segment."""
     for j in range(q.shape[0]):
         q[j] = q0[j] if share == 0.0 else q1[j] if share == 1.0 else q0[j] + share * (q1[j] - q0[j])
-    forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
+    forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
     for i in range(rows.shape[0]):
         relative(rows[i], world_T, vectors[i])
 
 
-@kernel  # (R, W) f8, (R,) f8, (n,) f8 x 2, tree x 6 -> i8
-def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, shift, placement):
+@kernel  # (R, W) f8, (R,) f8, (n,) f8 x 2, KinematicTree -> i8
+def first_row_not_kept(rows, tolerances, q0, q1, tree):
     """-1 if all rows are proven to hold within tolerance along the segment, else the index of an unproven row."""
     count = rows.shape[0]
-    world_T, q, bound = np.zeros((parent.shape[0], 12)), q0.copy(), np.empty(count)
+    world_T, q, bound = np.zeros((tree.parent.shape[0], 12)), q0.copy(), np.empty(count)
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
     for i in range(count):
-        bound[i] = curvature(rows[i], parent, kind, source, ratio, shift, placement, q0, q1) / 8.0
+        bound[i] = curvature(rows[i], tree, q0, q1) / 8.0
     # vectors[0] belongs to the left end of what is left to prove, above it lie right ends, the nearest on top.
     ends, vectors = np.zeros(MAX_DEPTH + 2), np.empty((MAX_DEPTH + 2, count, 3))
-    look(q0, q1, 0.0, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors[0])
-    look(q0, q1, 1.0, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors[1])
+    look(q0, q1, 0.0, rows, tree, q, world_T, vectors[0])
+    look(q0, q1, 1.0, rows, tree, q, world_T, vectors[1])
     ends[1], top, doubtful = 1.0, 1, -1
     for _ in range(MAX_PIECES):
         if top == 0:
@@ -130,5 +132,5 @@ def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, sh
             return doubtful
         top += 1
         ends[top], ends[top - 1] = ends[0] + 0.5 * width, ends[top - 1]
-        look(q0, q1, ends[top], rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors[top])
+        look(q0, q1, ends[top], rows, tree, q, world_T, vectors[top])
     return doubtful

@@ -1,21 +1,45 @@
 """Projection of many seeds onto constraint rows in one call, with random aims inside intervals and repeated seeds."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.compilation import kernel, lean_kernel
-from kabo.kinematics.kernels.descent import ARRIVED, FREEZES, LOST, RETURNS, WRAPS, descend, scratch
+from kabo.kinematics.kernels.descent import ARRIVED, FREEZES, LOST, RETURNS, WRAPS, Target, descend, scratch
 from kabo.kinematics.kernels.rows import FIRST, LOWER, SECOND, UPPER, differentiate, evaluate, find_signs
 from kabo.kinematics.kernels.streams import stratified, uniform
 from kabo.scene.kernels.poses import forward_kinematics
+from kabo.scene.tree import KinematicTree
 
 __all__ = ["FREEZES", "RETURNS", "WRAPS", "descend", "project_seeds", "row_jacobian", "row_values", "scratch"]
 
 AIM_ITERATIONS = 20  # for each try to reach the aims; successful tries need about ten
 
 
-@kernel  # (R, W) f8, tree -> (R, W) f8, tree of the joints that the rows depend on
-def restricted(rows, parent, kind, source, ratio, shift, placement):
+class Wanted(NamedTuple):
+    """The rows that seeds are projected onto."""
+
+    rows: Array  # (R, W)
+    required: int  # the rows before this one must hold; the others only have aims
+    aims: Array  # (N, R) the value that each seed aims at inside an interval; NaN for none
+    inset: float  # how far inside a violated interval the projection aims [m or rad]
+
+
+class Rule(NamedTuple):
+    """How long and how often seeds are projected, and what happens at limits."""
+
+    iterations: int
+    policy: int  # WRAPS, FREEZES, RETURNS
+    key: np.uint64  # of the stream from which further seeds are drawn
+    first: int  # the number of the first seed in the stream
+    tries: int  # seeds for one sample, while it misses its aims
+
+
+@kernel  # (R, W) f8, KinematicTree -> (R, W) f8, KinematicTree of the joints that the rows depend on
+def restricted(rows, tree):
     """The rows and the tree without joints that no row depends on (grippers, other branches)."""
+    parent, kind, source, ratio, shift, placement, lower, upper, velocity = tree
     joints = parent.shape[0]
     number = np.full(joints, -1, np.int64)
     number[0] = 0
@@ -47,7 +71,7 @@ def restricted(rows, parent, kind, source, ratio, shift, placement):
         )
         for c in range(12):
             placements[k, c] = placement[j, c]
-    return less, (parents, kinds, sources, ratios, shifts, placements)
+    return less, KinematicTree(parents, kinds, sources, ratios, shifts, placements, lower, upper, velocity)
 
 
 @kernel  # i8, (J,) i8, (J,) i8, (J,) f8 -> (n,) bool
@@ -85,14 +109,15 @@ def draw_aims(key, first, rows, aims):
             number += 1
 
 
-@lean_kernel  # (R, W) f8, i8, (R,) f8, f8, i8 -> bool; writes aimed, low, high
-def set_bounds(rows, required, aims, inset, aimed, low, high):
+@lean_kernel  # (R, W) f8, i8, (R,) f8, f8, Target -> bool; writes target
+def set_bounds(rows, required, aims, inset, target):
     """Writes the interval that one descent aims at for each constraint row; returns whether any row has an aim.
 
     A row with an aim (a value, NaN for none) gets that value as both bounds, any other row its own bounds; from
-    row `required` on, rows without an aim are unbounded. `aimed` receives these bounds, `low` and `high` the same
-    bounds moved inwards by `inset`, at most to the middle.
+    row `required` on, rows without an aim are unbounded. The rows of the target receive these bounds, `low` and
+    `high` the same bounds moved inwards by `inset`, at most to the middle.
     """
+    aimed, low, high = target.rows, target.low, target.high
     any_aim = False
     for i in range(rows.shape[0]):
         aimed[i, LOWER], aimed[i, UPPER] = rows[i, LOWER], rows[i, UPPER]
@@ -123,68 +148,69 @@ def keep(q, active, kept, free):
         kept[j], free[j] = q[j], active[j]
 
 
-@kernel  # (N, n) f8, (N,) bool, (R, W) f8, i8, (N, R) f8, f8, (n,) f8 x 2, (n,) bool, tree x 6, i8, i8, u8, i8, i8
-def project_seeds(
-    Q, succeeded, rows, required, aims, inset, lower, upper, active, parent, kind, source, ratio, shift, placement,
-    iterations, policy, key, first, tries,
-):  # fmt: skip
-    """Projects each row of Q in place; writes whether it succeeded: `rows[:required]` hold and q is within limits.
+@kernel  # (N, n) f8, (N,) bool, Wanted, KinematicTree with the limits to keep, (n,) bool, Rule -> writes Q, succeeded
+def project_seeds(Q, succeeded, wanted, tree, active, rule):
+    """Projects each row of Q in place; writes whether it succeeded: the required rows hold and q is within limits.
 
-    Row i is sample `first` + i of the stream `key`. Its aims are tried from up to `tries` seeds: first Q[i], then
-    seeds from the stream. If all tries fail, the result is the projection of Q[i] onto the bounds without aims; if
-    this projection does not fulfil the rows even outside the limits, only the first try is made.
+    Row i is sample `rule.first` + i of the stream `rule.key`. Its aims are tried from up to `rule.tries` seeds: first
+    Q[i], then seeds from the stream. If all tries fail, the result is the projection of Q[i] onto the bounds without
+    aims; if this projection does not fulfil the rows even outside the limits, only the first try is made.
     """
-    turning = find_turning(Q.shape[1], kind, source, ratio)
-    rows, tree = restricted(rows, parent, kind, source, ratio, shift, placement)
-    signs = np.zeros((rows.shape[0], tree[0].shape[0]))
-    find_signs(rows, tree[0], tree[3], signs)
-    work, seed = scratch(rows.shape[0], tree[0].shape[0], Q.shape[1]), np.empty(Q.shape[1])
-    aimed, free, no_aims = rows.copy(), active.copy(), np.full(rows.shape[0], np.nan)
-    low, high, spare = np.empty(rows.shape[0]), np.empty(rows.shape[0]), np.empty(Q.shape[1])
+    aims, inset, required = wanted.aims, wanted.inset, wanted.required
+    iterations, policy, lower, upper = rule.iterations, rule.policy, tree.lower, tree.upper
+    turning = find_turning(Q.shape[1], tree.kind, tree.source, tree.ratio)
+    rows, less = restricted(wanted.rows, tree)
+    signs = np.zeros((rows.shape[0], less.parent.shape[0]))
+    find_signs(rows, less.parent, less.ratio, signs)
+    work, seed = scratch(rows.shape[0], less.parent.shape[0], Q.shape[1]), np.empty(Q.shape[1])
+    free, no_aims = active.copy(), np.full(rows.shape[0], np.nan)
+    target = Target(rows.copy(), np.empty(rows.shape[0]), np.empty(rows.shape[0]), signs)
+    spare = np.empty(Q.shape[1])
     for i in range(Q.shape[0]):
         q, reached, spared = Q[i], LOST, LOST
-        aiming = set_bounds(rows, required, aims[i], inset, aimed, low, high)
-        for attempt in range(tries if aiming else 1):
+        aiming = set_bounds(rows, required, aims[i], inset, target)
+        for attempt in range(rule.tries if aiming else 1):
             if attempt > 0:
-                draw_again(key, first + i, attempt, lower, upper, active, q)
+                draw_again(rule.key, rule.first + i, attempt, lower, upper, active, q)
             keep(q, active, seed, free)
             budget = AIM_ITERATIONS if aiming else iterations
-            reached = descend(
-                q, seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, budget, policy
-            )
+            reached = descend(q, seed, free, turning, target, less, work, budget, policy)
             if reached == ARRIVED or not aiming:
                 break
             if attempt == 0:
                 keep(seed, active, spare, free)
-                set_bounds(rows, required, no_aims, inset, aimed, low, high)
-                spared = descend(
-                    spare, seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, iterations,
-                    policy,
-                )  # fmt: skip
+                set_bounds(rows, required, no_aims, inset, target)
+                spared = descend(spare, seed, free, turning, target, less, work, iterations, policy)
                 if spared == LOST:
                     break
-                set_bounds(rows, required, aims[i], inset, aimed, low, high)
+                set_bounds(rows, required, aims[i], inset, target)
         if reached != ARRIVED and spared == ARRIVED:
             keep(spare, active, q, free)
         succeeded[i] = reached == ARRIVED or spared == ARRIVED
 
 
-@kernel  # (n,) f8, (R, W) f8, tree x 6 -> (R,) f8
-def row_values(q, rows, parent, kind, source, ratio, shift, placement):
+@kernel  # (n,) f8, (R, W) f8, KinematicTree -> (R,) f8
+def row_values(q, rows, tree):
     """The value of every row at q, in the unit of the row."""
-    work = scratch(rows.shape[0], parent.shape[0], q.shape[0])
-    forward_kinematics(q, parent, kind, source, ratio, shift, placement, work[0])
-    evaluate(rows, work[0], work[1], work[2])
-    return work[1]
+    work = scratch(rows.shape[0], tree.parent.shape[0], q.shape[0])
+    forward_kinematics(
+        q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, work.world_T
+    )
+    evaluate(rows, work.world_T, work.values, work.wrenches)
+    return work.values
 
 
-@kernel  # (n,) f8, (R, W) f8, tree x 6 -> (R, n) f8
-def row_jacobian(q, rows, parent, kind, source, ratio, shift, placement):
+@kernel  # (n,) f8, (R, W) f8, KinematicTree -> (R, n) f8
+def row_jacobian(q, rows, tree):
     """The derivative of every row by every value of q, in the unit of the row."""
-    work = scratch(rows.shape[0], parent.shape[0], q.shape[0])
-    signs = np.zeros((rows.shape[0], parent.shape[0]))
-    find_signs(rows, parent, ratio, signs)
-    forward_kinematics(q, parent, kind, source, ratio, shift, placement, work[0])
-    evaluate(rows, work[0], work[1], work[2])
-    differentiate(work[2], work[3], rows.shape[0], signs, kind, source, work[0], work[5])
-    return work[5]
+    work = scratch(rows.shape[0], tree.parent.shape[0], q.shape[0])
+    signs = np.zeros((rows.shape[0], tree.parent.shape[0]))
+    find_signs(rows, tree.parent, tree.ratio, signs)
+    forward_kinematics(
+        q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, work.world_T
+    )
+    evaluate(rows, work.world_T, work.values, work.wrenches)
+    differentiate(
+        work.wrenches, work.held, rows.shape[0], signs, tree.kind, tree.source, work.world_T, work.jacobian
+    )
+    return work.jacobian

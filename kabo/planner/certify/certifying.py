@@ -14,10 +14,11 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
-from kabo.geometry.collision.separation_proofs import Course, Parts, PlacedBody, Prover, Unproven, Witness, ordered
+from kabo.geometry import Enclosure
+from kabo.geometry.collision.part_trees import Cover
+from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Unproven, Witness
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.plan import (
-    BodyParts,
     Certificate,
     Clearance,
     Node,
@@ -26,6 +27,7 @@ from kabo.plan import (
     StretchProof,
     topological_order,
 )
+from kabo.planner.certify.certified_bodies import CertifiedBodies
 from kabo.planner.certify.certified_pairs import PairChoice, Thing
 from kabo.planner.certify.component_values import ComponentValues
 from kabo.planner.certify.motion_situation import MotionSituation
@@ -102,11 +104,24 @@ def certify(
     Raises:
         ValueError: the plan has a cycle, no start state, or moves something that may be in several places.
     """
-    return _Certifying(plan, surroundings, near or surroundings.budget.epsilon, look).made()
+    covers: dict[str, Cover] = {}
+    while True:
+        certifying = _Certifying(plan, surroundings, near or surroundings.budget.epsilon, look, covers)
+        made = certifying.made()
+        if not certifying.bodies.divided:
+            return made
+        covers = certifying.bodies.covers  # all proofs are to be about the same parts
 
 
 class _Certifying:
-    def __init__(self, plan: Plan, surroundings: SceneSurroundings, near: float, look: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        surroundings: SceneSurroundings,
+        near: float,
+        look: Callable[[], None],
+        covers: Mapping[str, Cover],
+    ) -> None:
         self.look = look
         order = topological_order(plan)
         if order is None:
@@ -114,8 +129,7 @@ class _Certifying:
         self.plan, self.order, self.near = plan, order, near
         self.surroundings, self.scene = surroundings, surroundings.scene
         self.values = ComponentValues(plan, self.scene, order)
-        self.parts = self._all_parts()
-        self.prover = Prover(self.parts, near, surroundings.budget.clearance)
+        self.bodies = CertifiedBodies(self._enclosures(), covers, surroundings.budget, near)
         self.gaps: list[UnprovenPair] = []
         self.choice = PairChoice(surroundings.never_collide)
         self._links = {name: self._links_of(robot) for name, robot in self.scene.robots.items()}
@@ -146,27 +160,24 @@ class _Certifying:
                 segments.append(Clearance(name, i, clearance, None if clearance is None else between, permitted))
         if self.gaps:
             return self.gaps
-        bodies = {
-            f"sha256:{digest}": BodyParts(
-                tuple(map(len, parts.vertices)), np.concatenate(parts.vertices).astype("<f8").tobytes()
-            )
-            for digest, parts in sorted(self.parts.items())
-        }
-        return Certificate(self.surroundings.budget.epsilon, tuple(segments), self.near, bodies, tuple(proofs))
+        return Certificate(
+            self.surroundings.budget.epsilon, tuple(segments), self.near, self.bodies.given(), tuple(proofs)
+        )
 
     # ------------------------------------------------------------------------------------------------ the scene
-    def _all_parts(self) -> dict[str, Parts]:
+    def _enclosures(self) -> dict[str, Enclosure]:
+        """The enclosure of every mesh, by its hash."""
         names = [
             f"{robot.name}.{link.name}"
             for robot in self.scene.robots.values()
             for link in robot.links.values()
             if link.mesh is not None
         ]
-        made: dict[str, Parts] = {}
+        made: dict[str, Enclosure] = {}
         for name in [*names, *self.scene.bodies]:
             digest = self._mesh(name)
             if digest not in made:
-                made[digest] = ordered(self.surroundings.enclosure(name))
+                made[digest] = self.surroundings.enclosure(name)
         return made
 
     def _mesh(self, name: str) -> str:
@@ -235,7 +246,7 @@ class _Certifying:
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
-            found = self.prover.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
+            found = self.bodies.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
             if not isinstance(found, Unproven):
                 break
         if isinstance(found, Unproven):
@@ -252,7 +263,7 @@ class _Certifying:
         for cut in CUTS:
             self.look()
             course = every_pair_of_pieces(first.course, second.course, rows, cut)
-            found = self.prover.prove(course)
+            found = self.bodies.prove(course)
             if not isinstance(found, Unproven) or len(course.waypoints) > MAX_WAYPOINTS:
                 break
         if isinstance(found, Unproven):

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable
 
-from kabo.geometry_server.answers import Pair, Refusal, owners
+from kabo.geometry_server.answers import BLOCKED_REASONS, Pair, Refusal, owners
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.wording import counted
 
@@ -23,8 +23,10 @@ def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list
 def refused(call: GroundCall, refusal: Refusal) -> str:
     """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
     body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
-    if body is None or refusal.reason not in ("collision", "no_path"):
+    if body is None or refusal.reason not in BLOCKED_REASONS:
         return f"{call}: {refusal.comment.partition(': ')[2] or refusal.comment}"
+    if refusal.reason == "hidden":
+        return f"{call}: hidden by {body} most often"
     if count <= refusal.attempts:
         return f"{call}: blocked by {body} in {count} of {counted(refusal.attempts, 'attempt')}"
     return f"{call}: {refusal.reason.replace('_', ' ')}, blocked by {body} most often"

@@ -6,7 +6,7 @@ This module and its imports load the kernels, so `solve` imports it only for pro
 from dataclasses import replace
 from time import perf_counter
 
-from kabo.geometry_server import GeometryServer, start_faults
+from kabo.geometry_server import GeometryServer, prepare, start_faults
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
@@ -24,11 +24,13 @@ from kabo.tasks.procedures import GeometricProcedures
 
 
 def load_procedures(run: SolveRun) -> GeometricProcedures:
-    """The server for the procedures in the problem's scene; the run then also stops when its samples are spent.
+    """The server for the procedures in the problem's scene, whose parts are prepared.
+
+    The run then also stops when its samples are spent.
 
     Raises:
-        CutOff: time or memory was spent before the scene was loaded.
-        InputError: the scene does not load.
+        CutOff: time or memory was spent before the scene was loaded and prepared.
+        InputError: the scene does not load, or has meshes that cannot be enclosed.
     """
     began = perf_counter()
     if run.problem.scene is None:
@@ -38,6 +40,8 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
     server.stop = run.stop
+    processes = run.workers if run.workers > 1 else None
+    prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     return GeometricProcedures(server, None if domain is None else domain.parent)

@@ -118,6 +118,8 @@ _REASON_WORDS = {
     "constraint": "a constraint does not hold",
     "no_path": "no path found",
     "empty_family": "no grasp or placement of the family fits",
+    "hidden": "something is in the way of the camera's view",
+    "out_of_view": "out of the camera's range or field of view",
     "not_explored": "nothing has been tried",
     "nothing_valid": "no parameters are believed valid",
     "out_of_range": "no valid parameters give the wanted outcome",

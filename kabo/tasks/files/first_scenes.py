@@ -2,10 +2,28 @@
 
 from collections.abc import Callable
 
-from kabo.geometry_server import GeometryServer
+from kabo.errors import CutOff
+from kabo.geometry_server import GeometryServer, Preparing, prepare_scene
 from kabo.scene import Scene
 from kabo.tasks.core import Task
 from kabo.tasks.robots import TaskScene, check_meaning, check_names
+
+
+def prepare_geometry(
+    scene: Scene, stop: Callable[[], bool], told: Callable[[Preparing], None] | None, processes: int | None = None
+) -> None:
+    """Makes the convex parts of all links and bodies of a scene, so that stages find them; `told` as in `prepare`.
+
+    Raises:
+        InputError: meshes cannot be enclosed.
+        CutOff: `stop` returned True.
+    """
+
+    def look() -> None:
+        if stop():
+            raise CutOff
+
+    prepare_scene(scene, processes=processes, look=look, told=told)
 
 
 def first_scene(scene: Scene, seed: int, stop: Callable[[], bool]) -> TaskScene:

@@ -12,6 +12,7 @@ from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
 
 if TYPE_CHECKING:
+    from kabo.geometry_server import Preparing
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 Stop = Callable[[], bool]
@@ -39,6 +40,9 @@ class PlanningOptions:
     repeat: int = 1
     workers: int | None = None
     stop: Stop = field(default=lambda: False, compare=False)
+    preparing: "Callable[[Preparing], None] | None" = field(
+        default=None, compare=False
+    )  # told of prepared geometry
 
 
 def plan_file(
@@ -50,9 +54,16 @@ def plan_file(
     """The planning runs of a file's task with given arguments, in a scene if the task has robot stages.
 
     Raises:
-        InputError: the arguments are wrong, or the stages do not fit together; lists the places in the file.
+        InputError: the arguments are wrong, or the stages do not fit together; lists the places in the file. Or meshes
+            of the scene cannot be enclosed.
+        CutOff: the caller stopped the run while the scene was prepared.
     """
     settings = PlanningOptions() if settings is None else settings
+    if scene is not None:
+        # Loads kernels, as in `_run`.
+        from kabo.tasks.files.first_scenes import prepare_geometry
+
+        prepare_geometry(scene, settings.stop, settings.preparing, settings.workers)
     runs: list[TaskRun] = []
     for seed in range(settings.seed, settings.seed + settings.repeat):
         if runs and settings.stop():

@@ -137,12 +137,17 @@ def goal(value: Any) -> str | None:
     return _prefixed("point", numbers(value["point"], 3)) if targets == ["point"] else None
 
 
+_ROUND = {"cylinder": ("radius", "height"), "sphere": ("radius",), "capsule": ("radius", "length")}
+
+
 def shape(value: Any) -> str | None:
-    """Checks a shape: {box}, {cylinder} or {sphere}, with positive sizes."""
-    kinds = [kind for kind in ("box", "cylinder", "sphere") if kind in value]
+    """Checks a shape: {box}, {cylinder}, {sphere} or {capsule}, with positive sizes."""
+    kinds = [kind for kind in ("box", *_ROUND) if kind in value]
     if len(value) != 1 or len(kinds) != 1:
-        return "is {box: [x, y, z]}, {cylinder: {radius, height}} or {sphere: {radius}}"
-    given, wanted = value[kinds[0]], {"cylinder": ("radius", "height"), "sphere": ("radius",)}.get(kinds[0])
+        return (
+            "is {box: [x, y, z]}, {cylinder: {radius, height}}, {sphere: {radius}} or {capsule: {radius, length}}"
+        )
+    given, wanted = value[kinds[0]], _ROUND.get(kinds[0])
     if wanted is not None and (not isinstance(given, Mapping) or set(given) != set(wanted)):
         return f"has a {kinds[0]} of {' and '.join(wanted)}"
     sizes = given if wanted is None else [given[key] for key in wanted]

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.plan import Certificate, PairProof, Plan, StretchProof
-from kabo.scene import Mesh
+from kabo.scene import Element
 from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
 from kabo.verify.certificate.exact import ExactFrames, ExactSide
 from kabo.verify.certificate.meeting_stretches import stretch_of
@@ -132,16 +132,18 @@ class _Checker:
             Refuted: a body has no parts, or they do not enclose it.
         """
         scene = self.world.scene
-        meshes: dict[str, tuple[str, Mesh]] = {}
+        # Bodies of equal meshes may consist of other elements: the parts are those of all.
+        meshes: dict[str, dict[tuple[object, ...], tuple[str, Sequence[Element]]]] = {}
         for robot in scene.robots.values():
             for link in robot.links.values():
                 if link.mesh is not None:
-                    meshes.setdefault(link.mesh.digest, (f"{robot.name}.{link.name}", link.mesh))
+                    own = f"{robot.name}.{link.name}", link.elements
+                    meshes.setdefault(link.mesh.digest, {}).setdefault(_kinds(link.elements), own)
         for name, body in scene.bodies.items():
-            meshes.setdefault(body.mesh.digest, (name, body.mesh))
+            meshes.setdefault(body.mesh.digest, {}).setdefault(_kinds(body.elements), (name, body.elements))
         used = {thing.surface.digest for c in stretches for thing in (*c.moving, *c.standing)}
         for digest in [each for each in meshes if each in used]:
-            name, mesh = meshes[digest]
+            name = next(iter(meshes[digest].values()))[0]
             given = self.certificate.bodies.get(f"sha256:{digest}")
             if given is None:
                 raise Refuted(f"it has no parts for {name}")
@@ -149,8 +151,9 @@ class _Checker:
                 self.parts[digest] = Parts(given)
             except ValueError as error:
                 raise Refuted(f"the parts of {name}: {error}") from None
-            if (missing := self.parts[digest].missing(mesh)) is not None:
-                raise Refuted(f"the parts of {name} do not enclose it: triangle {missing} sticks out")
+            for owner, elements in meshes[digest].values():
+                if (missing := self.parts[digest].missing(elements)) is not None:
+                    raise Refuted(f"the parts of {owner} do not enclose it: {missing}")
 
     def take_proofs(self, stretches: Sequence[MotionStretch], meetings: Sequence[Meeting]) -> list[MotionStretch]:
         """Assigns the proofs to the stretches; returns the stretches of the meetings, cut as their proofs say.
@@ -296,6 +299,11 @@ class _Checker:
                 least = "nothing" if found is None else f"{1000 * found[0]:.4g} mm"
                 wrong.append((entry.node, f"it tells a clearance of {1000 * told:.4g} mm, but leaves {least}"))
         return wrong
+
+
+def _kinds(elements: Sequence[Element]) -> tuple[object, ...]:
+    """What tells bodies of equal meshes apart."""
+    return tuple((each.kind, each.rounding) for each in elements)
 
 
 def _which(node: str, segments: tuple[int, ...], before: tuple[int, ...] = ()) -> str:

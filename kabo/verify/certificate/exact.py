@@ -7,6 +7,7 @@ whose rotations are off by 1e-16; `SLACK` covers that, too. Bounds of deviations
 
 from fractions import Fraction
 from functools import cache
+from math import isqrt
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,11 @@ def _pi() -> int:
         return total
 
     return int(4 * (4 * arctangent(5) - arctangent(239)) >> 32)
+
+
+def _length(vector: Integers) -> int:
+    """The length of a vector of fixed-point integers, rounded up."""
+    return isqrt(sum(int(v) ** 2 for v in vector)) + 1
 
 
 class ExactFrames(Frames):
@@ -183,12 +189,26 @@ class ExactSide(Side):
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[Any, Any]:
         """The greatest dot product of an axis with a swept point, and its rounding error, as fractions."""
         own = self._vertices[self.parts.starts[low] : self.parts.starts[high]]
-        along = integers(axis)
-        best = max(
-            int((product(own, product(pose[:3, :3].T, along)) + product(pose[:3, 3], along)).max())
-            for pose in self._stretch(s0, s1)
-        )
+        along, best = integers(axis), None
+        for pose in self._stretch(s0, s1):
+            turned = product(pose[:3, :3].T, along)
+            heights = product(own, turned) + product(pose[:3, 3], along)
+            if self.parts.rounded:
+                heights = heights + self._bulges(low, high, turned)
+            best = max(int(heights.max()), int(heights.max()) if best is None else best)
+        assert best is not None
         return Fraction(best, 1 << BITS) + Fraction(self.deviation(s0, s1)), self._slack()
+
+    def _bulges(self, low: int, high: int, axis: Integers) -> Integers:
+        """How far ball and disc reach beyond each vertex along an axis of the body's frame, rounded up."""
+        reaches, length = [], _length(axis)
+        for part in range(low, high):
+            n = integers(self.parts.axes[part])
+            crossed = np.roll(axis, -1) * np.roll(n, 1) - np.roll(axis, 1) * np.roll(n, -1)
+            across = _length(crossed >> BITS)
+            ball, disc = (int(integers(float(own[part]))) + 1 for own in (self.parts.balls, self.parts.discs))
+            reaches.append((ball * length + disc * across >> BITS) + 2)
+        return np.repeat(np.array(reaches, dtype=object), np.diff(self.parts.starts[low : high + 1]))
 
     def _slack(self) -> Fraction:
         far = float(np.abs(self.pose(0)[:3, 3]).max()) + self.parts.radius

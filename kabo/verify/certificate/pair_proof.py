@@ -61,15 +61,16 @@ class Side:
     def __init__(self, frames: Frames, thing: SweptBody, parts: Parts, robot: str | None, joint: int) -> None:
         self.parts, self._frames, self._thing, self._robot, self._joint = parts, frames, thing, robot, joint
         path, mount = frames.path, thing.mount
-        radius = 0.0 if mount is None else reach(mount, parts.vertices)
+        # Balls need no chords: their centres have them.
+        radius = 0.0 if mount is None else reach(mount, parts.vertices, parts.of_vertices(parts.discs))
         self.deviations, self.moves = deviations(path, mount, joint if mount is not None else 0, radius)
         self._poses: dict[int, Array] = {}
         self._stretches: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._boxes: dict[tuple[int, int], tuple[list[list[float]], list[list[float]], float]] = {}
         joints = 0 if mount is None else len(path.arms[mount.robot].parents)
-        self.rounding = UNIT_ROUNDING * (
-            8.0 + 2.0 * (8.0 * joints + 4.0)
-        )  # the rounding error of a point, by its distance from the origin
+        # The rounding error of a point, by its distance from the origin; twice the products for balls and discs.
+        products = 16.0 if parts.rounded else 8.0
+        self.rounding = UNIT_ROUNDING * (products + 2.0 * (8.0 * joints + 4.0))
 
     def pose(self, s: int) -> Array:
         """The pose (4, 4) of the body at a position of the path."""
@@ -119,7 +120,10 @@ class Side:
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[float, float]:
         """The greatest dot product of an axis with a point that parts sweep, and its rounding error."""
         turns, places = self.poses(s0, s1)
-        products = self.parts.range(low, high) @ (axis @ turns).T + places @ axis
+        own = axis @ turns
+        products = self.parts.range(low, high) @ own.T + places @ axis
+        if self.parts.rounded:
+            products = products + self.parts.bulges(low, high, own)
         far = float(np.abs(places).max()) + self.parts.radius
         return float(products.max()) + self.deviation(s0, s1), self.rounding * far * 2.0
 

@@ -30,10 +30,10 @@ def frame_of(path: Path, first: SweptBody, second: SweptBody) -> tuple[str | Non
     return a.robot, joint
 
 
-def reach(mount: Mount, vertices: Array) -> float:
-    """The greatest distance of a body's vertices (V, 3) from the joint that carries it [m]."""
+def reach(mount: Mount, vertices: Array, beyond: Array | float = 0.0) -> float:
+    """How far points may be from the joint that carries their body [m]: `beyond` (V,) from a body's vertices (V, 3)."""
     placed = vertices @ mount.joint_T_body[:3, :3].T + mount.joint_T_body[:3, 3]
-    return float(np.linalg.norm(placed, axis=1).max()) * ROUNDING_FACTOR
+    return float((np.linalg.norm(placed, axis=1) + beyond).max()) * ROUNDING_FACTOR
 
 
 def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tuple[Array, bool]:

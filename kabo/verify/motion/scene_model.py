@@ -10,6 +10,7 @@ from kabo.plan import ObjectPose
 from kabo.scene import Mesh, Scene
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.constraints import Role
+from kabo.verify.motion.floors import Floor, floor_of
 from kabo.verify.motion.surfaces import Surface, surface
 from kabo.verify.motion.sweep import SweptBody
 
@@ -34,6 +35,11 @@ class SceneModel:
         self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
         self._surfaces: dict[str, Surface] = {}
         self._meet: dict[tuple[str, str], bool] = {}
+
+    @cached_property
+    def floors(self) -> dict[str, Floor | None]:
+        """The floor of each robot whose base drives; None for the others."""
+        return {name: floor_of(arm, self.scene.regions) for name, arm in self.arms.items()}
 
     def surface_of(self, mesh: Mesh) -> Surface:
         """The surface of a mesh; equal meshes share one."""

@@ -165,5 +165,6 @@ def check_start(components: Components) -> Iterator[Finding]:
 
 def _near(pose, first) -> bool:  # type: ignore[no-untyped-def]
     """Whether two poses agree to 1e-6; q and -q are the same rotation."""
-    turned = abs(abs(float(np.dot(pose.quaternion, first.quaternion))) - 1.0)
-    return bool(np.abs(np.subtract(pose.position, first.position)).max() <= 1e-6 and turned <= 1e-12)
+    ours, theirs = np.asarray(pose.quaternion), np.asarray(first.quaternion)
+    turned = min(np.abs(ours - theirs).max(), np.abs(ours + theirs).max())
+    return bool(np.abs(np.subtract(pose.position, first.position)).max() <= 1e-6 and turned <= 1e-6)

@@ -97,7 +97,7 @@ FORGED: dict[str, Callable[[list[np.ndarray]], tuple[list[np.ndarray], float]]] 
     "flat": lambda parts: ([part * [1, 1, 0] for part in parts], TOLERANCE),
     "no parts": lambda parts: ([], 0.0),
     "parts of no corners": lambda parts: ([np.empty((0, 3)), *parts], TOLERANCE),
-    "too many corners": lambda parts: ([np.tile(part, (4, 1)) for part in parts], TOLERANCE),
+    "too many corners": lambda parts: ([np.tile(part, (9, 1)) for part in parts], TOLERANCE),
 }
 
 

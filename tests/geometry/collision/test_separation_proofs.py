@@ -89,4 +89,6 @@ def test_parts_are_ordered_so_that_neighbours_stand_together():
     middles = np.array([part[:, 0].mean() for part in parts.vertices])
     assert sorted(middles) == pytest.approx(0.2 * np.arange(16))
     assert np.ptp(middles[:8]) < 1.5 and middles[:8].max() < middles[8:].min(), "halves lie apart"
-    assert (parts.boxes[:, :3] <= parts.boxes[:, 3:]).all() and len(parts.blocks) == len(parts.sizes) == 16
+    assert (parts.boxes[:, :3] <= parts.boxes[:, 3:]).all() and len(parts.packed.blocks) == len(
+        parts.packed.sizes
+    ) == 16

@@ -3,18 +3,43 @@
 import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
+from kabo.geometry.collision.kernels.bundles import AXIS, DISC, PARTS, RADIUS, ROOTS_END
 
 BOX_SLACK = 1e-12  # [m] added to boxes against rounding
 
 
-@reduction_kernel  # (J, 12) f8, i8, (B, 3, 24) f8, i8, (D, 3, 24) f8, i8, i8
-def place_block(poses, pose, blocks, source, placed, target, count):
-    """Writes the vertices of block `source`, moved by a pose, to block `target` of `placed`."""
+@reduction_kernel  # (J, 12) f8, i8, Hulls, i8, Hulls, i8
+def place_part(poses, pose, hulls, source, placed, target):
+    """Writes part `source`, moved by a pose, to row `target` of `placed`."""
+    count = hulls.sizes[source]
     for r in range(3):
         a, b, c, t = poses[pose, 3 * r], poses[pose, 3 * r + 1], poses[pose, 3 * r + 2], poses[pose, 9 + r]
         for i in range(count):
-            x, y, z = blocks[source, 0, i], blocks[source, 1, i], blocks[source, 2, i]
-            placed[target, r, i] = a * x + b * y + c * z + t
+            x, y, z = hulls.blocks[source, 0, i], hulls.blocks[source, 1, i], hulls.blocks[source, 2, i]
+            placed.blocks[target, r, i] = a * x + b * y + c * z + t
+    placed.sizes[target] = count
+    place_rounding(poses, pose, hulls.rounds, source, placed.rounds, target)
+
+
+@lean_kernel  # (J, 12) f8, i8, (B, 5) f8, i8, (D, 5) f8, i8
+def place_rounding(poses, pose, rounds, source, placed, target):
+    """Writes a part's rounding, whose axis turns with the pose."""
+    placed[target, RADIUS], placed[target, DISC] = rounds[source, RADIUS], rounds[source, DISC]
+    if rounds[source, DISC] > 0.0:
+        x, y, z = rounds[source, AXIS], rounds[source, AXIS + 1], rounds[source, AXIS + 2]
+        for r in range(3):
+            placed[target, AXIS + r] = (
+                poses[pose, 3 * r] * x + poses[pose, 3 * r + 1] * y + poses[pose, 3 * r + 2] * z
+            )
+
+
+@lean_kernel  # (B, 5) f8, i8, i8 -> f8
+def rounding_along(rounds, row, axis):
+    """How far a part's ball and disc reach along a coordinate axis."""
+    if not rounds[row, DISC] > 0.0:
+        return rounds[row, RADIUS]
+    y, z = rounds[row, AXIS + (axis + 1) % 3], rounds[row, AXIS + (axis + 2) % 3]
+    return rounds[row, RADIUS] + rounds[row, DISC] * np.sqrt(y * y + z * z)
 
 
 @lean_kernel  # (J, 12) f8, i8, (G, 6) f8 centre and half extents, i8, (S, 6) f8, i8
@@ -63,24 +88,34 @@ def _centre(boxes, target):
         boxes[target, r], boxes[target, 3 + r] = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
 
 
-@lean_kernel  # (B, 3, 24) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, 24), (B, 6), (G, 6), (G,) f8
-def place_groups(packed, sizes, starts, poses, blocks, part_extents, group_extents, radii):
-    """Writes the vertices of all parts in their joint's frame, the boxes of parts and groups, and the groups' radii."""
+@lean_kernel  # Hulls, (4, G+1) i8, (G, 12) f8 -> writes Hulls, Extents, (G, 2) f8
+def place_groups(packed, groups, poses, hulls, extents, radii):
+    """Writes all parts in their joint's frame, the boxes of parts and groups, and how far groups reach from its origin.
+
+    `radii`: of the corners with their discs; with the balls as well. Groups are as large as their roots.
+    """
     for g in range(poses.shape[0]):
-        _reset(group_extents, g)
-        square = 0.0
-        for p in range(starts[g], starts[g + 1]):
-            place_block(poses, g, packed, p, blocks, p, sizes[p])
-            _reset(part_extents, p)
-            for i in range(sizes[p]):
-                x, y, z = blocks[p, 0, i], blocks[p, 1, i], blocks[p, 2, i]
+        _reset(extents.groups, g)
+        radii[g, 0], radii[g, 1] = 0.0, 0.0
+        for p in range(groups[PARTS, g], groups[PARTS, g + 1]):
+            place_part(poses, g, packed, p, hulls, p)
+            _reset(extents.parts, p)
+            square = 0.0
+            for i in range(hulls.sizes[p]):
+                x, y, z = hulls.blocks[p, 0, i], hulls.blocks[p, 1, i], hulls.blocks[p, 2, i]
                 square = max(square, x * x + y * y + z * z)
                 for r in range(3):
-                    part_extents[p, r] = min(part_extents[p, r], blocks[p, r, i])
-                    part_extents[p, 3 + r] = max(part_extents[p, 3 + r], blocks[p, r, i])
+                    extents.parts[p, r] = min(extents.parts[p, r], hulls.blocks[p, r, i])
+                    extents.parts[p, 3 + r] = max(extents.parts[p, 3 + r], hulls.blocks[p, r, i])
             for r in range(3):
-                group_extents[g, r] = min(group_extents[g, r], part_extents[p, r])
-                group_extents[g, 3 + r] = max(group_extents[g, 3 + r], part_extents[p, 3 + r])
-            _centre(part_extents, p)
-        _centre(group_extents, g)
-        radii[g] = np.sqrt(square) * (1.0 + 1e-12)
+                extents.parts[p, r] -= rounding_along(hulls.rounds, p, r)
+                extents.parts[p, 3 + r] += rounding_along(hulls.rounds, p, r)
+            if p < groups[ROOTS_END, g]:
+                for r in range(3):
+                    extents.groups[g, r] = min(extents.groups[g, r], extents.parts[p, r])
+                    extents.groups[g, 3 + r] = max(extents.groups[g, 3 + r], extents.parts[p, 3 + r])
+                reach = np.sqrt(square) * (1.0 + 1e-12) + hulls.rounds[p, DISC]
+                radii[g, 0] = max(radii[g, 0], reach)
+                radii[g, 1] = max(radii[g, 1], reach + hulls.rounds[p, RADIUS])
+            _centre(extents.parts, p)
+        _centre(extents.groups, g)

@@ -1,20 +1,34 @@
 """The configuration check: forward kinematics, boxes of groups, oriented boxes of parts, then separating axes.
 
-Kernels take the fields of `Chain`, `Bodies` and `Scratch` (kabo.geometry.collision.view_arrays) one by one; Python
-passes them in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
+Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
 """
 
 import numpy as np
 
-from kabo.compilation import lean_kernel
+from kabo.compilation import lean_kernel, window
+from kabo.geometry.collision.kernels.boxes import place_part
+from kabo.geometry.collision.kernels.bundles import (
+    CHECKS,
+    DISC,
+    FREE,
+    JOINT,
+    NUMBER,
+    PAIRS,
+    PARTNER,
+    PARTS,
+    POSITIVE,
+    ROOTS_END,
+    UNUSABLE,
+    Extents,
+    Hulls,
+    Search,
+    Tree,
+)
+from kabo.geometry.collision.kernels.descent import FINAL, put_children
 from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
 from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
-from kabo.geometry.collision.kernels.separation import posed_apart
+from kabo.geometry.collision.kernels.separation import apart, posed_apart
 from kabo.scene.kernels.poses import forward_kinematics
-
-JOINT, PARTS, PAIRS = 0, 1, 2  # rows of `groups`
-PARTNER, NUMBER = 0, 1  # rows of `pairs`
-CHECKS, POSITIVE = 4, 6  # places of `counters`
 
 
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
@@ -71,43 +85,84 @@ def _number_of(groups, pairs, g, h):
 
 
 @lean_kernel
-def _all_parts_apart(
-    pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis, simplex, counters
-):  # fmt: skip
-    """Whether all parts of group g are proven apart from all parts of group h, both in the frame of g's joint."""
-    count = 0
-    for b in range(groups[PARTS, h], groups[PARTS, h + 1]):
-        if faces_near(pose, group_extents, g, part_extents, b, margin):
-            listed[count] = b
-            count += 1
-    if count == 0:
-        return True
-    for a in range(groups[PARTS, g], groups[PARTS, g + 1]):
-        if not faces_near(pose, part_extents, a, group_extents, h, margin):
-            continue
-        for k in range(count):
-            b = listed[k]
-            if not faces_near(pose, part_extents, a, part_extents, b, margin):
-                continue
-            x, y, z = part_extents[b, 0], part_extents[b, 1], part_extents[b, 2]
-            for r in range(3):
-                axis[r] = part_extents[a, r] - (
-                    pose[3 * r] * x + pose[3 * r + 1] * y + pose[3 * r + 2] * z + pose[9 + r]
-                )
-            if not posed_apart(blocks, a, sizes[a], b, sizes[b], pose, margin, offset, axis, simplex, counters):
-                return False
-    return True
+def _posed_apart(hulls, a, b, pose, margin, search):
+    """The result of `posed_apart` for parts of any kind; the last row of the hulls is for those with a disc."""
+    if not hulls.rounds[a, DISC] + hulls.rounds[b, DISC] > 0.0:
+        return posed_apart(hulls, a, b, pose, margin, search)
+    row = hulls.sizes.shape[0] - 1
+    place_part(window(pose, 0, (1, 12)), 0, hulls, b, hulls, row)
+    return apart(hulls, a, a, row, row, margin, search)
+
+
+@lean_kernel  # (12,) f8, (B, 6) f8, i8, i8 -> writes (3,) f8
+def _between(pose, extents, a, b, axis):
+    """Writes the vector from the centre of box b to that of box a, as a first axis."""
+    x, y, z = extents[b, 0], extents[b, 1], extents[b, 2]
+    for r in range(3):
+        axis[r] = extents[a, r] - (pose[3 * r] * x + pose[3 * r + 1] * y + pose[3 * r + 2] * z + pose[9 + r])
 
 
 @lean_kernel
-def _first_hit(
-    q, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents, group_extents, pairs,
-    allowed, world_T, rows, pose, listed, blocks, axis, simplex, counters,
-):  # fmt: skip
-    """The first pair (in the order of groups) not proven apart, -1 if there is none, or -2 if q is invalid."""
+def _descend(a, b, pose, extents, hulls, tree, margin, search):
+    """FREE if the children of two parts are apart, as fine as need be; 0 if not; FIRST_OPEN - p if p has none yet."""
+    top = put_children(tree, a, b, 0)
+    while top > 0:
+        top -= 1
+        a, b = tree.stack[top, 0], tree.stack[top, 1]
+        if faces_near(pose, extents.parts, a, extents.parts, b, margin):
+            _between(pose, extents.parts, a, b, search.axis)
+            if not _posed_apart(hulls, a, b, pose, margin, search):
+                top = put_children(tree, a, b, top)
+    return FREE if top == 0 else 0 if top == FINAL else top
+
+
+@lean_kernel
+def _parts_hit(g, h, pose, groups, listed, extents, hulls, tree, margin, search):
+    """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`."""
+    count = 0
+    for b in range(groups[PARTS, h], groups[ROOTS_END, h]):
+        if faces_near(pose, extents.groups, g, extents.parts, b, margin):
+            listed[count] = b
+            count += 1
+    if count == 0:
+        return FREE
+    for a in range(groups[PARTS, g], groups[ROOTS_END, g]):
+        if not faces_near(pose, extents.parts, a, extents.groups, h, margin):
+            continue
+        for k in range(count):
+            b = listed[k]
+            if not faces_near(pose, extents.parts, a, extents.parts, b, margin):
+                continue
+            _between(pose, extents.parts, a, b, search.axis)
+            if not _posed_apart(hulls, a, b, pose, margin, search):
+                found = _descend(a, b, pose, extents, hulls, tree, margin, search)
+                if found != FREE:
+                    return found
+    return FREE
+
+
+@lean_kernel  # (n,) f8, (M,) f8 -> i8
+def first_hit(q, memory):
+    """The index of the first pair, by group, not proven farther apart at q than the margin minus rounding.
+
+    The result is FREE if all pairs are proven apart, UNUSABLE if q is invalid, and FIRST_OPEN - p or less if part p
+    must be divided to decide.
+    """
+    (
+        factors, placement, bound, part_extents, group_extents, diameters, world_T, rows, pose, axis, simplex, points,
+        rounds, blocks,
+    ) = numbers_of(memory)  # fmt: skip
+    counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
+    margin, moving = memory[MARGIN], allowed.shape[0]
+    extents, hulls, tree = (
+        Extents(part_extents, group_extents),
+        Hulls(blocks, sizes, rounds),
+        Tree(children, diameters, stack),
+    )
+    search = Search(memory[OFFSET], axis, simplex, points, counters)
     counters[CHECKS] += 1
     if not usable(q, bound):
-        return -2
+        return UNUSABLE
     forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
     _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
     for g in range(moving):
@@ -120,33 +175,19 @@ def _first_hit(
                 near ^= bit
                 h = GROUPS_PER_WORD * word + _place_of(bit)
                 relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
-                if faces_near(pose, group_extents, g, group_extents, h, margin) and not _all_parts_apart(
-                    pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis,
-                    simplex, counters,
-                ):  # fmt: skip
-                    counters[POSITIVE] += 1
-                    return _number_of(groups, pairs, g, h)
-    return -1
+                if faces_near(pose, group_extents, g, group_extents, h, margin):
+                    found = _parts_hit(g, h, pose, groups, listed, extents, hulls, tree, margin, search)
+                    if found != FREE:
+                        counters[POSITIVE] += 1
+                        return found if found < FREE else _number_of(groups, pairs, g, h)
+    return FREE
 
 
-@lean_kernel  # (n,) f8, (M,) f8 -> i8
-def first_hit(q, memory):
-    """The index of the first pair, by group, not proven farther apart at q than the margin minus rounding.
-
-    The result is -1 if all pairs are proven apart, and -2 if q is invalid.
-    """
-    factors, placement, bound, part_extents, group_extents, world_T, rows, pose, axis, simplex, blocks = (
-        numbers_of(memory)
-    )
-    counters, joints, groups, sizes, pairs, allowed, listed = whole_numbers_of(memory)
-    return _first_hit(
-        q, memory[MARGIN], joints, factors, placement, bound, allowed.shape[0], memory[OFFSET], groups, sizes,
-        part_extents, group_extents, pairs, allowed, world_T, rows, pose, listed, blocks, axis, simplex, counters,
-    )  # fmt: skip
-
-
-@lean_kernel
+@lean_kernel  # (N, n) f8, (N,) i8, (M,) f8 -> i8
 def first_hits(configurations, answers, memory):
-    """Writes the result of `first_hit` for each configuration (N, n) to `answers` (N,)."""
+    """Writes the result of `first_hit` for each configuration; returns how many, up to the first that is not decided."""
     for i in range(configurations.shape[0]):
         answers[i] = first_hit(configurations[i], memory)
+        if answers[i] < FREE:
+            return i
+    return configurations.shape[0]

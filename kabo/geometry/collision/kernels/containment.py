@@ -6,6 +6,7 @@ the surface than `margin`.
 """
 
 from kabo.compilation import lean_kernel
+from kabo.geometry.collision.kernels.bundles import AXIS, DISC, RADIUS
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.triangles.kernels.solids import winding_number
 
@@ -13,13 +14,16 @@ TRIANGLE_COLUMNS = 8  # of a triangle's block: its corners, and copies of the fi
 
 
 @lean_kernel
-def _surface_apart(
-    blocks, part, size, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
-):
-    """Whether the surface is proven farther than `margin` from a part, which is copied to pool block 0."""
+def _surface_apart(hulls, part, box, margin, surface, pool, search):
+    """Whether a surface is proven farther than `margin` from a part, which is copied to row 0 of the pool."""
+    boxes, children, triangles, stack = surface.boxes, surface.children, surface.triangles, surface.stack
+    pool.sizes[0], pool.sizes[1] = hulls.sizes[part], TRIANGLE_COLUMNS
+    pool.rounds[1, RADIUS], pool.rounds[1, DISC] = 0.0, 0.0
+    for k in range(AXIS + 3):
+        pool.rounds[0, k] = hulls.rounds[part, k]
     for r in range(3):
-        for i in range(size):
-            pool[0, r, i] = blocks[part, r, i]
+        for i in range(hulls.sizes[part]):
+            pool.blocks[0, r, i] = hulls.blocks[part, r, i]
     top = 1
     stack[0] = 0
     while top > 0:
@@ -38,29 +42,23 @@ def _surface_apart(
         for t in range(first, first + children[n, 1]):
             for r in range(3):
                 middle = (triangles[t, 0, r] + triangles[t, 1, r] + triangles[t, 2, r]) / 3.0
-                axis[r] = 0.5 * (box[part, r] + box[part, 3 + r]) - middle
+                search.axis[r] = 0.5 * (box[part, r] + box[part, 3 + r]) - middle
                 for i in range(TRIANGLE_COLUMNS):
-                    pool[1, r, i] = triangles[t, i if i < 3 else 0, r]
-            if not apart(pool, 0, 0, size, 1, 1, TRIANGLE_COLUMNS, margin, offset, axis, simplex, counters):
+                    pool.blocks[1, r, i] = triangles[t, i if i < 3 else 0, r]
+            if not apart(pool, 0, 0, 1, 1, margin, search):
                 return False
     return True
 
 
 @lean_kernel
-def first_outside(
-    blocks, sizes, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
-):
-    """The index of the first part (B, 3, 24), with boxes (B, 6), that is not proven inside the solid, or -1 if all are.
-
-    The solid is given by its box tree: `boxes` (N, 6), `children` (N, 2), and `triangles` (T, 3, 3) in leaf order.
-    """
-    for part in range(sizes.shape[0]):
-        if not _surface_apart(
-            blocks, part, sizes[part], box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex,
-            counters,
-        ):  # fmt: skip
+def first_outside(hulls, box, margin, surface, pool, search):
+    """The index of the first part, with boxes (B, 6), that is not proven inside the solid, or -1 if all are."""
+    for part in range(box.shape[0]):
+        if not _surface_apart(hulls, part, box, margin, surface, pool, search):
             return part
-        turns = winding_number(triangles, blocks[part, 0, 0], blocks[part, 1, 0], blocks[part, 2, 0])
+        turns = winding_number(
+            surface.triangles, hulls.blocks[part, 0, 0], hulls.blocks[part, 1, 0], hulls.blocks[part, 2, 0]
+        )
         if not abs(turns) > 0.5:
             return part
     return -1

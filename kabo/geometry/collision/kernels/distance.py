@@ -7,51 +7,23 @@ parts. Both are wrong by at most `rounding(offset)`, which is subtracted and add
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.separation import MAX_ITERATIONS, _farthest, apart, nearest, rounding
+from kabo.geometry.collision.kernels.bundles import DISC, RADIUS
+from kabo.geometry.collision.kernels.separation import apart, greatest_gap, rounding
 
-ABSOLUTE_GAP = 1e-12  # [m] between both bounds at which the search ends
-RELATIVE_GAP = 1e-12
+ROUND_SLACK = 1e-9  # [m] of upper bounds of discs: points on a rim make simplices too small to be exact
 
 
-@lean_kernel  # (B, 3, 24) f8, i8, i8, i8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
-def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
+@lean_kernel  # Hulls, i8, i8, Search -> f8, f8
+def parts_distance(hulls, a, b, search):
     """The lower and upper bound of the distance of two parts [Gilbert 1988]; (0, upper) if not proven apart.
 
-    `axis` (3,): initially any direction from which the search starts; afterwards the axis of the lower bound.
+    `search.axis`: at first any direction from which the search starts; afterwards the axis of the lower bound.
     """
-    x, y, z = axis[0], axis[1], axis[2]
-    square, size = x * x + y * y + z * z, 0
-    if not 1e-20 < square < 1e20:
-        x, y, z, square = 1.0, 0.0, 0.0, 1.0
-    lower, upper = -np.inf, np.inf
-    for _ in range(2 * MAX_ITERATIONS):
-        norm = np.sqrt(square)
-        ux, uy, uz = x / norm, y / norm, z / norm
-        _, i = _farthest(blocks, a, a, count_a, -ux, -uy, -uz, offset)
-        _, j = _farthest(blocks, b, b, count_b, ux, uy, uz, offset)
-        wx = blocks[a, 0, i] - blocks[b, 0, j]
-        wy = blocks[a, 1, i] - blocks[b, 1, j]
-        wz = blocks[a, 2, i] - blocks[b, 2, j]
-        gap = ux * wx + uy * wy + uz * wz
-        if gap > lower:
-            lower = gap
-            axis[0], axis[1], axis[2] = ux, uy, uz
-        if upper < np.inf and upper - lower <= ABSOLUTE_GAP + RELATIVE_GAP * upper:
-            break
-        known = False
-        for k in range(size):
-            known = known or (simplex[k, 0] == wx and simplex[k, 1] == wy and simplex[k, 2] == wz)
-        if known:
-            break
-        simplex[size, 0], simplex[size, 1], simplex[size, 2] = wx, wy, wz
-        size, x, y, z = nearest(simplex, size + 1)
-        square = x * x + y * y + z * z
-        upper = min(upper, np.sqrt(square))
-        if size == 4 or square < 1e-24:
-            upper = 0.0
-            break
-    delta = rounding(offset)
-    return max(0.0, lower - delta), upper + delta
+    lower, upper = greatest_gap(hulls, a, a, b, b, np.inf, 0.0, search)
+    balls, delta = hulls.rounds[a, RADIUS] + hulls.rounds[b, RADIUS], rounding(search.offset)
+    if hulls.rounds[a, DISC] + hulls.rounds[b, DISC] > 0.0:
+        upper += ROUND_SLACK
+    return max(0.0, lower - balls - delta), max(0.0, upper - balls) + delta
 
 
 @lean_kernel  # (B, 6) f8, i8, i8 -> f8
@@ -63,30 +35,37 @@ def _boxes_distance(boxes, a, b):
     return np.sqrt(square)
 
 
-@lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
-def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
-    """The lower and upper bound of the distance of two bodies: the parts before index `first`, and all other parts."""
-    lower, upper = np.inf, np.inf
+@lean_kernel  # (B, 6) f8, i8, i8 -> writes (3,) f8
+def between(boxes, a, b, axis):
+    """Writes twice the vector from the centre of box b to that of box a, as a first axis."""
+    for r in range(3):
+        axis[r] = boxes[a, r] + boxes[a, 3 + r] - boxes[b, r] - boxes[b, 3 + r]
+
+
+@lean_kernel  # Hulls, (B, 6) f8, i8, Search -> f8, f8, i8, i8
+def unions_distance(hulls, boxes, first, search):
+    """Both bounds of the distance of two bodies: the parts before index `first`, and all others; and the parts nearest."""
+    lower, upper, near, other = np.inf, np.inf, 0, first
     for a in range(first):
-        for b in range(first, sizes.shape[0]):
+        for b in range(first, boxes.shape[0]):
             if _boxes_distance(boxes, a, b) > upper:
                 continue
-            for r in range(3):
-                axis[r] = boxes[a, r] + boxes[a, 3 + r] - boxes[b, r] - boxes[b, 3 + r]
-            low, high = parts_distance(blocks, a, sizes[a], b, sizes[b], offset, axis, simplex)
+            between(boxes, a, b, search.axis)
+            low, high = parts_distance(hulls, a, b, search)
+            if low < lower:
+                near, other = a, b
             lower, upper = min(lower, low), min(upper, high)
-    return min(lower, upper), upper
+    return min(lower, upper), upper, near, other
 
 
-@lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, f8, (3,) f8, (4, 3) f8, (3,) i8 -> bool
-def unions_apart(blocks, sizes, boxes, first, margin, offset, axis, simplex, counters):
-    """Whether each part before index `first` is proven farther than `margin` - rounding(offset) from all other parts."""
+@lean_kernel  # Hulls, (B, 6) f8, i8, f8, Search -> i8, i8
+def unions_near(hulls, boxes, first, margin, search):
+    """The first two parts, before and from index `first`, not proven farther apart than `margin` - rounding; or -1, -1."""
     for a in range(first):
-        for b in range(first, sizes.shape[0]):
-            if _boxes_distance(boxes, a, b) > margin + rounding(offset):
+        for b in range(first, boxes.shape[0]):
+            if _boxes_distance(boxes, a, b) > margin + rounding(search.offset):
                 continue
-            for r in range(3):
-                axis[r] = boxes[a, r] + boxes[a, 3 + r] - boxes[b, r] - boxes[b, 3 + r]
-            if not apart(blocks, a, a, sizes[a], b, b, sizes[b], margin, offset, axis, simplex, counters):
-                return False
-    return True
+            between(boxes, a, b, search.axis)
+            if not apart(hulls, a, a, b, b, margin, search):
+                return a, b
+    return -1, -1

@@ -8,6 +8,7 @@ it.
 import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, window
+from kabo.geometry.collision.kernels.bundles import COUNTER_PLACES
 
 # Places of whole numbers in the head: how many there are of what, and where numbers and blocks begin.
 JOINTS, VALUES, MOVING, GROUPS, PARTS, PAIRS, LARGEST, NUMBERS, BLOCKS, ROOM, COLUMNS = range(11)
@@ -15,7 +16,6 @@ MARGIN, OFFSET = 11, 12  # places of numbers in the head
 HEAD_PLACES = 16  # before the first array
 CACHE_LINE_PLACES = 8  # arrays begin at multiples of it
 GROUPS_PER_WORD = 32  # one integer holds a bit for each of so many groups
-COUNTER_PLACES = 8  # pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive, nothing
 
 
 @lean_kernel  # i8, i8 -> i8
@@ -24,7 +24,7 @@ def after(start, count):
     return (start + count + CACHE_LINE_PLACES - 1) // CACHE_LINE_PLACES * CACHE_LINE_PLACES
 
 
-@lean_kernel  # i8 -> i8
+@lean_kernel  # i8, i8 -> i8
 def words_for(groups):
     """The number of integers in a bit mask that has a bit for each of `groups` groups."""
     return (groups + GROUPS_PER_WORD - 1) // GROUPS_PER_WORD
@@ -32,43 +32,53 @@ def words_for(groups):
 
 @leaf_kernel
 def numbers_of(memory):
-    """The floating-point arrays in a memory: those of `Chain` and `Bodies`, then those that a check writes.
+    """The floating-point arrays in a memory: of `Chain`, `Extents`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
-    factors (2, J), placement (J, 12), bound (n,), part_extents (B, 6), group_extents (G, 6), world_T (J, 12), rows
-    (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), blocks (B + room, 3, 24) of
-    vertices: of all parts in their joint's frame, then those that sweeps place.
+    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 6) and groups (G, 6), diameters (B,), world_T
+    (J, 12), rows (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3), rounds
+    (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that sweeps
+    place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
-    start = whole[NUMBERS]
+    start, rows_of_hulls = whole[NUMBERS], whole[PARTS] + whole[ROOM]
     factors, start = window(memory, start, (2, joints)), after(start, 2 * joints)
     placement, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
     bound, start = window(memory, start, (whole[VALUES],)), after(start, whole[VALUES])
     part_extents, start = window(memory, start, (whole[PARTS], 6)), after(start, 6 * whole[PARTS])
     group_extents, start = window(memory, start, (whole[GROUPS], 6)), after(start, 6 * whole[GROUPS])
+    diameters, start = window(memory, start, (whole[PARTS],)), after(start, whole[PARTS])
     world_T, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
     rows, start = window(memory, start, (6, columns)), after(start, 6 * columns)
     pose, start = window(memory, start, (12,)), after(start, 12)
     axis, start = window(memory, start, (3,)), after(start, 3)
-    simplex = window(memory, start, (4, 3))
-    blocks = window(memory, whole[BLOCKS], (whole[PARTS] + whole[ROOM], 3, whole[COLUMNS]))
-    return factors, placement, bound, part_extents, group_extents, world_T, rows, pose, axis, simplex, blocks
+    simplex, start = window(memory, start, (4, 3)), after(start, 12)
+    points, start = window(memory, start, (4, 3)), after(start, 12)
+    rounds = window(memory, start, (rows_of_hulls, 5))
+    blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
+    return (
+        factors, placement, bound, part_extents, group_extents, diameters, world_T, rows, pose, axis, simplex, points,
+        rounds, blocks,
+    )  # fmt: skip
 
 
 @leaf_kernel
 def whole_numbers_of(memory):
     """The integer arrays in a memory.
 
-    counters (8,), joints (3, J), groups (3, G+1), sizes (B,), pairs (2, P), allowed (moving, W) a bit for each
-    group that forms a pair with a group, and listed (greatest number of parts,).
+    counters (8,), joints (3, J), groups (4, G+1), sizes (B + room,), children (B, 2), stack (B + 1, 2), pairs (2, P),
+    allowed (moving, W), and listed (greatest number of roots,).
     """
     whole = memory.view(np.int64)
     joints, groups, words = whole[JOINTS], whole[GROUPS] + 1, words_for(whole[GROUPS])
+    rows_of_hulls = whole[PARTS] + whole[ROOM]
     counters, start = window(whole, HEAD_PLACES, (COUNTER_PLACES,)), after(HEAD_PLACES, COUNTER_PLACES)
     tree, start = window(whole, start, (3, joints)), after(start, 3 * joints)
-    ranges, start = window(whole, start, (3, groups)), after(start, 3 * groups)
-    sizes, start = window(whole, start, (whole[PARTS],)), after(start, whole[PARTS])
+    ranges, start = window(whole, start, (4, groups)), after(start, 4 * groups)
+    sizes, start = window(whole, start, (rows_of_hulls,)), after(start, rows_of_hulls)
+    children, start = window(whole, start, (whole[PARTS], 2)), after(start, 2 * whole[PARTS])
+    stack, start = window(whole, start, (whole[PARTS] + 1, 2)), after(start, 2 * whole[PARTS] + 2)
     pairs, start = window(whole, start, (2, whole[PAIRS])), after(start, 2 * whole[PAIRS])
     allowed, start = window(whole, start, (whole[MOVING], words)), after(start, whole[MOVING] * words)
     listed = window(whole, start, (whole[LARGEST],))
-    return counters, tree, ranges, sizes, pairs, allowed, listed
+    return counters, tree, ranges, sizes, children, stack, pairs, allowed, listed

@@ -1,20 +1,29 @@
-"""Separation of convex hulls of vertices: proofs by an axis that two are farther apart than a margin.
+"""Separation of convex parts: proofs by an axis that two are farther apart than a margin.
 
-"Apart" is returned only if an axis was found along which the gap exceeds the margin, however it was found. The gap
-of an axis of length 1 is wrong by at most `rounding(offset)`, which callers add to the margin: the index of the
-farthest vertex lies in the low six bits of the shifted product, which costs offset * 2^-46 for each body;
-products, sums and the axis' length cost a few 2^-53. Comparisons are such that NaN and "undecided" mean "not
-apart".
+A part is the sum of the hull of its corners, a ball of radius r and a flat disc of radius s across an axis n. Along
+u of length 1 two parts leave the gap
 
-A body is one vertex block, or two: the convex hull of one part at both ends of an interval, never built. Blocks are
-(3, 24) rows of a pool; unused columns repeat the first vertex, so that loops run over multiples of eight.
+    min u·a - max u·b - (r_a + r_b) - s_a |u x n_a| - s_b |u x n_b|
+
+of which the balls are part of the margin in every search, and discs cost nothing where there are none. "Apart" is
+returned only if an axis was found along which the gap exceeds the margin, however it was found. The gap is wrong by
+at most `rounding(offset)`, which callers add to the margin: the index of the farthest vertex lies in the low six bits
+of the shifted product, which costs offset * 2^-46 for each body; products, sums and the axis' length cost a few
+2^-53, and so does |u x n| (which sqrt(1 - (u·n)^2) would not). Comparisons are such that NaN and "undecided" mean
+"not apart".
+
+A body is one row of `Hulls`, or two: the convex hull of one part at both ends of an interval, never built. Unused
+columns of blocks repeat the first vertex, so that loops run over multiples of eight.
 """
 
 import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
+from kabo.geometry.collision.kernels.bundles import AXIS, DISC, ITERATIONS, RADIUS, SEARCHES, UNDECIDED
+from kabo.geometry.collision.kernels.simplex import nearest
 
 MAX_ITERATIONS = 48  # real scenes need 13 at most; "not apart" if still undecided
+MAX_ROUND_ITERATIONS = 200  # of a search with discs, which comes nearer in every round without an end
 
 
 @leaf_kernel  # f8 -> f8
@@ -23,7 +32,7 @@ def rounding(offset):
     return offset * 2.0**-44
 
 
-@reduction_kernel  # (B, 3, 24) f8, i8, i8, f8, f8, f8, f8 -> i8
+@reduction_kernel  # (B, 3, K) f8, i8, i8, f8, f8, f8, f8 -> i8
 def support(blocks, block, count, x, y, z, offset):
     """The key of the vertex farthest along (x, y, z): its index in the low six bits; greater keys are farther.
 
@@ -39,131 +48,122 @@ def support(blocks, block, count, x, y, z, offset):
 
 
 @lean_kernel
-def _farthest(blocks, first, second, count, x, y, z, offset):
-    """The block and the column of the farthest vertex of two blocks."""
-    best, block = support(blocks, first, count, x, y, z, offset), first
+def _farthest(hulls, first, second, x, y, z, offset):
+    """The row and the column of the farthest vertex of two rows."""
+    best, row = support(hulls.blocks, first, hulls.sizes[first], x, y, z, offset), first
     if second != first:
-        other = support(blocks, second, count, x, y, z, offset)
+        other = support(hulls.blocks, second, hulls.sizes[second], x, y, z, offset)
         if other > best:
-            best, block = other, second
-    return block, best & 63
+            best, row = other, second
+    return row, best & 63
+
+
+@lean_kernel  # (B, 5) f8, i8, f8 x 3 -> f8 x 4
+def bulge(rounds, row, x, y, z):
+    """How far a part's disc reaches beyond its corners along (x, y, z), and the point of the disc that does so."""
+    a, b, c, disc = rounds[row, AXIS], rounds[row, AXIS + 1], rounds[row, AXIS + 2], rounds[row, DISC]
+    u, v, w = y * c - z * b, z * a - x * c, x * b - y * a
+    across = np.sqrt(u * u + v * v + w * w)
+    if not across > 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    k = disc / across
+    return disc * across, k * (b * w - c * v), k * (c * u - a * w), k * (a * v - b * u)
+
+
+@lean_kernel  # -> f8; writes two rows of (4, 3) f8
+def _farthest_round(hulls, first, second, x, y, z, offset, points, e):
+    """Writes the farthest point of one or two rows, without and with its disc; returns how far the disc reaches."""
+    greatest, own = -np.inf, 0.0
+    for end in range(1 if second == first else 2):
+        row = second if end else first
+        i = support(hulls.blocks, row, hulls.sizes[row], x, y, z, offset) & 63
+        px, py, pz = hulls.blocks[row, 0, i], hulls.blocks[row, 1, i], hulls.blocks[row, 2, i]
+        reach, dx, dy, dz = bulge(hulls.rounds, row, x, y, z)
+        height = px * x + py * y + pz * z + reach
+        if not height <= greatest:
+            greatest, own = height, reach
+            points[e, 0], points[e, 1], points[e, 2] = px, py, pz
+            points[2 + e, 0], points[2 + e, 1], points[2 + e, 2] = px + dx, py + dy, pz + dz
+    return own
 
 
 @lean_kernel
-def _nearest_on_triangle(simplex, i, j, k):
-    """The point of triangle i, j, k nearest to the origin: the number of its supporting corners, these first, the point."""
-    ax, ay, az = simplex[i, 0], simplex[i, 1], simplex[i, 2]
-    bx, by, bz = simplex[j, 0], simplex[j, 1], simplex[j, 2]
-    cx, cy, cz = simplex[k, 0], simplex[k, 1], simplex[k, 2]
-    abx, aby, abz = bx - ax, by - ay, bz - az
-    acx, acy, acz = cx - ax, cy - ay, cz - az
-    d1, d2 = -(abx * ax + aby * ay + abz * az), -(acx * ax + acy * ay + acz * az)
-    if d1 <= 0.0 and d2 <= 0.0:
-        return 1, i, j, k, ax, ay, az
-    d3, d4 = -(abx * bx + aby * by + abz * bz), -(acx * bx + acy * by + acz * bz)
-    if d3 >= 0.0 and d4 <= d3:
-        return 1, j, i, k, bx, by, bz
-    if d1 * d4 - d3 * d2 <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        t = d1 / (d1 - d3) if d1 != d3 else 0.0
-        return 2, i, j, k, ax + t * abx, ay + t * aby, az + t * abz
-    d5, d6 = -(abx * cx + aby * cy + abz * cz), -(acx * cx + acy * cy + acz * cz)
-    if d6 >= 0.0 and d5 <= d6:
-        return 1, k, i, j, cx, cy, cz
-    if d5 * d2 - d1 * d6 <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        t = d2 / (d2 - d6) if d2 != d6 else 0.0
-        return 2, i, k, j, ax + t * acx, ay + t * acy, az + t * acz
-    if d3 * d6 - d5 * d4 <= 0.0 and (d4 - d3) >= 0.0 and (d5 - d6) >= 0.0:
-        whole = (d4 - d3) + (d5 - d6)
-        t = (d4 - d3) / whole if whole != 0.0 else 0.0
-        return 2, j, k, i, bx + t * (cx - bx), by + t * (cy - by), bz + t * (cz - bz)
-    nx, ny, nz = aby * acz - abz * acy, abz * acx - abx * acz, abx * acy - aby * acx
-    square = nx * nx + ny * ny + nz * nz
-    if square <= 0.0:
-        return 1, i, j, k, ax, ay, az
-    h = (ax * nx + ay * ny + az * nz) / square
-    return 3, i, j, k, h * nx, h * ny, h * nz
+def greatest_gap(hulls, a0, a1, b0, b1, enough, least, search):
+    """The greatest gap found, without the balls, and the least distance of two points, of parts of any kind.
 
-
-@lean_kernel
-def _outside(simplex, i, j, k, other):
-    """Whether the origin and the other corner lie on different sides of face i, j, k, or the tetrahedron is flat."""
-    ax, ay, az = simplex[i, 0], simplex[i, 1], simplex[i, 2]
-    abx, aby, abz = simplex[j, 0] - ax, simplex[j, 1] - ay, simplex[j, 2] - az
-    acx, acy, acz = simplex[k, 0] - ax, simplex[k, 1] - ay, simplex[k, 2] - az
-    nx, ny, nz = aby * acz - abz * acy, abz * acx - abx * acz, abx * acy - aby * acx
-    origin = -(ax * nx + ay * ny + az * nz)
-    height = (simplex[other, 0] - ax) * nx + (simplex[other, 1] - ay) * ny + (simplex[other, 2] - az) * nz
-    return origin * height < 0.0 or height * height <= 1e-24 * (nx * nx + ny * ny + nz * nz)
-
-
-@lean_kernel
-def _nearest_on_segment(simplex):
-    """As `nearest`, for two corners."""
-    ax, ay, az = simplex[1, 0], simplex[1, 1], simplex[1, 2]
-    ex, ey, ez = simplex[0, 0] - ax, simplex[0, 1] - ay, simplex[0, 2] - az
-    t, square = -(ax * ex + ay * ey + az * ez), ex * ex + ey * ey + ez * ez
-    if t <= 0.0:
-        simplex[0, 0], simplex[0, 1], simplex[0, 2] = ax, ay, az
-        return 1, ax, ay, az
-    if t >= square:
-        return 1, simplex[0, 0], simplex[0, 1], simplex[0, 2]
-    t /= square
-    return 2, ax + t * ex, ay + t * ey, az + t * ez
-
-
-@lean_kernel
-def nearest(simplex, size):
-    """The point of the simplex nearest to the origin, and the number of supporting corners, which move to the front.
-
-    Four supporting corners mean that the origin is inside. Degenerate simplices may cost a round or a needless
-    "not apart", never a wrong "apart".
+    The search stops at a gap of more than `enough`, and where no gap can be more than `least`. `search.axis`: at
+    first any direction from which the search starts; afterwards the axis of the gap.
     """
-    if size == 1:
-        return 1, simplex[0, 0], simplex[0, 1], simplex[0, 2]
-    if size == 2:
-        return _nearest_on_segment(simplex)
-    if size == 3:
-        found, i, j, k, x, y, z = _nearest_on_triangle(simplex, 2, 1, 0)
-    else:
-        least, found, i, j, k, x, y, z = np.inf, 4, 0, 1, 2, 0.0, 0.0, 0.0
-        for face in range(4):  # the corner that is left out
-            a, b, c = (2 if face == 3 else 3), (1 if face >= 2 else 2), (1 if face == 0 else 0)
-            if _outside(simplex, a, b, c, face):
-                f, fi, fj, fk, fx, fy, fz = _nearest_on_triangle(simplex, a, b, c)
-                square = fx * fx + fy * fy + fz * fz
-                if square < least:
-                    least, found, i, j, k, x, y, z = square, f, fi, fj, fk, fx, fy, fz
-        if found == 4:
-            return 4, 0.0, 0.0, 0.0
-    a0, a1, a2 = simplex[i, 0], simplex[i, 1], simplex[i, 2]
-    b0, b1, b2 = simplex[j, 0], simplex[j, 1], simplex[j, 2]
-    c0, c1, c2 = simplex[k, 0], simplex[k, 1], simplex[k, 2]
-    simplex[0, 0], simplex[0, 1], simplex[0, 2] = a0, a1, a2
-    simplex[1, 0], simplex[1, 1], simplex[1, 2] = b0, b1, b2
-    simplex[2, 0], simplex[2, 1], simplex[2, 2] = c0, c1, c2
-    return found, x, y, z
+    axis, simplex, points, counters = search.axis, search.simplex, search.points, search.counters
+    x, y, z = axis[0], axis[1], axis[2]
+    square, size, greatest, nearest_points = x * x + y * y + z * z, 0, -np.inf, np.inf
+    if not 1e-20 < square < 1e20:
+        x, y, z, square = 1.0, 0.0, 0.0, 1.0
+    counters[SEARCHES] += 1
+    ended = 1e-10 if enough < np.inf else 1e-12  # [m] between both bounds
+    for iteration in range(MAX_ROUND_ITERATIONS):
+        counters[ITERATIONS] += 1
+        norm = np.sqrt(square)
+        ux, uy, uz = x / norm, y / norm, z / norm
+        reach = _farthest_round(hulls, a0, a1, -ux, -uy, -uz, search.offset, points, 0)
+        reach += _farthest_round(hulls, b0, b1, ux, uy, uz, search.offset, points, 1)
+        gap = (
+            ux * (points[0, 0] - points[1, 0])
+            + uy * (points[0, 1] - points[1, 1])
+            + uz * (points[0, 2] - points[1, 2])
+        ) - reach
+        if gap > greatest:
+            greatest = gap
+            axis[0], axis[1], axis[2] = ux, uy, uz
+            if gap > enough:
+                break
+        if nearest_points < np.inf and nearest_points - greatest <= ended * (1.0 + nearest_points):
+            break
+        wx, wy, wz = points[2, 0] - points[3, 0], points[2, 1] - points[3, 1], points[2, 2] - points[3, 2]
+        known = False
+        for k in range(size):
+            known = known or (simplex[k, 0] == wx and simplex[k, 1] == wy and simplex[k, 2] == wz)
+        if known:
+            break
+        simplex[size, 0], simplex[size, 1], simplex[size, 2] = wx, wy, wz
+        size, x, y, z = nearest(simplex, size + 1)
+        square = x * x + y * y + z * z
+        nearest_points = min(nearest_points, np.sqrt(square))
+        if size == 4 or not square > max(1e-24, least * least):
+            if size == 4 or square < 1e-24:
+                nearest_points = 0.0
+            break
+        if iteration == MAX_ROUND_ITERATIONS - 1:
+            counters[UNDECIDED] += 1
+    return greatest, nearest_points
 
 
 @lean_kernel
-def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simplex, counters):
+def apart(hulls, a0, a1, b0, b1, margin, search):
     """Whether hull(a0, a1) and hull(b0, b1) are proven farther apart than `margin` - rounding(offset) [Gilbert 1988].
 
-    `axis` (3,): initially any direction from which the search starts; afterwards the separating axis, or the last
+    `search.axis`: at first any direction from which the search starts; afterwards the separating axis, or the last
     axis tried. False means a distance of at most margin * (1 + 1e-9) + 1e-10 + rounding, or undecided.
-    `counters` counts pairs, iterations and undecided pairs.
     """
+    balls = hulls.rounds[a0, RADIUS] + hulls.rounds[b0, RADIUS]
+    margin += balls
+    if hulls.rounds[a0, DISC] + hulls.rounds[b0, DISC] > 0.0:
+        return greatest_gap(hulls, a0, a1, b0, b1, margin, margin, search)[0] > margin
+    axis, simplex, counters, offset, blocks = (
+        search.axis, search.simplex, search.counters, search.offset, hulls.blocks
+    )  # fmt: skip
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
-    counters[0] += 1
+    counters[SEARCHES] += 1
     for iteration in range(MAX_ITERATIONS):
-        counters[1] += 1
+        counters[ITERATIONS] += 1
         norm = np.sqrt(square)
         scale = 1.0 / norm
         ux, uy, uz = x * scale, y * scale, z * scale
-        a, i = _farthest(blocks, a0, a1, count_a, -ux, -uy, -uz, offset)
-        b, j = _farthest(blocks, b0, b1, count_b, ux, uy, uz, offset)
+        a, i = _farthest(hulls, a0, a1, -ux, -uy, -uz, offset)
+        b, j = _farthest(hulls, b0, b1, ux, uy, uz, offset)
         wx = blocks[a, 0, i] - blocks[b, 0, j]
         wy = blocks[a, 1, i] - blocks[b, 1, j]
         wz = blocks[a, 2, i] - blocks[b, 2, j]
@@ -171,7 +171,7 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
         if gap > margin:
             axis[0], axis[1], axis[2] = ux, uy, uz
             return True
-        if size > 0 and norm - gap <= 1e-9 * norm + 1e-10:
+        if size > 0 and norm - gap <= 1e-9 * (norm - balls) + 1e-10:
             break
         simplex[size, 0], simplex[size, 1], simplex[size, 2] = wx, wy, wz
         size, x, y, z = nearest(simplex, size + 1)
@@ -179,25 +179,32 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
         if size == 4 or not square > margin * margin or square < 1e-20:
             break
         if iteration == MAX_ITERATIONS - 1:
-            counters[2] += 1
+            counters[UNDECIDED] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False
 
 
 @lean_kernel
-def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simplex, counters):
-    """The result of `apart` for block `a` and block `b` moved by `pose` (12,), computed in the frame of `a`.
+def posed_apart(hulls, a, b, pose, margin, search):
+    """The result of `apart` for row `a` and row `b` moved by `pose` (12,), computed in the frame of `a`.
 
-    Blocks stay in their own frames and only farthest vertices are transformed, since few rounds decide most pairs.
-    Of `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth.
+    Corners stay in their own frames and only farthest ones are transformed, since few rounds decide most pairs.
+    Of `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth. Neither
+    row has a disc.
     """
+    axis, simplex, counters, offset, blocks = (
+        search.axis, search.simplex, search.counters, search.offset, hulls.blocks
+    )  # fmt: skip
+    count_a, count_b = hulls.sizes[a], hulls.sizes[b]
+    balls = hulls.rounds[a, RADIUS] + hulls.rounds[b, RADIUS]
+    margin += balls
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
-    counters[0] += 1
+    counters[SEARCHES] += 1
     for iteration in range(MAX_ITERATIONS):
-        counters[1] += 1
+        counters[ITERATIONS] += 1
         norm = np.sqrt(square)
         scale = 1.0 / norm
         ux, uy, uz = x * scale, y * scale, z * scale
@@ -214,7 +221,7 @@ def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simp
         if gap > margin:
             axis[0], axis[1], axis[2] = ux, uy, uz
             return True
-        if size > 0 and norm - gap <= 1e-9 * norm + 1e-10:
+        if size > 0 and norm - gap <= 1e-9 * (norm - balls) + 1e-10:
             break
         simplex[size, 0], simplex[size, 1], simplex[size, 2] = wx, wy, wz
         size, x, y, z = nearest(simplex, size + 1)
@@ -222,6 +229,6 @@ def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simp
         if size == 4 or not square > margin * margin or square < 1e-20:
             break
         if iteration == MAX_ITERATIONS - 1:
-            counters[2] += 1
+            counters[UNDECIDED] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False

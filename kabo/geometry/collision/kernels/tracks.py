@@ -17,9 +17,10 @@ COARSE_NODES = (1 << COARSE_LEVELS) + 1
 FRAME_SLOTS = COARSE_NODES + MAX_HALVINGS - COARSE_LEVELS  # one of each coarse node, and one of each finer level
 
 
-@lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
-def turning(segment, joints, factors, turned):
+@lean_kernel  # Way, Chain
+def turning(way, chain):
     """Writes for every joint the sum of |angle| over the revolute joints from the world to this joint."""
+    segment, turned, joints, factors = way.segment, way.turned, chain.joints, chain.factors
     turned[0] = 0.0
     for j in range(1, turned.shape[0]):
         i = joints[2, j]
@@ -27,8 +28,8 @@ def turning(segment, joints, factors, turned):
         turned[j] = turned[joints[0, j]] + step
 
 
-@lean_kernel
-def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
+@lean_kernel  # Way, Chain, i8, i8, f8 -> f8, f8, f8
+def motion(way, chain, joint, frame, radius):
     """Bounds over the whole segment for points within `radius` of the joint's origin, seen from `frame`.
 
     The bounds are the deviation from the chord, |x - c| <= max |x''| / 8, the angle turned, and the length of the
@@ -36,6 +37,7 @@ def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
     joints between the frame and j: |x''| <= sum over revolute j of rho_j d_j (d_j + 2 T_j), plus sum over
     prismatic j of 2 d_j T_j. With one radius for all joints this is [K Eq. 4.20].
     """
+    segment, turned, joints, factors = way.segment, way.turned, chain.joints, chain.factors
     bend, path, reach, j = 0.0, 0.0, radius, joint
     while j != frame:
         i, parent = joints[2, j], joints[0, j]
@@ -49,7 +51,7 @@ def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
             bend += 2.0 * step * before
             path += step
             reach += max(abs(start), abs(end))
-        reach += lengths[j]
+        reach += way.lengths[j]
         j = parent
     angle = max(0.0, turned[joint] - turned[frame])
     return 0.125 * bend * (1.0 + 1e-12), angle * (1.0 + 1e-12), path * (1.0 + 1e-12)
@@ -65,9 +67,9 @@ def level_for(deviation, enough):
     return level
 
 
-@lean_kernel
-def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags):
-    """The slot of `frames` (FRAME_SLOTS, J, 12) that holds all joint frames at a node, which are computed on first use.
+@lean_kernel  # i8, i8, Way, Chain -> i8
+def frames_at(node, run, way, chain):
+    """The slot of `way.frames` (FRAME_SLOTS, J, 12) that holds all joint frames at a node, computed on first use.
 
     Finer nodes share a slot with all nodes of their level; the two ends of a dyadic interval and its middle never do.
     """
@@ -77,13 +79,13 @@ def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags
         while node & (bit - 1):
             slot, bit = slot + 1, bit >> 1
     tag = run * (1 << (MAX_HALVINGS + 1)) + node
-    if frame_tags[slot] != tag:
-        frame_tags[slot] = tag
-        t = node / (1 << MAX_HALVINGS)
+    if way.tags[slot] != tag:
+        way.tags[slot] = tag
+        t, segment, joints, factors = node / (1 << MAX_HALVINGS), way.segment, chain.joints, chain.factors
         for i in range(segment.shape[1]):
             segment[2, i] = segment[0, i] + t * (segment[1, i] - segment[0, i])
         forward_kinematics(
-            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[slot]
+            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, way.frames[slot]
         )
     return slot
 
@@ -111,29 +113,30 @@ def pose_in(world_T, joint, frame, poses, row):
         poses[row, 9 + r] = world_T[frame, r] * x + world_T[frame, 3 + r] * y + world_T[frame, 6 + r] * z
 
 
-@lean_kernel
-def whole_box(track, level, grow, moves, node_boxes, whole_boxes):
+@lean_kernel  # i8, i8, f8, bool, Nodes
+def whole_box(track, level, grow, moves, nodes):
     """Writes the box around the volume that a track's group sweeps, from its boxes at the coarse nodes of a level."""
-    first = track * COARSE_NODES
-    unite_boxes(node_boxes, first, first, grow, whole_boxes, track)
+    first, whole_boxes = track * COARSE_NODES, nodes.whole_boxes
+    unite_boxes(nodes.boxes, first, first, grow, whole_boxes, track)
     if moves:
         stride = 1 << (COARSE_LEVELS - level)
         for c in range(stride, COARSE_NODES, stride):
             for r in range(3):
-                whole_boxes[track, r] = min(whole_boxes[track, r], node_boxes[first + c, r] - grow)
-                whole_boxes[track, 3 + r] = max(whole_boxes[track, 3 + r], node_boxes[first + c, 3 + r] + grow)
+                whole_boxes[track, r] = min(whole_boxes[track, r], nodes.boxes[first + c, r] - grow)
+                whole_boxes[track, 3 + r] = max(whole_boxes[track, 3 + r], nodes.boxes[first + c, 3 + r] + grow)
 
 
 @lean_kernel
-def interval_parts(first, end, part_extents, poses, row0, row1, grow, pair_boxes, boxes, start):
+def interval_parts(first, end, part_extents, poses, row0, row1, grow, pool, start):
     """Writes the boxes of parts first..end over an interval, from the poses at its ends, grown by the deviation."""
+    united, boxes = pool.united, pool.interval_boxes
     for p in range(first, end):
-        place_box(poses, row0, part_extents, p, pair_boxes, 0)
+        place_box(poses, row0, part_extents, p, united, 0)
         if row1 != row0:
-            place_box(poses, row1, part_extents, p, pair_boxes, 1)
-            unite_boxes(pair_boxes, 0, 1, grow, boxes, start + p - first)
+            place_box(poses, row1, part_extents, p, united, 1)
+            unite_boxes(united, 0, 1, grow, boxes, start + p - first)
         else:
-            unite_boxes(pair_boxes, 0, 0, grow, boxes, start + p - first)
+            unite_boxes(united, 0, 0, grow, boxes, start + p - first)
 
 
 @lean_kernel  # i8, i8, (H,) i8, (H,) i8 -> i8

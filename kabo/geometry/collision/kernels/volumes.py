@@ -4,15 +4,15 @@ Unlike in `sweep`, where two bodies move in step, every interval of one motion i
 the other. Both answers are proven as in `sweep`; how far a hull of two poses sticks out of the volume swept
 between them is bounded by their own rotations, |R0 - R1| diameter / 4, and by the angle that the joints turn.
 
-A body is given by its joint's poses (N + 1, 12) at the nodes of N = 2^level intervals, its parts (blocks, sizes,
-extents, all in the joint's frame) and, for each part, bounds (B, 3) over all intervals together: deviation, angle *
-diameter / 4, diameter / 4.
+A body is a `Swept`: its joint's poses at the nodes of N = 2^level intervals, its parts in the joint's frame and, for
+each part, bounds (B, 3) over all intervals together: deviation, angle * diameter / 4, diameter / 4.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.boxes import boxes_near, place_block, place_box, unite_boxes
+from kabo.geometry.collision.kernels.boxes import boxes_near, place_box, place_part, unite_boxes
+from kabo.geometry.collision.kernels.distance import between
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.collision.kernels.tracks import motion
 from kabo.scene.kernels.poses import forward_kinematics
@@ -22,24 +22,24 @@ COARSE_DEVIATION = 0.03  # [m]: hulls that deviate more are halved without a com
 DEVIATION, TURN, QUARTER = 0, 1, 2  # columns of bounds
 
 
-@lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8, (J,) f8, (J,) f8, i8, (B,) f8, (B,) f8 -> writes (B, 3) f8
-def part_bounds(segment, joints, factors, lengths, turned, joint, radii, diameters, bounds):
+@lean_kernel  # Way, Chain, i8, (B,) f8, (B,) f8 -> writes (B, 3) f8
+def part_bounds(way, chain, joint, radii, diameters, bounds):
     """Writes for every part of a body its three bounds over a whole segment: deviation and both shares of the spread."""
     for p in range(radii.shape[0]):
-        deviation, angle, _ = motion(segment, joints, factors, lengths, turned, joint, 0, radii[p])
+        deviation, angle, _ = motion(way, chain, joint, 0, radii[p])
         bounds[p, DEVIATION] = deviation
         bounds[p, TURN], bounds[p, QUARTER] = 0.25 * angle * diameters[p], 0.25 * diameters[p]
 
 
-@lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8, (J, 12) f8 -> writes (N + 1, J, 12) f8, whose rows [:, 0] are given
-def frames_on(segment, joints, factors, placement, frames):
+@lean_kernel  # Way, Chain -> writes `frames` (N + 1, J, 12), whose rows [:, 0] are given
+def frames_on(way, chain):
     """Writes the frames of all joints at the nodes of a segment."""
-    intervals = frames.shape[0] - 1
+    joints, factors, segment, intervals = chain.joints, chain.factors, way.segment, way.frames.shape[0] - 1
     for node in range(intervals + 1):
         for i in range(segment.shape[1]):
             segment[2, i] = segment[0, i] + (node / intervals) * (segment[1, i] - segment[0, i])
         forward_kinematics(
-            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[node]
+            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, way.frames[node]
         )
 
 
@@ -74,47 +74,46 @@ def _halve(stack, top, i, wide, k, far, longer):
 
 
 @lean_kernel
-def _parts_meet(
-    a, b, poses_a, blocks_a, sizes_a, extents_a, bounds_a, poses_b, blocks_b, sizes_b, extents_b, bounds_b, slack,
-    pose_margin, margin, offset, pool, boxes, stack, axis, simplex, counters,
-):  # fmt: skip
+def _placed_boxes(body, part, first, width, deviation, boxes, row):
+    """Writes the boxes of a part at both ends of an interval, and to row 4 or 5 the one around all that it sweeps."""
+    for end in range(2):
+        place_box(body.poses, first + end * width, body.extents, part, boxes, row + end)
+    unite_boxes(boxes, row, row + 1, deviation, boxes, 4 + row // 2)
+
+
+@lean_kernel
+def _parts_meet(first, a, second, b, limits, pool, boxes, stack, search):
     """Whether the swept volumes of parts a and b may meet; halves the interval with the larger spread."""
-    whole_a, whole_b, top = poses_a.shape[0] - 1, poses_b.shape[0] - 1, 1
+    whole_a, whole_b, top = first.poses.shape[0] - 1, second.poses.shape[0] - 1, 1
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, whole_a, 0, whole_b
     while top > 0:
         top -= 1
         i, wide, k, far = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         f, g = wide / whole_a, far / whole_b
-        deviation_a, deviation_b = bounds_a[a, DEVIATION] * f * f, bounds_b[b, DEVIATION] * g * g
-        for end in range(2):
-            place_box(poses_a, i + end * wide, extents_a, a, boxes, end)
-            place_box(poses_b, k + end * far, extents_b, b, boxes, 2 + end)
-        unite_boxes(boxes, 0, 1, deviation_a, boxes, 4)
-        unite_boxes(boxes, 2, 3, deviation_b, boxes, 5)
-        if not boxes_near(boxes, 4, boxes, 5, margin):
+        deviation_a, deviation_b = first.bounds[a, DEVIATION] * f * f, second.bounds[b, DEVIATION] * g * g
+        _placed_boxes(first, a, i, wide, deviation_a, boxes, 0)
+        _placed_boxes(second, b, k, far, deviation_b, boxes, 2)
+        if not boxes_near(boxes, 4, boxes, 5, limits.margin):
             continue
-        spread_a = _spread(poses_a, i, wide, f, bounds_a, a)
-        spread_b = _spread(poses_b, k, far, g, bounds_b, b)
-        small = spread_a + spread_b <= slack
+        spread_a = _spread(first.poses, i, wide, f, first.bounds, a)
+        spread_b = _spread(second.poses, k, far, g, second.bounds, b)
+        small = spread_a + spread_b <= limits.slack
         if small or deviation_a + deviation_b <= COARSE_DEVIATION:
-            proven, needed = False, deviation_a + deviation_b + margin
-            for r in range(3):
-                axis[r] = boxes[4, r] + boxes[4, 3 + r] - boxes[5, r] - boxes[5, 3 + r]
+            proven, needed = False, deviation_a + deviation_b + limits.margin
+            between(boxes, 4, 5, search.axis)
             # Twice: the hulls of both ends; if they are not clear, one pose of each in the middle.
             for trial in range(1 if small else 2):
                 for end in range(2):
-                    place_block(
-                        poses_a, i + (wide // 2 if trial else end * wide), blocks_a, a, pool, end, sizes_a[a]
+                    place_part(first.poses, i + (wide // 2 if trial else end * wide), first.hulls, a, pool, end)
+                    place_part(
+                        second.poses, k + (far // 2 if trial else end * far), second.hulls, b, pool, 2 + end
                     )
-                    place_block(
-                        poses_b, k + (far // 2 if trial else end * far), blocks_b, b, pool, 2 + end, sizes_b[b]
-                    )
-                if apart(pool, 0, 1, sizes_a[a], 2, 3, sizes_b[b], needed, offset, axis, simplex, counters):
+                if apart(pool, 0, 1, 2, 3, needed, search):
                     proven = trial == 0
                     break
                 if small or trial == 1:
                     return MEET
-                needed = pose_margin
+                needed = limits.pose_margin
             if proven:
                 continue
         longer = spread_a >= spread_b
@@ -126,24 +125,16 @@ def _parts_meet(
 
 
 @lean_kernel
-def volumes_meet(
-    poses_a, blocks_a, sizes_a, extents_a, bounds_a, poses_b, blocks_b, sizes_b, extents_b, bounds_b, slack,
-    pose_margin, margin, offset, pool, boxes, stack, axis, simplex, counters,
-):  # fmt: skip
-    """APART, MEET or FINER: the relation of two bodies' swept volumes, as far as the given intervals show.
+def volumes_meet(first, second, limits, pool, boxes, stack, search):
+    """APART, MEET or FINER: the relation of two bodies' swept volumes, and the parts that MEET.
 
-    APART: proven farther apart than `margin` minus rounding; FINER: more intervals are needed. `slack`: the part
-    of epsilon that remains for the spread of hulls. `pose_margin`: a distance of parts at a pose up to which they
-    MEET.
+    APART: proven farther apart than the margin minus rounding; FINER: more intervals are needed.
     """
     answer = APART
-    for a in range(sizes_a.shape[0]):
-        for b in range(sizes_b.shape[0]):
-            found = _parts_meet(
-                a, b, poses_a, blocks_a, sizes_a, extents_a, bounds_a, poses_b, blocks_b, sizes_b, extents_b, bounds_b,
-                slack, pose_margin, margin, offset, pool, boxes, stack, axis, simplex, counters,
-            )  # fmt: skip
+    for a in range(first.extents.shape[0]):
+        for b in range(second.extents.shape[0]):
+            found = _parts_meet(first, a, second, b, limits, pool, boxes, stack, search)
             if found == MEET:
-                return MEET
+                return MEET, a, b
             answer = max(answer, found)
-    return answer
+    return answer, 0, 0

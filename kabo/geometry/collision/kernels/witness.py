@@ -12,15 +12,16 @@ Over an interval a body sweeps no more than the hull of its poses at the ends an
 by the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). A verifier recomputes these
 hulls; a proof contains only the axes and the choice of halves.
 
-The first index of a pair's arrays, 0 or 1, is the body. `ends` (2, 4): first part, part after the last, first and
-last row of `poses` (2, W + 2, 12), which holds the poses at all way points and, behind them, at the ends of a part
-of a piece.
+The first index of a pair's arrays, 0 or 1, is the body. `Trail.poses` holds the poses at all way points and, behind
+them, at the ends of a part of a piece.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.separation import nearest, support
+from kabo.geometry.collision.kernels.bundles import DISC, RADIUS
+from kabo.geometry.collision.kernels.separation import bulge, support
+from kabo.geometry.collision.kernels.simplex import nearest
 from kabo.geometry.collision.kernels.tracks import motion, pose_in, turning
 from kabo.scene.kernels.poses import forward_kinematics
 
@@ -34,7 +35,7 @@ AXIS_SCALE = 32767.0  # of an axis in three short integers
 KEPT_MARGIN_SHARE = 0.98  # of an axis in short integers, which is else stored in full
 DECIDED_SHARE = 0.05  # of the wanted margin: no halving if the motion adds less
 LOW, HIGH, START, END = 0, 1, 2, 3  # columns of `ends`
-JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `things`
+JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `Things.rows`
 DEVIATION, PATH = 0, 1  # columns of `bounds` and `over`
 NEAR, WANTED, NEEDED, FINEST = 0, 1, 2, 3  # places of `limits`; no stretch of FINEST or less is halved
 
@@ -62,18 +63,18 @@ def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scrat
         )
 
 
-@lean_kernel  # -> writes (2, K, 2) deviation and path; returns the length of both paths together
-def _pace(waypoints, joints, factors, lengths, turned, segment, pair, things, radii, bounds):
+@lean_kernel  # -> writes `trail.bounds`; returns the length of both paths together
+def _pace(chain, trail, pair, things):
     """Writes for every piece bounds of how far points of both bodies deviate from chords, and move, in the frame."""
-    total = 0.0
+    total, waypoints, bounds, segment = 0.0, trail.waypoints, trail.bounds, trail.way.segment
     for k in range(waypoints.shape[0] - 1):
         for i in range(waypoints.shape[1]):
             segment[0, i], segment[1, i] = waypoints[k, i], waypoints[k + 1, i]
-        turning(segment, joints, factors, turned)
+        turning(trail.way, chain)
         for e in range(2):
             t = pair[e]
             bounds[e, k, DEVIATION], _, bounds[e, k, PATH] = motion(
-                segment, joints, factors, lengths, turned, things[JOINT, t], pair[2], radii[t]
+                trail.way, chain, things.rows[JOINT, t], pair[2], things.radii[t]
             )
             total += bounds[e, k, PATH]
     return total
@@ -92,8 +93,9 @@ def _over(bounds, s0, s1, over):
 
 
 @lean_kernel
-def _swept_boxes(boxes, ends, poses, over, box, swept, size):
+def _swept_boxes(boxes, poses, work):
     """Writes the boxes (2, 6) around both ranges' swept volumes, and the diagonals (2,) of the ranges' own boxes."""
+    ends, over, box, swept, size = work.ends, work.over, work.box, work.swept, work.size
     for e in range(2):
         size[e] = 0.0
         for r in range(3):
@@ -122,35 +124,61 @@ def _boxes_apart(swept, near):
     return apart
 
 
+@lean_kernel  # Hulls, i8, f8 x 3, f8 -> i8
+def _key(hulls, part, x, y, z, shift):
+    """The key of a part along (x, y, z), in its own frame, as `support`; ball and disc count."""
+    key = support(hulls.blocks, part, hulls.sizes[part], x, y, z, shift)
+    if hulls.rounds[part, RADIUS] > 0.0 or hulls.rounds[part, DISC] > 0.0:
+        reach = hulls.rounds[part, RADIUS] + bulge(hulls.rounds, part, x, y, z)[0]
+        height = np.int64(key & np.int64(-64)).view(np.float64) + reach
+        key = (np.float64(height).view(np.int64) & np.int64(-64)) | (key & np.int64(63))
+    return key
+
+
 @lean_kernel
-def _gap(blocks, sizes, ends, poses, x, y, z, offset, points):
+def _gap(hulls, ends, poses, x, y, z, search):
     """The gap along an axis of length 1 from the second body to the first; writes the supporting points (2, 3)."""
+    points = search.points
     for e in range(2):
         x, y, z = -x, -y, -z  # towards the second body, then back
-        best, block, at = np.int64(-1), 0, 0
+        best, part, at = np.int64(-1), 0, 0
         for k in range(ends[e, START], ends[e, END] + 1):
             u = poses[e, k, 0] * x + poses[e, k, 3] * y + poses[e, k, 6] * z
             v = poses[e, k, 1] * x + poses[e, k, 4] * y + poses[e, k, 7] * z
             w = poses[e, k, 2] * x + poses[e, k, 5] * y + poses[e, k, 8] * z
-            shift = offset + (poses[e, k, 9] * x + poses[e, k, 10] * y + poses[e, k, 11] * z)
+            shift = search.offset + (poses[e, k, 9] * x + poses[e, k, 10] * y + poses[e, k, 11] * z)
             for p in range(ends[e, LOW], ends[e, HIGH]):
-                key = support(blocks, p, sizes[p], u, v, w, shift)
+                key = _key(hulls, p, u, v, w, shift)
                 if key > best:
-                    best, block, at = key, p, k
+                    best, part, at = key, p, k
         column = best & 63
-        u, v, w = blocks[block, 0, column], blocks[block, 1, column], blocks[block, 2, column]
+        a, b, c = hulls.blocks[part, 0, column], hulls.blocks[part, 1, column], hulls.blocks[part, 2, column]
+        if hulls.rounds[part, DISC] > 0.0:
+            u = poses[e, at, 0] * x + poses[e, at, 3] * y + poses[e, at, 6] * z
+            v = poses[e, at, 1] * x + poses[e, at, 4] * y + poses[e, at, 7] * z
+            w = poses[e, at, 2] * x + poses[e, at, 5] * y + poses[e, at, 8] * z
+            _, du, dv, dw = bulge(hulls.rounds, part, u, v, w)
+            a, b, c = a + du, b + dv, c + dw
         for r in range(3):
             points[e, r] = (
-                poses[e, at, 3 * r] * u + poses[e, at, 3 * r + 1] * v + poses[e, at, 3 * r + 2] * w
+                poses[e, at, 3 * r] * a + poses[e, at, 3 * r + 1] * b + poses[e, at, 3 * r + 2] * c
             ) + poses[e, at, 9 + r]
+        ball = hulls.rounds[part, RADIUS]
+        if ball > 0.0:
+            points[e, 0], points[e, 1], points[e, 2] = (
+                points[e, 0] + ball * x,
+                points[e, 1] + ball * y,
+                points[e, 2] + ball * z,
+            )
     return (
         x * (points[0, 0] - points[1, 0]) + y * (points[0, 1] - points[1, 1]) + z * (points[0, 2] - points[1, 2])
     )
 
 
 @lean_kernel
-def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, points, simplex):
+def _greatest_gap(hulls, ends, poses, enough, least, search):
     """The greatest gap found, its axis in `axis` [Gilbert 1988]; stops at `enough`, near the distance, or at contact."""
+    axis, points, simplex = search.axis, search.points, search.simplex
     x, y, z = axis[0], axis[1], axis[2]
     square, size, greatest = x * x + y * y + z * z, 0, -np.inf
     if not 1e-20 < square < 1e20:
@@ -158,7 +186,7 @@ def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, point
     for _ in range(MAX_ITERATIONS):
         norm = np.sqrt(square)
         ux, uy, uz = x / norm, y / norm, z / norm
-        gap = _gap(blocks, sizes, ends, poses, ux, uy, uz, offset, points)
+        gap = _gap(hulls, ends, poses, ux, uy, uz, search)
         if gap > greatest:
             greatest, axis[0], axis[1], axis[2] = gap, ux, uy, uz
             if gap > enough:
@@ -175,44 +203,30 @@ def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, point
 
 
 @lean_kernel
-def _write_axis(blocks, sizes, ends, poses, grow, gap, offset, axis, points, codes, axes, row):
+def _write_axis(things, work, poses, grow, gap, search, proofs, row):
     """Writes the axis in short integers if that keeps its margin, else in full; returns the gap along the written axis."""
+    axis, axes = search.axis, proofs.axes
     greatest, square = max(abs(axis[0]), abs(axis[1]), abs(axis[2])), 0.0
-    codes[row] = AXIS
+    proofs.codes[row] = AXIS
     for r in range(3):
         axes[row, r] = np.round(axis[r] / greatest * AXIS_SCALE)
         square += axes[row, r] * axes[row, r]
     norm = np.sqrt(square)
-    found = _gap(
-        blocks, sizes, ends, poses, axes[row, 0] / norm, axes[row, 1] / norm, axes[row, 2] / norm, offset, points
-    )
+    x, y, z = axes[row, 0] / norm, axes[row, 1] / norm, axes[row, 2] / norm
+    found = _gap(things.hulls, work.ends, poses, x, y, z, search)
     if found - grow > KEPT_MARGIN_SHARE * (gap - grow):
         return found
-    codes[row] = EXACT_AXIS
+    proofs.codes[row] = EXACT_AXIS
     for r in range(3):
         axes[row, r] = axis[r]
     return gap
 
 
 @lean_kernel
-def _place(
-    s0,
-    s1,
-    pair,
-    waypoints,
-    segment,
-    joints,
-    factors,
-    placement,
-    frames,
-    things,
-    joint_T,
-    still,
-    ends,
-    poses,
-    scratch,
-):
+def _place(s0, s1, pair, chain, trail, things, work):
     """Selects the poses of a stretch; if it ends inside a piece, writes the poses at its ends behind the others."""
+    waypoints, segment, frames, ends = trail.waypoints, trail.way.segment, trail.way.frames, work.ends
+    joints, factors = chain.joints, chain.factors
     count = waypoints.shape[0]
     inside = s1 - s0 < POSITIONS_PER_PIECE
     for c in range(2 if inside else 0):
@@ -223,14 +237,17 @@ def _place(
             if share > 0.0:
                 segment[2, i] += share * (waypoints[k + 1, i] - waypoints[k, i])
         forward_kinematics(
-            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[count]
+            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[count]
         )
         for e in range(2):
-            joint = things[JOINT, pair[e]]
-            _body_pose(frames[0], frames[count], pair[2], joint, joint_T, pair[e], poses[e], count + c, scratch)
+            t = pair[e]
+            _body_pose(
+                frames[0], frames[count], pair[2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e], count + c,
+                work.scratch,
+            )  # fmt: skip
     for e in range(2):
         ends[e, START] = count if inside else s0 >> FRACTION_BITS
-        ends[e, END] = ends[e, START] if still[e] else count + 1 if inside else s1 >> FRACTION_BITS
+        ends[e, END] = ends[e, START] if work.still[e] else count + 1 if inside else s1 >> FRACTION_BITS
 
 
 @lean_kernel
@@ -275,32 +292,40 @@ def _begin(pair, waypoints, things, axis, stack):
 
 
 @lean_kernel
-def _prove(
-    pair, limits, offset, waypoints, joints, factors, placement, frames, segment, things, joint_T, bounds, blocks,
-    sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex, stack, ends, codes, axes,
-    row, margins,
-):  # fmt: skip
-    """Writes the proof of a pair from `row` on; returns the row after it, or -1 if there is none.
+def _fail(s0, s1, margin, ends, proofs, row):
+    """Writes why a proof failed: the ends of the stretch, in pieces, and the margin; behind it, the two parts."""
+    proofs.codes[row] = FAILED
+    proofs.axes[row, 0], proofs.axes[row, 1], proofs.axes[row, 2] = (
+        s0 / POSITIONS_PER_PIECE,
+        s1 / POSITIONS_PER_PIECE,
+        margin,
+    )
+    if row + 1 < proofs.axes.shape[0]:
+        proofs.axes[row + 1, 0], proofs.axes[row + 1, 1] = ends[0, LOW], ends[1, LOW]
 
-    At a failure, the code FAILED is written, with the ends of the stretch, in pieces, and the gap in place of an
-    axis.
-    """
-    top = _begin(pair, waypoints, things, axis, stack)
+
+@lean_kernel
+def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
+    """Writes the proof of a pair from `row` on; returns the row after it, or -1 if there is none (see `_fail`)."""
+    top, stack, ends, over = (
+        _begin(pair, trail.waypoints, things.rows, search.axis, work.stack),
+        work.stack,
+        work.ends,
+        work.over,
+    )
+    axis, swept = search.axis, work.swept
     while top > 0:
         top -= 1
         s0, s1 = stack[top, 0], stack[top, 1]
         for e in range(2):
             ends[e, LOW], ends[e, HIGH] = stack[top, 2 + 2 * e], stack[top, 3 + 2 * e]
-        _place(
-            s0, s1, pair, waypoints, segment, joints, factors, placement, frames, things, joint_T, still, ends, poses,
-            scratch,
-        )  # fmt: skip
-        _over(bounds, s0, s1, over)
-        _swept_boxes(boxes, ends, poses, over, box, swept, size)
-        if row >= codes.shape[0] or top + 2 >= stack.shape[0]:
+        _place(s0, s1, pair, chain, trail, things, work)
+        _over(trail.bounds, s0, s1, over)
+        _swept_boxes(things.boxes, trail.poses, work)
+        if row >= proofs.codes.shape[0] or top + 2 >= stack.shape[0]:
             return -1
         if _boxes_apart(swept, limits[NEAR] + BOX_MARGIN):
-            codes[row] = BOXES
+            proofs.codes[row] = BOXES
             row += 1
             continue
         grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
@@ -310,60 +335,51 @@ def _prove(
         if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
             for r in range(3):
                 axis[r] = swept[0, r] + swept[0, 3 + r] - swept[1, r] - swept[1, 3 + r]
-        gap = _greatest_gap(blocks, sizes, ends, poses, grow + limits[NEAR], least, offset, axis, points, simplex)
+        gap = _greatest_gap(things.hulls, ends, trail.poses, grow + limits[NEAR], least, search)
         if gap > least:
-            gap = _write_axis(blocks, sizes, ends, poses, grow, gap, offset, axis, points, codes, axes, row)
-            margins[0] = min(margins[0], gap - grow)
+            gap = _write_axis(things, work, trail.poses, grow, gap, search, proofs, row)
+            proofs.margins[p] = min(proofs.margins[p], gap - grow)
         elif last:
-            codes[row] = FAILED
-            axes[row, 0], axes[row, 1], axes[row, 2] = (
-                s0 / POSITIONS_PER_PIECE,
-                s1 / POSITIONS_PER_PIECE,
-                gap - grow,
-            )
+            _fail(s0, s1, gap - grow, ends, proofs, row)
             return -1
         else:
-            by_time = single or (moved > _widest(ends, size) and s1 - s0 > limits[FINEST])
-            _halve(stack, top, s0, s1, ends, size, by_time, codes, row)
+            by_time = single or (moved > _widest(ends, work.size) and s1 - s0 > limits[FINEST])
+            _halve(stack, top, s0, s1, ends, work.size, by_time, proofs.codes, row)
             top += 2
         row += 1
     return row
 
 
 @lean_kernel
-def prove_pairs(
-    pairs, limits, offset, waypoints, joints, factors, placement, lengths, turned, frames, segment, things, radii,
-    joint_T, bounds, blocks, sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex,
-    stack, ends, codes, axes, where, margins,
-):  # fmt: skip
+def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
     """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
 
     A pair that does not move, or whose boxes over the whole path are apart, has an empty proof, since verifiers
     test these two cases first. Returns the number of pairs proven before the first failure; P if there is none.
     """
+    joints, factors, waypoints, frames = chain.joints, chain.factors, trail.waypoints, trail.way.frames
     count, row = waypoints.shape[0], 0
     for k in range(count):
         forward_kinematics(
-            waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[k]
+            waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[k]
         )
     for p in range(pairs.shape[0]):
-        margins[p], where[p] = np.inf, row
-        if not _pace(waypoints, joints, factors, lengths, turned, segment, pairs[p], things, radii, bounds) > 0.0:
+        proofs.margins[p], proofs.where[p] = np.inf, row
+        if not _pace(chain, trail, pairs[p], things) > 0.0:
             continue
         for e in range(2):
             t, path = pairs[p, e], 0.0
             for k in range(count):
-                _body_pose(frames[0], frames[k], pairs[p, 2], things[JOINT, t], joint_T, t, poses[e], k, scratch)
-                path += bounds[e, k, PATH] if k + 1 < count else 0.0
-            still[e] = path == 0.0
-        after = _prove(
-            pairs[p], limits, offset, waypoints, joints, factors, placement, frames, segment, things, joint_T, bounds,
-            blocks, sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex, stack, ends,
-            codes, axes, row, margins[p:],
-        )  # fmt: skip
+                _body_pose(
+                    frames[0], frames[k], pairs[p, 2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e], k,
+                    work.scratch,
+                )  # fmt: skip
+                path += trail.bounds[e, k, PATH] if k + 1 < count else 0.0
+            work.still[e] = path == 0.0
+        after = _prove(p, pairs[p], limits, chain, trail, things, work, search, proofs, row)
         if after < 0:
             return p
-        if after > row + 1 or codes[row] != BOXES:
+        if after > row + 1 or proofs.codes[row] != BOXES:
             row = after
-        where[p] = row
+        proofs.where[p] = row
     return pairs.shape[0]

@@ -17,15 +17,18 @@ from kabo.language.scene_description import (
     Shape,
     Stroke,
 )
+from kabo.language.semantic_description import SemanticDescription
 from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.scenes.constraints import ConstraintReader, Owner, Roles
 from kabo.language.yaml.scenes.features import WORLD_FEATURES, given_features, read_features, sound_features
 from kabo.language.yaml.scenes.poses import read_pose
+from kabo.language.yaml.scenes.semantics import TOOL_FEATURES, frame_features, handle_grasps, read_semantics
 from kabo.language.yaml.values import SMALLEST_SIZE, Reader
 
-SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere")
-MODEL_KEYS = (*SHAPE_KEYS, "scale", "pose", "movable", "mass", "features", "grasps", "placements")
+SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere", "capsule")
+ROUND_KEYS = {"cylinder": ("radius", "height"), "sphere": ("radius",), "capsule": ("radius", "length")}
+MODEL_KEYS = (*SHAPE_KEYS, "scale", "pose", "movable", "mass", "features", "grasps", "placements", "srdf")
 BODY_KEYS = ("model", *MODEL_KEYS)
 REGION_KEYS = (*SHAPE_KEYS, "scale", "pose", "support")
 GRASP_KEYS = ("constraints", "robots", "approach", "lift", "fingers")
@@ -48,6 +51,7 @@ class PartialBody:
     movable: bool
     mass: float | None
     features: MappingType[str, Feature | None] = field(default_factory=dict)
+    semantics: SemanticDescription | None = None  # of its SRDF file: handles
 
     @property
     def owner(self) -> Owner:
@@ -69,12 +73,15 @@ class BodyReader:
         """The shape, pose and features of a body; if not `complete` (a model), the shape may be missing."""
         reader = self.reader
         shape = self.shape(mapping, required=complete, what="a body")
-        own = read_features(reader, mapping.get("features"))
+        semantics = read_semantics(reader, mapping.get("srdf"), self.packages)
+        handles = () if semantics is None else semantics.handles
+        given = {key: each for handle in handles for key, each in frame_features(handle).items()}
+        own = {**given, **read_features(reader, mapping.get("features"))}
         moves = reader.boolean(mapping.get("movable"), "`movable`")
         return PartialBody(
             name, mapping, model, shape, read_pose(reader, mapping.get("pose")),
             movable if moves is None else moves, reader.positive(mapping.get("mass"), "the mass"),
-            {**given_features(shape), **own},
+            {**given_features(shape), **own}, semantics,
         )  # fmt: skip
 
     def body(
@@ -88,7 +95,7 @@ class BodyReader:
         return BodyDescription(
             part.name, part.shape, part.pose, part.movable, part.model, part.mass,
             sound_features(part.features), grasps,
-            placements, part.mapping.place,
+            placements, part.mapping.place, None if part.semantics is None else part.semantics.path,
         )  # fmt: skip
 
     def region(self, name: str, mapping: Mapping) -> RegionDescription | None:
@@ -138,19 +145,22 @@ class BodyReader:
         mapping = self.reader.mapping(node, f"a {kind}")
         if mapping is None:
             return None
-        keys = ("radius", "height") if kind == "cylinder" else ("radius",)
+        keys = ROUND_KEYS[kind]
         self.reader.keys(mapping, keys, f"a {kind}")
         values = [self.reader.size(self.reader.require(mapping, key, f"a {kind}"), f"the {key}") for key in keys]
         if None in values:
             return None
         numbers = [value for value in values if value is not None]
+        size = numbers[0], numbers[0], numbers[-1]
         if kind == "cylinder":
-            return Shape("cylinder", None, 1.0, (numbers[0], numbers[0], numbers[1]), place)
-        return Shape("sphere", None, 1.0, (numbers[0],) * 3, place)
+            return Shape("cylinder", None, 1.0, size, place)
+        return Shape("capsule" if kind == "capsule" else "sphere", None, 1.0, size, place)
 
     # ---------------------------------------------------------------------------------------------- families
     def _grasps(self, part: PartialBody, robots: MappingType[str, Owner]) -> dict[str, GraspFamily]:
         families: dict[str, GraspFamily] = {}
+        if part.semantics is not None and any(set(robot.features) >= TOOL_FEATURES for robot in robots.values()):
+            families.update(handle_grasps(part.semantics.handles))
         for name, key, value in self.reader.entries(part.mapping.get("grasps"), "the grasps"):
             self.reader.check_name(key, "a grasp family")
             mapping = self.reader.mapping(value, "a grasp family")

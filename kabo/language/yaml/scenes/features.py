@@ -26,6 +26,7 @@ def given_features(shape: Shape | None) -> dict[str, Feature]:
         half = shape.size[2] / 2
         features["top"] = Feature("plane", (0.0, 0.0, half), _UP)
         features["bottom"] = Feature("plane", (0.0, 0.0, -half), _UP)
+    if shape.kind in ("box", "cylinder", "capsule"):
         features["axis"] = features["up"] = Feature("line", _ZERO, _UP)
     if shape.kind == "box":
         features["x_axis"] = Feature("line", _ZERO, (1.0, 0.0, 0.0))

@@ -28,15 +28,15 @@ def quaternion_of_rpy(rpy: Vector) -> Quaternion:
     )
 
 
-def read_pose(reader: Reader, node: YamlNode | None) -> PoseDescription:
-    """The pose that a mapping describes, with defaults for absent keys.
+def read_pose(reader: Reader, node: YamlNode | None, beside: tuple[str, ...] = ()) -> PoseDescription:
+    """The pose that a mapping describes, with defaults for absent keys; keys `beside` are read elsewhere.
 
     The `place` of the pose, used in messages, is that of the frame's name, or of the mapping if it names no frame.
     """
     mapping = reader.mapping(node, "a pose")
     if mapping is None:
         return PoseDescription(place=None if node is None else node.place)
-    reader.keys(mapping, POSE_KEYS, "a pose")
+    reader.keys(mapping, (*POSE_KEYS, *beside), "a pose")
     frame_node = mapping.get("frame")
     frame = reader.text(frame_node, "a frame") or "world"
     if frame_node is not None and not _FRAME.fullmatch(frame):

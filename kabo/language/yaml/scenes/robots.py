@@ -5,16 +5,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
-from kabo.language.yaml.documents import Mapping, YamlNode
+from kabo.language.yaml.documents import Mapping, Scalar, YamlNode
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.scenes.bodies import BodyReader
 from kabo.language.yaml.scenes.constraints import Owner
+from kabo.language.yaml.scenes.drives import read_base
 from kabo.language.yaml.scenes.features import read_features, sound_features
-from kabo.language.yaml.scenes.poses import read_pose
+from kabo.language.yaml.scenes.semantics import read_group, read_own_contacts, read_semantics, tool_of
+from kabo.language.yaml.scenes.sensors import read_sensors
 from kabo.language.yaml.values import Reader
 
 ROBOT_MODEL_KEYS = (
-    "urdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool", "configurations"
+    "urdf", "srdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool",
+    "configurations", "sensors", "allowed_contacts",
 )  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
 GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
@@ -35,20 +38,27 @@ class RobotReader:
         reader = self.reader
         node = reader.require(mapping, "urdf", "a robot") if complete else mapping.get("urdf")
         urdf = read_file_path(reader, node, "URDF", self.packages)
-        base = read_pose(reader, mapping.get("base"))
-        joints = self._words(mapping.get("joints"), "joint")
+        base, drive = read_base(reader, mapping.get("base"))
+        semantics = read_semantics(reader, mapping.get("srdf"), self.packages)
+        node = mapping.get("joints")
+        group = read_group(reader, node, semantics)
+        joints = None if isinstance(node, Scalar) and not node.empty else self._words(node, "joint")
         node = mapping.get("inverse_kinematics")
         word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
         analytic = None if node is None or word != "analytic" else node.place
         hulls = self._words(mapping.get("hulls"), "link") or ()
         gripper = self._gripper(mapping.get("gripper"))
-        frame, features = self._tool(mapping.get("tool"))
+        own_frame, own_features = self._tool(mapping.get("tool"))
+        frame, features = tool_of(semantics, own_frame)
+        features.update(own_features)
         self.tools[name] = Owner(name, features)
-        configurations = self._configurations(mapping.get("configurations"), joints)
+        configurations = self._configurations(mapping.get("configurations"), joints, drives=drive is not None)
         return RobotDescription(
             name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
             sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
             analytic, hulls, self._accelerations(mapping.get("acceleration")),
+            read_sensors(reader, mapping.get("sensors")), drive, semantics, group,
+            read_own_contacts(reader, mapping.get("allowed_contacts")),
         )  # fmt: skip
 
     def _words(self, node: YamlNode | None, what: str) -> tuple[str, ...] | None:
@@ -128,14 +138,15 @@ class RobotReader:
         return found
 
     def _configurations(
-        self, node: YamlNode | None, joints: tuple[str, ...] | None
+        self, node: YamlNode | None, joints: tuple[str, ...] | None, *, drives: bool
     ) -> dict[str, tuple[float, ...]]:
+        """The named configurations; if the robot `drives`, each may leave out the base's values."""
         found: dict[str, tuple[float, ...]] = {}
-        count = None if joints is None else len(joints)
+        count = None if joints is None or drives else len(joints)
         for name, key, value in self.reader.entries(node, "the configurations"):
             self.reader.check_name(key, "a configuration")
             values = self.reader.numbers(value, f'the configuration "{name}"', count, angle=True)
             if values is not None:
                 found[name] = values
-                count = len(values)
+                count = None if drives else len(values)
         return found

@@ -24,6 +24,7 @@ from kabo.language.yaml.documents import MAX_NODES, Mapping, Scalar, Sequence, Y
 from kabo.language.yaml.paths import read_packages
 from kabo.language.yaml.scenes.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, PartialBody
 from kabo.language.yaml.scenes.constraints import ConstraintReader, Owner, Roles
+from kabo.language.yaml.scenes.drives import check_floors
 from kabo.language.yaml.scenes.features import given_features
 from kabo.language.yaml.scenes.poses import Framed, check_frames
 from kabo.language.yaml.scenes.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
@@ -83,11 +84,12 @@ def read_scene(
     regions = bodies.read_regions(root, additions)
     described = bodies.describe(regions)
     roles = bodies.roles(regions)
+    contacts, contact_places = _read_contacts(reader, root.get("allowed_contacts"), robots, {**bodies.parts})
     reading.description = SceneDescription(
         name or "", epsilon or 1.0, robots, described, regions,
         _read_mates(body_reader, root.get("mates"), bodies.models),
         _read_motion_constraints(body_reader, root.get("motion_constraints"), roles),
-        _read_contacts(reader, root.get("allowed_contacts"), robots, {**bodies.parts}), packages, root.source.path,
+        contacts, packages, root.source.path, contact_places,
     )  # fmt: skip
     _check_frames(reading, bodies.parts, reading.description)
     reading.unsound = len(findings.errors) > before
@@ -288,11 +290,13 @@ def _read_motion_constraints(
 
 def _read_contacts(
     reader: Reader, node: YamlNode | None, robots: MappingType[str, object], bodies: MappingType[str, object]
-) -> tuple[tuple[str, str], ...]:
+) -> tuple[tuple[tuple[str, str], ...], tuple[Place, ...]]:
+    """The pairs, and their places."""
     items = reader.items(node, "the allowed contacts")
     if isinstance(node, Sequence) and len(items) == 2 and all(isinstance(item, Scalar) for item in items):
         items = [node]  # a list of one may be written without brackets
     pairs: list[tuple[str, str]] = []
+    places: list[Place] = []
     for item in items:
         if not isinstance(item, Sequence) or len(item.items) != 2:
             reader.findings.add(item.place, "an allowed contact is a pair: [robot.link, body]")
@@ -300,7 +304,8 @@ def _read_contacts(
         names = [_contact_name(reader, each, robots, bodies) for each in item.items]
         if names[0] is not None and names[1] is not None:
             pairs.append((names[0], names[1]))
-    return tuple(pairs)
+            places.append(item.place)
+    return tuple(pairs), tuple(places)
 
 
 def _contact_name(
@@ -321,5 +326,6 @@ def _check_frames(reading: SceneReading, parts: MappingType[str, PartialBody], s
     poses: dict[str, PoseDescription] = {name: robot.base for name, robot in scene.robots.items()}
     poses.update({name: part.pose for name, part in parts.items()})
     poses.update({name: region.pose for name, region in scene.regions.items()})
+    check_floors(scene.robots, scene.regions, poses, reading.findings)
     framed = {name: Framed(pose.frame, pose.place or reading.places[name]) for name, pose in poses.items()}
     check_frames(framed, scene.robots, scene.regions, reading.findings)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kabo.geometry_server import WORLD, Candidate, Pair, Stream, fits, from_home, rows, tool_frame
+from kabo.geometry_server import WORLD, Candidate, Pair, Stream, fits, from_home, rows, standing_of, tool_frame
 from kabo.language.scene_description import Mate
 from kabo.scene import Robot
 from kabo.streams import stream_key
@@ -49,4 +49,5 @@ def mate_target(scene: TaskScene, robot: Robot, moving: str, fixed: str, mate: M
     numbers = [float(v) for v in (*held.position, *held.quaternion, *where[:3].round(9).ravel())]
     key = stream_key(scene.context.seed, "mate", robot.name, moving, fixed, mate.name, *numbers)
     hand = tuple(scene.situation.configuration(robot.name)[robot.planned :])
-    return MateTarget(robot.name, Stream(robot, rows(mate.constraints, roles), key, hand))
+    standing = standing_of(scene.context.surroundings, robot)
+    return MateTarget(robot.name, Stream(robot, rows(mate.constraints, roles), key, hand, standing))

@@ -28,6 +28,7 @@ from kabo.geometry_server import (
     millimetres,
     outside,
     reach_measures,
+    standing_of,
     too_wide,
     tool_frame,
 )
@@ -214,7 +215,8 @@ def pose_target(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array
     ]
     key = stream_key(scene.context.seed, "pose", robot, frame.joint, *numbers)
     q = scene.situation.configuration(robot)
-    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]))
+    standing = standing_of(scene.context.surroundings, chosen)
+    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]), standing)
     return PoseTarget(robot, frame, world_T_frame, stream, q)
 
 

@@ -239,7 +239,7 @@ class _MovingBodies:
                 arrays = extra.mesh.vertices, extra.mesh.faces
                 yield (
                     extra.name,
-                    self._placed(extra.parent, extra.parent_T, surroundings.enclosed(extra.mesh), arrays),
+                    self._placed(extra.parent, extra.parent_T, surroundings.enclosed(extra.element), arrays),
                 )
 
     def _placed(self, name: str, own: Array, enclosure, arrays) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]

@@ -13,6 +13,7 @@ from kabo.tasks.robots.stages.geometry import RemoveGeometry as RemoveGeometry
 from kabo.tasks.robots.stages.geometry import Unpad as Unpad
 from kabo.tasks.robots.stages.grasps import RecogniseGrasp as RecogniseGrasp
 from kabo.tasks.robots.stages.grasps import SampleGrasp as SampleGrasp
+from kabo.tasks.robots.stages.looking import Look as Look
 from kabo.tasks.robots.stages.meeting import SampleMeeting as SampleMeeting
 from kabo.tasks.robots.stages.merging import Merger as Merger
 from kabo.tasks.robots.stages.moves import MoveTo as MoveTo

@@ -21,14 +21,14 @@ from kabo.tasks.robots.stages.poses import local_pose
 
 
 class AddGeometry(RobotStage, Propagator):
-    """Adds a body `body`: {box: [x, y, z]}, {cylinder: {radius, height}} or {sphere: {radius}}, on `parent` at `pose`.
+    """Adds a body `body`, of a shape as in scenes, on `parent` at `pose`.
 
     Backward, it did not exist before.
     """
 
     PROPERTIES = {
         "body": Property(str, doc="a new name for it", wrong=meanings.name),
-        "shape": Property(dict, doc="{box | cylinder | sphere: …}", wrong=meanings.shape),
+        "shape": Property(dict, doc="{box | cylinder | sphere | capsule: …}", wrong=meanings.shape),
         "parent": Property(str, "world", "`world`, a body or `robot.link`", meanings.name),
         "pose": Property(dict, {}, "{position, quaternion or rpy} in the parent's frame; empty: its origin"),
     }
@@ -137,7 +137,7 @@ def _padding(scene: TaskScene, name: str, distance: float) -> Any:
 
 
 def shape_of(given: Any) -> Shape:
-    """The shape that {box | cylinder | sphere: …} describes.
+    """The shape that {box | cylinder | sphere | capsule: …} describes.
 
     Raises:
         ValueError: the value describes none of these shapes.
@@ -148,9 +148,11 @@ def shape_of(given: Any) -> Shape:
     if isinstance(given, dict) and "cylinder" in given:
         radius, height = float(given["cylinder"]["radius"]), float(given["cylinder"]["height"])
         return Shape("cylinder", size=(radius, radius, height))
+    if isinstance(given, dict) and "capsule" in given:
+        radius, length = float(given["capsule"]["radius"]), float(given["capsule"]["length"])
+        return Shape("capsule", size=(radius, radius, length))
     if isinstance(given, dict) and "sphere" in given:
         radius = float(given["sphere"]["radius"])
         return Shape("sphere", size=(radius, radius, radius))
-    raise ValueError(
-        f"a shape is {{box: [x, y, z]}}, {{cylinder: {{radius, height}}}} or {{sphere: {{radius}}}}, not {given!r}"
-    )
+    known = "{box: [x, y, z]}, {cylinder: {radius, height}}, {sphere: {radius}} or {capsule: {radius, length}}"
+    raise ValueError(f"a shape is {known}, not {given!r}")

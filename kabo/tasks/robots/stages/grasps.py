@@ -13,6 +13,8 @@ from kabo.geometry_server import (
     grasp_missing,
     grasp_roles,
     grasp_stream,
+    standing_of,
+    wherever,
 )
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot, Scene
@@ -132,7 +134,8 @@ def _streams(context: ProcedureContext, situation: Situation, robot: Robot, name
     poses = context.surroundings.poses(situation, name)
     held = tuple(situation.configuration(robot.name)[robot.planned :])
     chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
-    made = (grasp_stream(robot, body, family, poses[0], held, context.seed) for family in chosen)
+    standing = standing_of(context.surroundings, robot)
+    made = (grasp_stream(robot, body, family, poses[0], held, context.seed, standing) for family in chosen)
     return [stream for stream in made if stream is not None]
 
 
@@ -164,7 +167,7 @@ def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | Non
     missing = min(bounds)
     if missing <= 0.0:
         return None
-    text = f"{name} is {missing:.3f} m out of reach of {robot.name}"
+    text = f"{name} is {missing:.3f} m out of reach of {robot.name}{wherever(robot)}"
     return Refusal("out_of_reach", text, reads=frozenset({name}), proof=True, missing=missing)
 
 

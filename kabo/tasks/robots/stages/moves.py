@@ -101,10 +101,7 @@ class MoveTo(RobotStage, Propagator):
         group = properties["group"] or ("arm" if not np.array_equal(start[:n], goal[:n]) else "gripper")
         if group == "gripper":
             return grip(scene, name, goal)
-        hit = scene.at(name, goal).hit(name)
-        if hit is not None:
-            return Refusal.collision(hit, question=along(scene, name, goal))
-        return way(scene, name, goal, self.name, properties["keep"])
+        return arm_moved(scene, name, goal, self.name, properties["keep"])
 
     def _goals(self, scene: TaskScene, properties: Values) -> Any:
         name, goal = properties["robot"], properties["goal"]
@@ -149,6 +146,17 @@ class MoveTo(RobotStage, Propagator):
             asked = MotionQuestion(scene, name, target=target)
             text = f"no configuration of {name} was found"
             yield Refusal("out_of_reach", text, reads=frozenset({name}), question=asked)
+
+
+def arm_moved(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any) -> Stretch | Refusal:
+    """The motion of a robot's arm to `goal` (n,), or the refusal: not free there, or no path is found.
+
+    `what` the motion is for keys its random stream; `keep` is a motion constraint.
+    """
+    hit = scene.at(robot, goal).hit(robot)
+    if hit is not None:
+        return Refusal.collision(hit, question=along(scene, robot, goal))
+    return way(scene, robot, goal, what, keep)
 
 
 def _is_pose(goal: Any) -> bool:

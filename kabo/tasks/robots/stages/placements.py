@@ -17,6 +17,7 @@ from kabo.geometry_server import (
     region_missing,
     tool_frame,
     uncontained,
+    wherever,
 )
 from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
@@ -100,7 +101,7 @@ class SamplePlacement(RobotStage, Monitor):
         missing = region_missing(robot, context.scene.bodies[name], region, tool_frame(robot))
         if missing <= 0.0:
             return None
-        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}{wherever(robot)}"
         return Refusal("out_of_reach", text, proof=True, missing=missing)
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:

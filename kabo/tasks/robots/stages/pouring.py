@@ -143,7 +143,7 @@ class _Tilting:
     def _near(self, q: Array, pose: Array) -> Array | None:
         """A configuration near q with the lid at a pose, within the joint limits."""
         tree = self.robot.tree
-        active = np.arange(tree.size) < self.robot.planned
+        active = self.robot.arm
         found, succeeded = project(
             tree, pose_rows(self.lid, pose), q, tree.lower, tree.upper, active, hold_limits=True
         )

@@ -227,7 +227,7 @@ def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array
         max(2, int(np.ceil(max(np.linalg.norm(turn), np.linalg.norm(shift)) / (MAX_TURN_STEP / 4)))),
     )
     start = candidate(robot, q).pose(frame)
-    active, way = np.arange(robot.tree.size) < robot.planned, [q]
+    active, way = robot.arm, [q]
     for k in range(1, steps + 1):
         goal = start.copy()
         goal[:3, 3] += shift * k / steps

@@ -152,7 +152,7 @@ def stands_on(scene: TaskScene, support: str, name: str, pose: Array) -> bool:
 def symmetry(body: Body) -> int | None:
     """The number of rotations about its z axis that leave a body unchanged; None if all do, 1 if none is known."""
     shape = body.shape
-    if shape.kind in ("cylinder", "sphere"):
+    if shape.kind in ("cylinder", "sphere", "capsule"):
         return None
     if shape.kind != "box" or shape.size is None:
         return 1

@@ -24,7 +24,7 @@ WRONG_BODIES = [
         "    scale: 0.001",
         "    «colour»: red",
         'unknown key "colour" of a model',
-        "there are mesh, box, cylinder, sphere, scale, pose, movable, mass, features, grasps, placements",
+        "there are mesh, box, cylinder, sphere, capsule, scale, pose, movable, mass, features, grasps, placements, srdf",
     ),
     ("[0.9, 1.6, 0.04]", "«[0.9, 0, 0.04]»", "the sides of a box must be greater than 0", None),
     ("[0.9, 1.6, 0.04]", "«[0.9, 1.6]»", "the whole sides of a box must have 3 numbers, not 2", None),
@@ -35,7 +35,7 @@ WRONG_BODIES = [
     (
         "  table: {box: [0.9, 1.6, 0.04], pose: {position: [0, 0, -0.02]}}",
         "  table: {box: [0.9, 1.6, 0.04]}\n  thing: «{mass: 1}»",
-        "a body needs a shape: one of mesh, box, cylinder, sphere",
+        "a body needs a shape: one of mesh, box, cylinder, sphere, capsule",
         None,
     ),
     (

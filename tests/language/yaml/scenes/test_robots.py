@@ -1,10 +1,53 @@
 """Robots: URDF, joints, gripper, tool, configurations."""
 
+import math
+
 import pytest
 
 from kabo.language import load_problem
 from tests.language.conftest import SCENE, Kitchen
 
+WRONG_SENSORS = [
+    ("{eye: «{field_of_view: 1, range: [0.1, 1]}»}", 'a sensor needs the key "frame"', None),
+    ("{eye: «{frame: a, range: [0.1, 1]}»}", 'a sensor needs the key "field_of_view"', None),
+    ("{eye: «{frame: a, field_of_view: 1}»}", 'a sensor needs the key "range"', None),
+    (
+        "{eye: {frame: a, field_of_view: «60», range: [0.1, 1]}}",
+        "`field_of_view` lies between 0 and 180 deg, this is 3437.75 deg",
+        "angles are radians: write 60 deg",
+    ),
+    (
+        "{eye: {frame: a, field_of_view: «-60 deg», range: [0.1, 1]}}",
+        "`field_of_view` must be greater than 0",
+        None,
+    ),
+    (
+        "{eye: {frame: a, field_of_view: {horizontal: 60 deg, «vertcal»: 1, vertical: 1}, range: [0.1, 1]}}",
+        'unknown key "vertcal" of a field of view',
+        'did you mean "vertical"?',
+    ),
+    (
+        "{eye: {frame: a, field_of_view: 60 deg, range: «[1.5, 0.1]»}}",
+        "`range` is [least, greatest] distance of what is seen, above 0 m and at most 1000 m",
+        "write [0.1, 1.5]",
+    ),
+    ("{eye: {frame: a, field_of_view: 1, range: «0.5»}}", "`range` must be a list of 2 numbers: [0, 0, 0]", None),
+    (
+        "{eye: {frame: a, field_of_view: 1, range: [0.1, 1], pose: {«frame»: b}}}",
+        'unknown key "frame" of the pose of a sensor in its frame',
+        "there are position, quaternion, rpy",
+    ),
+    (
+        "{eye: {frame: a, field_of_view: 1, range: [0.1, 1], «fov»: 1}}",
+        'unknown key "fov" of a sensor',
+        "there are frame, pose, field_of_view, range, allowed",
+    ),
+    (
+        "{«Eye»: {frame: a, field_of_view: 1, range: [0.1, 1]}}",
+        '"Eye" cannot be the name of a sensor',
+        'write "eye": names match [a-z][a-z0-9_]*',
+    ),
+]
 WRONG_ROBOTS = [
     ("urdf: arm.urdf", "urdf: «armm.urdf»", 'URDF "armm.urdf": there is no such file', 'did you mean "arm.urdf"?'),
     (
@@ -73,6 +116,10 @@ WRONG_ROBOTS = [
         '"finger_jont" is no joint of the gripper',
         'did you mean "finger_joint"?',
     ),
+    *[
+        ("    urdf: arm.urdf\n", f"    urdf: arm.urdf\n    sensors: {given}\n", message, hint)
+        for given, message, hint in WRONG_SENSORS
+    ],
     ("tcp: {point: [0, 0, 0.1]}", "tcp: {point: «[0, 0]»}", "a point must have 3 numbers, not 2", None),
     ("tcp: {point: [0, 0, 0.1]}", "«tcp»: {}", "a feature is exactly one of point, line and plane", None),
     ("along: [0, 0, 2]", "along: «[0, 0, 0]»", "`along` is zero and gives no direction", None),
@@ -100,3 +147,19 @@ def test_where_closed_form_inverse_kinematics_are_asked_for_is_kept(kitchen: Kit
     robot = scene.robots["left"]
     assert robot.inverse_kinematics == "analytic"
     assert robot.analytic is not None and robot.analytic.column == 25
+
+
+def test_a_sensor_has_angles_range_and_a_pose_in_the_frame_of_its_link(kitchen: Kitchen) -> None:
+    given = (
+        "    urdf: arm.urdf\n    sensors:\n      eye: {frame: tool0, field_of_view: 60 deg, range: [0.1, 1.5]}\n"
+        "      wide: {frame: tool0, field_of_view: {horizontal: 90 deg, vertical: 0.5}, range: [0.2, 3],"
+        " pose: {position: [0, 0, 0.1]}, allowed: [palm]}\n"
+    )
+    scene = load_problem(kitchen.write(scene=SCENE.replace("    urdf: arm.urdf\n", given))).scene
+    assert scene is not None
+    sensors = scene.robots["left"].sensors
+    assert sensors["eye"].field_of_view == (math.radians(60),)
+    assert sensors["eye"].range == (0.1, 1.5)
+    assert sensors["wide"].field_of_view == (math.radians(90), 0.5)
+    assert sensors["wide"].position == (0.0, 0.0, 0.1)
+    assert sensors["wide"].allowed == ("palm",)

@@ -1,0 +1,50 @@
+"""Collision checks of a robot that drives: a base that reaches out of its floor counts as one more pair that collides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kabo.arrays import Array, Integers
+from kabo.geometry import CollisionChecker, Counters
+from kabo.scene import BASE_VALUES, Drive
+
+
+@dataclass(frozen=True)
+class FloorView:
+    """The checks of a view, and of the footprint on its floor; `number` is the index of the pair of base and floor.
+
+    One-sided as all checks are: what is free is proven inside, and what is inside by epsilon / 20 is free.
+    """
+
+    view: CollisionChecker
+    drive: Drive
+    number: int
+    epsilon: float
+
+    def configuration_hit(self, q: Array) -> int:
+        """-1 if all pairs are free at configuration q (n,) and the base is on its floor, else the index of a pair."""
+        found = self.view.configuration_hit(q)
+        if found >= 0:
+            return found
+        out = self.drive.outside(np.asarray(q, np.float64)[None, :BASE_VALUES])[0]
+        return self.number if out > 0.0 else found
+
+    def configurations_hit(self, configurations: Array) -> Integers:
+        """The result of `configuration_hit` for every row (N, n)."""
+        found = self.view.configurations_hit(configurations)
+        if not len(found):
+            return found
+        out = self.drive.outside(np.asarray(configurations, np.float64)[:, :BASE_VALUES]) > 0.0
+        return np.where((found < 0) & out, self.number, found)
+
+    def segment_hit(self, start: Array, end: Array) -> int:
+        """-1 if the straight segment is proven free and the base proven to stay on its floor, else the index of a pair."""
+        ends = np.asarray(start, np.float64)[:BASE_VALUES], np.asarray(end, np.float64)[:BASE_VALUES]
+        if self.drive.outside_along(*ends, self.epsilon) > 0.0:
+            return self.number
+        return self.view.segment_hit(start, end)
+
+    @property
+    def counters(self) -> Counters:
+        """The numbers of checks that were made so far, without those of the floor."""
+        return self.view.counters

@@ -1,0 +1,108 @@
+"""Findings about links and bodies whose meshes cannot be enclosed: what they belong to, the cause, and what would help."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from kabo.errors import Diagnostic, MeshError
+from kabo.meshes import Mesh, hull_of, repaired, require_closed
+from kabo.scene import Element, Scene
+
+
+@dataclass(frozen=True)
+class Failure:
+    """An element of a body or `robot.link` that cannot be enclosed, and why."""
+
+    thing: str
+    element: Element
+    error: MeshError
+
+
+def findings(scene: Scene, failures: Sequence[Failure]) -> list[Diagnostic]:
+    """A finding for each failure: mesh file, body or robot and link, cause, and remedies that have been tried."""
+    hulls = _lines_to_paste(scene, failures)
+    found = []
+    for failure in failures:
+        robot, dot, link = failure.thing.partition(".")
+        owner = f'link "{link}" of robot "{robot}"' if dot else f'body "{failure.thing}"'
+        for finding in failure.error.diagnostics:
+            said = finding.message.replace("the mesh ", f'mesh file "{failure.element.path}" ', 1)
+            if failure.element.path is not None and finding.message.startswith("mesh file "):
+                said = finding.message.replace(failure.element.path.name, str(failure.element.path), 1)
+            ways = list(_ways(failure, finding, hulls.get(robot) if dot else None))
+            told = replace(finding, message=f"{owner}: {said}", hint="; or ".join(ways) or finding.hint)
+            found.append(_at_its_place(told, failure.element))
+    return found
+
+
+def _at_its_place(finding: Diagnostic, element: Element) -> Diagnostic:
+    """The finding where the scene or URDF names the mesh, with the line that does."""
+    place = element.place
+    if place is None:
+        return finding
+    source = _line(Path(place.file), place.line)
+    return replace(
+        finding, file=place.file, line=place.line, column=place.column, length=place.length, source=source
+    )
+
+
+def _line(path: Path, number: int) -> str | None:
+    try:
+        return path.read_text(errors="replace").splitlines()[number - 1]
+    except (OSError, IndexError):
+        return None
+
+
+def _lines_to_paste(scene: Scene, failures: Sequence[Failure]) -> Mapping[str, str]:
+    """For each robot, the key `hulls` with the links that have it already and those that fail, as far as hulls exist."""
+    lines = {}
+    for name, robot in scene.robots.items():
+        failed = dict.fromkeys(
+            each.thing.partition(".")[2] for each in failures if each.thing.startswith(f"{name}.")
+        )
+        links = [link for link in failed if _has_hull(robot.links[link].mesh)]
+        if links:
+            lines[name] = f"hulls: [{', '.join([*robot.hulls, *links])}]"
+    return lines
+
+
+def _has_hull(mesh: Mesh | None) -> bool:
+    try:
+        return mesh is not None and hull_of(mesh) is not None
+    except MeshError:
+        return False
+
+
+def _ways(failure: Failure, finding: Diagnostic, hulls: str | None) -> Iterator[str]:
+    """What would help, each as a part of a sentence."""
+    robot = failure.thing.partition(".")[0]
+    if hulls is not None:
+        yield f'write `{hulls}` at robot "{robot}" in the scene, to take their convex hulls'
+    path = failure.element.path
+    name = "the mesh" if path is None else path.name
+    if _closes(failure.element.mesh):
+        yield f"use finer cuts: {finding.hint}" if finding.hint else "ask for a larger epsilon"
+        return
+    done = _repair(failure.element.mesh)
+    if done is not None:
+        yield (
+            f"repair it: `kabo bound {name} --repair --epsilon 0.001 -o {Path(name).stem}.off` closes it "
+            f"({', '.join(done)}); then name the new file"
+        )
+        return
+    said = "give it a primitive shape" if hulls is not None else "give it a primitive shape, or close its holes"
+    yield f"{said} (`--repair` does not close it)"
+
+
+def _closes(mesh: Mesh) -> bool:
+    try:
+        require_closed(mesh)
+    except MeshError:
+        return False
+    return True
+
+
+def _repair(mesh: Mesh) -> list[str] | None:
+    """What safe repairs did if they close a mesh; None if they do not."""
+    made, done = repaired(mesh)
+    return done if _closes(made) else None

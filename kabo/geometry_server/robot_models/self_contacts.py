@@ -1,0 +1,146 @@
+"""Self-collisions of a robot: pairs of links that always touch, and configurations in which none does.
+
+Covers answer first, in microseconds; only pairs and configurations that they leave open are asked of the links'
+enclosures, which may take seconds to make.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.children import never
+from kabo.errors import MeshError
+from kabo.geometry import Budget
+from kabo.geometry_server.answers import GeometryStatistics
+from kabo.geometry_server.robot_models.covers import CoverSurroundings
+from kabo.geometry_server.robot_models.link_pairs import LinkPair, LinkPairs
+from kabo.geometry_server.surroundings import SceneSurroundings
+from kabo.scene import Scene
+
+SAMPLES = 2000  # configurations at which a pair must touch before it counts as always touching
+FIRST_SAMPLES = 16  # of them, tried first: most pairs are free in one of these
+HOME_SAMPLES = 4000  # configurations that are tried as a home
+HOME_MARGINS = (0.05, 0.02, 0.01)  # [m] between links of a home, the widest first; then epsilon
+OFTEN = 0.1  # share of configurations at which covers meet: for such pairs enclosures are worth their time
+FINE_TRIES = 60  # configurations that are tried on the links' enclosures
+
+
+@dataclass
+class SelfContacts:
+    """A robot of a scene by itself, asked about its own links; `look` is called now and then, and may raise."""
+
+    scene: Scene
+    name: str
+    epsilon: float
+    look: Callable[[], None] = never
+    _coarse: dict[float, LinkPairs] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.robot = self.scene.robots[self.name]
+        surroundings = SceneSurroundings(self.scene, Budget.share(self.epsilon), False, GeometryStatistics())
+        surroundings.look = self.look
+        self.fine = LinkPairs(surroundings, self.robot, self.look)
+
+    def coarse(self, clearance: float) -> LinkPairs:
+        """The links' covers, free beyond a clearance [m]; from epsilon on their "free" holds for all enclosures."""
+        if clearance not in self._coarse:
+            self._coarse[clearance] = LinkPairs(CoverSurroundings(self.scene, clearance), self.robot, self.look)
+        return self._coarse[clearance]
+
+    def meeting(self, q: Sequence[float], pairs: Sequence[LinkPair] | None = None) -> list[LinkPair]:
+        """The pairs of links that may touch at a configuration, of those given or of all."""
+        open_pairs = self.coarse(self.epsilon).meeting(q, pairs)
+        return [pair for pair in open_pairs if self.fine.meets(pair, q)]
+
+    def failing(self) -> str | None:
+        """The first link whose enclosure cannot be made; None if all that were asked for can."""
+        asked = {name for pair in self._always_on_covers(self.samples(SAMPLES)) for name in pair}
+        for name in sorted(asked):
+            try:
+                self.fine.surroundings.enclosure(f"{self.name}.{name}")
+            except MeshError:
+                return name
+        return None
+
+    def samples(self, count: int, seed: int = 0) -> Array:
+        """Configurations (count, n) between the joints' limits, with the gripper's joints as well."""
+        tree = self.robot.tree
+        shares = np.random.default_rng(seed).random((count, tree.size))
+        return np.asarray(tree.lower + shares * (tree.upper - tree.lower))
+
+    def always(self) -> list[LinkPair]:
+        """The pairs that may touch at every one of `SAMPLES` configurations."""
+        configurations = self.samples(SAMPLES)
+        return [
+            pair
+            for pair in self._always_on_covers(configurations)
+            if self._touches(self.fine, pair, configurations)
+        ]
+
+    def _always_on_covers(self, configurations: Array) -> list[LinkPair]:
+        covers = self.coarse(self.epsilon)
+        candidates = covers.meeting(configurations[0].tolist())
+        return [pair for pair in candidates if self._touches(covers, pair, configurations)]
+
+    @staticmethod
+    def _touches(links: LinkPairs, pair: LinkPair, configurations: Array) -> bool:
+        first = links.meets_at(pair, configurations[:FIRST_SAMPLES])
+        return bool(first.all()) and bool(links.meets_at(pair, configurations[FIRST_SAMPLES:]).all())
+
+    def free_configuration(
+        self, candidates: Iterable[Array], pairs: Sequence[LinkPair], home: Array
+    ) -> tuple[Array, float] | None:
+        """A configuration without self-collision, and the clearance that its links are proven to have [m]; None if none.
+
+        Args:
+            candidates: configurations (n,) that are tried first, in their order.
+            pairs: the pairs that are checked.
+            home: the middle (n,) about which further ones are sampled, the nearest first.
+        """
+        given = [np.asarray(each, np.float64) for each in candidates]
+        tried = np.concatenate([np.array(given).reshape(-1, self.robot.tree.size), self._around(home)])
+        tried = np.clip(np.round(tried, 4), self.robot.tree.lower, self.robot.tree.upper)
+        outer = [pair for pair in pairs if not self._in_hand(pair)]
+        inner = [pair for pair in pairs if self._in_hand(pair)]
+        still = ~self.coarse(self.epsilon).any_meeting(tried, inner)
+        for margin in (*HOME_MARGINS, self.epsilon):
+            if margin < self.epsilon:
+                continue
+            free = np.flatnonzero(still & ~self.coarse(margin).any_meeting(tried, outer))
+            if len(free):
+                return tried[free[0]], margin
+        return self._fine_free(tried, pairs)
+
+    def _in_hand(self, pair: LinkPair) -> bool:
+        """Whether both links belong to the gripper: no wide margin fits between them."""
+        gripper = self.robot.gripper
+        own = () if gripper is None else [name.partition(".")[2] for name in gripper.touch_links]
+        return pair[0] in own and pair[1] in own
+
+    def _fine_free(self, tried: Array, pairs: Sequence[LinkPair]) -> tuple[Array, float] | None:
+        """The first configuration that is free on enclosures: first of the pairs alone whose covers meet often."""
+        covers, clearance = self.coarse(self.epsilon), self.fine.surroundings.budget.clearance
+        often: dict[LinkPair, int] = {}
+        every = tried[:: max(1, len(tried) // FINE_TRIES)]
+        for q in every:
+            for pair in covers.meeting(q.tolist(), pairs):
+                often[pair] = often.get(pair, 0) + 1
+        stubborn = [pair for pair, count in often.items() if count > OFTEN * len(every)]
+        others = [pair for pair in pairs if pair not in stubborn]
+        apart = ~covers.any_meeting(tried, others)
+        for group in (tried[apart], tried[:FINE_TRIES]):
+            free = np.flatnonzero(~self.fine.any_meeting(group, stubborn)) if len(group) else ()
+            for q in group[free][:FINE_TRIES] if len(group) else ():
+                if not self.meeting(q.tolist(), pairs):
+                    return q, clearance
+        return None
+
+    def _around(self, home: Array) -> Array:
+        """Configurations (N, n) about a middle, within limits; the later ones farther away, the gripper as it is there."""
+        tree, count = self.robot.tree, HOME_SAMPLES
+        shares = np.linspace(0.02, 1.0, count)[:, None] ** 0.5
+        spread = (self.samples(count, seed=1) - home) * shares
+        spread[:, self.robot.planned :] = 0.0
+        return np.asarray(np.clip(home + spread, tree.lower, tree.upper))
