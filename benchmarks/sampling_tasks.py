@@ -8,8 +8,8 @@ import numpy as np
 from kernel_scenes import _panda_model, _tree
 
 from kabo.arrays import Array
-from kabo.kinematics import FrameFeature, Rows, joined, rows_of, stacked
-from kabo.scene import KinematicTree
+from kabo.kinematics import ClosedArm, FrameFeature, JoinedTree, Rows, joined, rows_of, stacked
+from kabo.scene import KinematicTree, Structure, structure_of
 
 LEVER = 0.15  # metres per radian, as in kabo's rows
 REACH = 0.1034  # from the Panda's hand to between its finger tips [m]
@@ -41,12 +41,17 @@ class Task:
     """A constraint on one Panda or two: as kabo's rows, and as costs of its peers; `right` excludes mirror images."""
 
     name: str
-    least: int  # valid samples a second that are promised
-    tree: KinematicTree
+    least: int  # valid samples a second that are promised, evened out
+    joined: JoinedTree
     rows: Rows
     costs: tuple[Row, ...]
     right: Callable[[Sequence[Array]], bool]
-    free: Rows | None = None
+    free: Rows  # the coordinates that are evened out, with the bounds in between
+
+    @property
+    def tree(self) -> KinematicTree:
+        """The tree of all arms."""
+        return self.joined.tree
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,13 @@ class Panda:
         tool = hand.placement.homogeneous.copy()
         tool[:3, 3] += REACH * tool[:3, 2]
         return cls(model, hand.parentJoint, tool)
+
+    def arm(self, y: float = 0.0) -> ClosedArm:
+        """The arm with its closed form, with its base at y [m]."""
+        tree = self.tree(y)
+        form = structure_of(tree, tree.size)
+        assert isinstance(form, Structure)
+        return ClosedArm(tree, form, np.zeros(tree.size))
 
     def tree(self, y: float = 0.0) -> KinematicTree:
         """Kabo's tree of the arm, with its base at y [m]."""
@@ -153,7 +165,8 @@ def tasks(panda: Panda) -> tuple[Task, ...]:
             rows_of("coincident", FrameFeature(0, "point", axis.origin), side),
         ]
     )
-    both, held = joined([panda.tree(), panda.tree(APART)]), panda.feature("point", ahead=HELD)
+    one, both = joined([panda.tree()]), joined([panda.tree(), panda.tree(APART)])
+    held = panda.feature("point", ahead=HELD)
     two = stacked(
         [
             rows_of("coincident", held, both.feature(1, held)),
@@ -162,17 +175,30 @@ def tasks(panda: Panda) -> tuple[Task, ...]:
         ]
     )
 
+    def box(point: FrameFeature, middle: tuple[float, ...], half: tuple[float, ...]) -> Rows:
+        """The coordinates of a point, within half the sides of a box about its middle."""
+        across = [FrameFeature(0, "plane", middle, tuple(axis)) for axis in np.eye(3)]  # type: ignore[arg-type]
+        return stacked([rows_of("height", point, p, -h, h) for p, h in zip(across, half, strict=False)])
+
     def down(poses: Sequence[Array]) -> bool:
         return bool(poses[0][2, 2] < 0.0)
 
     upright = (_turned(Z, X), _turned(Z, Y))
     head_on = tuple(_across(Z, other) for other in (X, Y))
     return (
-        Task("place on a plane", 60_000, panda.tree(), place, (_place(0, Z, 0.1), *upright), down),
+        Task(
+            "place on a plane",
+            200_000,
+            one,
+            place,
+            (_place(0, Z, 0.1), *upright),
+            down,
+            box(tip, (0.45, 0.0, 0.0), (0.15, 0.5)),
+        ),
         Task(
             "rim grasp of a cylinder",
-            25_000,
-            panda.tree(),
+            100_000,
+            one,
             rim,
             (_around(), _place(0, Z, RIM), *upright, _through()),
             down,
@@ -180,10 +206,11 @@ def tasks(panda: Panda) -> tuple[Task, ...]:
         ),
         Task(
             "one thing held by two arms",
-            15_000,
-            both.tree,
+            60_000,
+            both,
             two,
             (*(_together(v) for v in (X, Y, Z)), *head_on, _across(Y, X)),
             lambda poses: bool(poses[0][:3, 2] @ poses[1][:3, 2] < 0.0),
+            box(held, (0.45, 0.5 * APART, 0.4), (0.15, 0.2, 0.2)),
         ),
     )

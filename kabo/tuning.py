@@ -23,6 +23,9 @@ MAX_DEAD_STATES = 200  # states without a plan that every new state is compared 
 # ---------------------------------------------------- finite-domain tasks, and what was learnt compiled into them
 MAX_ALTERNATIVES = 64  # alternatives of one condition: a task with more is left to the searches over knowledge
 MAX_DISJUNCTIONS = 4  # parts of one conjunction that have several alternatives each; likewise
+MAX_LINEAR_EXPANSIONS = (
+    20_000  # expansions for a plan that senses nothing, before any plan that branches is searched for
+)
 MAX_CHEAPEST_EXPANSIONS = 20_000  # expansions of A*, where refusals were learnt, before any plan is searched for
 ACTION_PRICE = 10  # what a unit of an action's cost counts beside the four prices below
 RETRY_PRICE = 7  # for each further attempt at a call

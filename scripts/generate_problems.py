@@ -28,6 +28,7 @@ SIZES: dict[str, dict[str, dict[str, Any]]] = {
     "safes": {"n3": {"n": 3}, "n3_with_note": {"n": 3, "note": True}},
     "stacked": {f"n{n}": {"n": n} for n in range(2, 21)},
     "unix": {"n1": {"n": 1}, "n2": {"n": 2}},
+    "waiter": {"two_cups": {"n": 2}, "four_cups": {"n": 4}},
     "wumpus": {"n4": {"n": 4}, "n5": {"n": 5}},
 }
 

@@ -50,10 +50,25 @@ VIEWS = (
     ),
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
     View("domains/assembly/gearbox.yaml", "domains/assembly/scene.png", (2.3, 0.45, 1.35), (-0.2, 0.02, 0.36)),
+    View(
+        "domains/inspection/three_boxes_covered.yaml",
+        "domains/inspection/scene.png",
+        (2.7, -1.1, 1.9),
+        (0.25, 0.0, 0.65),
+    ),
+    View("domains/waiter/two_cups.yaml", "domains/waiter/scene.png", (-2.2, -5.0, 4.0), (0.0, -0.1, 0.2)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
 # Where things stand in the picture of all meshes, in the order of THINGS: the table behind, the others in front.
-SHELF = ((0.5, 0.0, 0.0), (0.5, 0.3, 0.0), (0.5, 0.55, 0.0), (0.5, 0.95, 0.0), (0.5, 1.45, 0.0), (-0.7, 2.0, 0.0))
+SHELF = (
+    (0.5, 0.0, 0.0),
+    (0.5, 0.3, 0.0),
+    (0.5, 0.55, 0.0),
+    (0.5, 0.95, 0.0),
+    (0.5, 1.45, 0.0),
+    (-0.7, 2.0, 0.0),
+    (0.5, 1.85, 0.0),
+)
 
 
 def draw_scene(view: View) -> None:
@@ -66,9 +81,10 @@ def draw_scene(view: View) -> None:
     movable = list(scene.movable)
     for name, body in scene.bodies.items():
         colour = MOVABLE[movable.index(name) % len(MOVABLE)] if body.movable else (GREY if name == "tap" else WOOD)
-        _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour)
+        opacity = 0.35 if name == "panel" else 1.0
+        _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour, opacity)
     for name, region in scene.regions.items():
-        if name not in {"anywhere", "work_area"}:
+        if name not in {"anywhere", "work_area", "hall"}:
             box = pyvista.Box(np.c_[-np.array(region.size), region.size].ravel())
             plotter.add_mesh(box.transform(region.world_T_region, inplace=False), color=GLASS, opacity=0.25)
     _save(plotter, ROOT / view.picture)
@@ -84,7 +100,7 @@ def draw_gallery(picture: Path) -> None:
             if solid is not None:
                 _add(plotter, *triangles(solid), place[name], (STEEL, ORANGE)[number % 2])
     for index, thing in enumerate(THINGS.values()):
-        _add(plotter, *triangles(thing(HIGH)), _offset(SHELF[index]), MOVABLE[index])
+        _add(plotter, *triangles(thing(HIGH)), _offset(SHELF[index]), MOVABLE[index % len(MOVABLE)])
     _save(plotter, picture)
 
 

@@ -230,6 +230,13 @@ def cut(solid: Solid, tools: Sequence[Solid], pieces: Sequence[Points] | None = 
     return Solid(shell, solid.pieces if pieces is None else tuple(pieces))
 
 
+def sharp_block(x: Box, y: Box, z: Box) -> Solid:
+    """A box with sharp edges, whose faces are exactly where they are said to be."""
+    sides = [high - low for low, high in (x, y, z)]
+    shell = manifold3d.Manifold.cube(sides).translate((x[0], y[0], z[0]))
+    return Solid(shell, (box_corners(x, y, z),))
+
+
 def box_corners(x: Box, y: Box, z: Box) -> Points:
     """The corners of a box, as a piece."""
     return np.array([(a, b, c) for a in x for b in y for c in z])

@@ -4,7 +4,20 @@ import math
 
 import numpy as np
 
-from scripts.solids import Detail, Solid, block, bore, box_corners, cut, cylinder, lofted, revolved, rounded, union
+from scripts.solids import (
+    Detail,
+    Solid,
+    block,
+    bore,
+    box_corners,
+    cut,
+    cylinder,
+    lofted,
+    revolved,
+    rounded,
+    sharp_block,
+    union,
+)
 
 BOTTLE_RADIUS, BOTTLE_HEIGHT = 0.03, 0.24
 CUP_RADIUS, CUP_HEIGHT, CUP_WALL, CUP_FLOOR = 0.034, 0.1, 0.004, 0.006
@@ -103,9 +116,9 @@ def tap(d: Detail) -> Solid:
     return union([column, spout, mouth, lever])
 
 
-def panel(d: Detail) -> Solid:
-    """A square plate with a handle along its middle: a glass cover, flat on its face or upright on its edge."""
+def panel(_: Detail) -> Solid:
+    """A square plate with a handle along its middle: a glass cover, flat on its face or upright on its side."""
     (x, y, thick), (across, along, high) = PANEL, PANEL_HANDLE
-    plate = block((-x / 2, x / 2), (-y / 2, y / 2), (0.0, thick), 0.001, d)
-    handle = block((-across / 2, across / 2), (-along / 2, along / 2), (thick / 2, high), 0.001, d)
+    plate = sharp_block((-x / 2, x / 2), (-y / 2, y / 2), (0.0, thick))
+    handle = sharp_block((-across / 2, across / 2), (-along / 2, along / 2), (thick / 2, high))
     return union([plate, handle])

@@ -39,9 +39,11 @@ REMEMBERED = {
     "kabo/geometry/bounding/verified_parts.py": {"_PROVEN"},  # by content
     "kabo/geometry/collision/exact_view.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
+    "kabo/geometry/collision/sight_lines.py": {"_icosphere"},  # constants
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
     "kabo/geometry_server/open_turns.py": {"_TURNS"},  # by content
     "kabo/geometry_server/preparation/enclosures.py": {"_ENCLOSURES"},  # by content
+    "kabo/kinematics/families.py": {"_FAMILIES"},  # by content
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},
@@ -120,6 +122,30 @@ def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
 def test_files_stay_small():
     lengths = {relative(path): len(path.read_text().splitlines()) for path in SOURCES}
     assert not {name: length for name, length in lengths.items() if length > 400}
+
+
+MAX_KERNEL_ARGUMENTS = 10
+UNBUNDLED = ("kabo/geometry/bounding/kernels/", "kabo/geometry/triangles/kernels/")  # rooms that still have some
+
+
+def kernels_of(path: Path) -> list[ast.FunctionDef]:
+    """The functions of a file that are compiled: those with a decorator that is called some kind of kernel."""
+    functions = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)]
+    return [one for one in functions if any("kernel" in ast.unparse(each) for each in one.decorator_list)]
+
+
+def test_no_kernel_takes_more_than_ten_arguments():
+    """Arrays that belong together are passed as a NamedTuple of arrays."""
+    found, many = 0, {}
+    for path in SOURCES:
+        for one in kernels_of(path):
+            given = one.args
+            count = len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
+            found += 1
+            if count > MAX_KERNEL_ARGUMENTS and not relative(path).startswith(UNBUNDLED):
+                many[f"{relative(path)}: {one.name}"] = count
+    assert found > 300
+    assert not many
 
 
 def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():

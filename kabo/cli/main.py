@@ -19,6 +19,7 @@ from kabo.cli import (
     explore,
     generate,
     request,
+    robot,
     serve,
     solve,
     task,
@@ -38,6 +39,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     explore,
     bound,
     decompose,
+    robot,
     serve,
     request,
 )

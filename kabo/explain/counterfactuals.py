@@ -13,10 +13,11 @@ from kabo.explain.findings import (
     Change,
     Counterfactual,
     Finding,
+    FloorLarger,
     LeastMove,
     SmallerEpsilon,
 )
-from kabo.explain.scene_changes import changed, removable
+from kabo.explain.scene_changes import changed, may_grow, removable
 from kabo.geometry_server import SceneSurroundings, Situation, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
@@ -26,6 +27,7 @@ EPSILON_DIVISOR = 4  # a smaller epsilon is tried, divided by this
 MAX_CHANGES = 6  # changes that are tried
 MAX_BLAMED_CALLS = 4  # failed calls that may suggest a body to take out
 MARGINS_M = (0.03, 0.1)  # metres beyond the least move of a base, so that the arm has room
+FLOOR_MARGINS_M = (0.1, 0.5)  # likewise for a floor: other targets may need more of it
 BUDGET_DIVISOR = 8  # each change may use samples and expansions divided by this, but at most the greater of
 MIN_SAMPLES, MIN_EXPANSIONS = 5_000, 10_000  # samples and expansions, and
 USED_FACTOR = 4  # times what the problem itself used
@@ -61,22 +63,34 @@ def candidates(
     """The changes that the failed calls suggest, the most promising first; at most `most` of them."""
     needed = [finding for finding in findings if not finding.dispensable] or list(findings)
     found = list(dict.fromkeys(_suggested(problem, surroundings, needed)))
-    return found[:most]
+    last = [change for change in found if isinstance(change, SmallerEpsilon)]
+    others = [change for change in found if not isinstance(change, SmallerEpsilon)]
+    return [*others[: max(0, most - len(last))], *last][:most]
 
 
 def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding]) -> Iterator[Change]:
     for finding in findings[:MAX_BLAMED_CALLS]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
-    if any(finding.because_of_epsilon for finding in findings):
-        yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))
     farthest: dict[str, LeastMove] = {}
+    floors: dict[str, str] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
+            if finding.floor is not None:
+                floors[finding.robot] = finding.floor
             move = finding.nearer[-1]  # the last one keeps the height, if that helps
             farthest[finding.robot] = max(move, farthest.get(finding.robot, move), key=lambda each: each.metres)
     for robot, move in farthest.items():
-        yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS_M if move.metres)
+        if not move.metres:
+            continue
+        if robot not in floors:
+            yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS_M)
+        elif may_grow(problem, floors[robot]):
+            larger = (FloorLarger(robot, floors[robot], round(move.metres + more, 3)) for more in FLOOR_MARGINS_M)
+            yield from larger
+    # Last: the parts of all bodies are made anew for it, which may take the time of all other changes.
+    if any(finding.because_of_epsilon for finding in findings):
+        yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))
 
 
 def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
@@ -129,7 +143,9 @@ def _tried(
             certificate=False,
             cancelled=means.cancelled,
         )
-    except InputError:  # without the body the problem is not valid: something else names it
-        return None
+    except InputError as error:
+        if isinstance(change, BodyRemoved):  # without the body the problem is not valid: something else names it
+            return None
+        return Counterfactual(change, "not_tried", None, error.diagnostics[0].message)
     actions = None if result.plan is None else plan_statistics(result.plan).plan_actions
     return Counterfactual(change, result.status, actions)

@@ -1,10 +1,10 @@
-"""Applies one change to a problem: a body removed, a smaller epsilon, or a robot's base moved."""
+"""Applies one change to a problem: a body removed, a smaller epsilon, a robot's base moved, or its floor larger."""
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from kabo.explain.findings import BaseMoved, BodyRemoved, Change, SmallerEpsilon
+from kabo.explain.findings import BaseMoved, BodyRemoved, Change, FloorLarger, SmallerEpsilon
 from kabo.language.formulas import Change as Facts
 from kabo.language.formulas import Constant, Effect, Exists, Forall, Variable
 from kabo.language.problem import Problem
@@ -40,6 +40,20 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
             x, y, z = (float(old + new) for old, new in zip(robot.base.position, shift, strict=True))
             moved = replace(robot, base=replace(robot.base, position=(x, y, z)))
             return replace(problem, scene=replace(given, robots={**given.robots, name: moved}))
+
+        case FloorLarger(_, floor, by):
+            region = given.regions[floor]
+            x, y, z = region.shape.size or (0.0, 0.0, 0.0)
+            more = 2.0 * by if region.shape.kind == "box" else by  # sides, or radii
+            shape = replace(region.shape, size=(x + more, y + more, z + more))
+            return replace(
+                problem, scene=replace(given, regions={**given.regions, floor: replace(region, shape=shape)})
+            )
+
+
+def may_grow(problem: Problem, region: str) -> bool:
+    """Whether a region is a box, cylinder or sphere, which can be made larger."""
+    return problem.scene is not None and problem.scene.regions[region].shape.size is not None
 
 
 def removable(problem: Problem, body: str) -> bool:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.meshes import Rounding as Rounding  # noqa: PLC0414 - kernels and views read it beside Enclosure
+from kabo.meshes import Rounding
 
 Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
@@ -91,10 +91,10 @@ class Enclosure:
         return range(len(self.parts) if self.roots is None else self.roots)
 
     def support(self, directions: Array) -> Array:
-        """How far the parts reach in each of the unit directions (H, 3), from the origin of the body's frame (H,) [m]."""
+        """How far the roots reach in each of the unit directions (H, 3), from the origin of the body's frame (H,) [m]."""
         reached = np.full(len(directions), -np.inf)
-        for index, part in enumerate(self.parts):
-            own = (directions @ part.T).max(axis=1) + self.rounding_of(index).reach(directions)
+        for index in self.root_parts:
+            own = (directions @ self.parts[index].T).max(axis=1) + self.rounding_of(index).reach(directions)
             reached = np.maximum(reached, own)
         return reached
 

@@ -1,4 +1,4 @@
-"""Streams of candidates: configurations that grasp an object or put one down, by projection on constraints.
+"""Streams of candidates: configurations that grasp an object or put one down, drawn evenly or by projection.
 
 The key of a stream depends only on what is sampled: the robot, the object, the family, the values that its
 constraints read. So the same grasps and placements are tried in the same order wherever the robot starts, and
@@ -17,13 +17,16 @@ from kabo.geometry_server.driving.standing import Standing
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import (
+    ClosedArm,
     OutOfReach,
+    drawn,
     is_carried,
     project,
     reaching,
     rows_of,
     sample,
     stacked,
+    unlimited,
     with_the_same_pose,
 )
 from kabo.kinematics.kernels import rows as columns
@@ -100,49 +103,69 @@ class Stream:
         return self._candidates(self._branches(first, count, along)[0])
 
     def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
-        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,)."""
-        tree, structure = self.robot.tree, self._structure
-        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
-        low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
-        active = np.arange(tree.size) < self.robot.planned
-        placed = self._placed(first, count, along)
-        if placed is None:
-            found, valid = sample(tree, self.rows, self.key, first, count, low, high, active, along, base=base)
-        else:
-            starts, some = placed
-            bounds = self.key, first, count, low, high
-            found, valid = sample(tree, self.rows, *bounds, self.robot.arm, along, starts=starts)
-            valid &= some
-            self._shift(found, valid, starts, some, active)
-        if structure is None:
-            return found[valid], np.arange(int(valid.sum()))
-        return self._same_pose(structure, found[valid])
+        """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,).
 
-    def _placed(self, first: int, count: int, along: Array | None) -> tuple[Array, npt.NDArray[np.bool_]] | None:
-        """Seeds (count, n) with the base where the arm reaches from, and which are usable; None if the base stands."""
-        if self.standing is None:
-            return None
-        return self.standing.starts(self.rows, along, self.key, first, count, self.hand)
-
-    def _shift(
-        self,
-        found: Array,
-        valid: npt.NDArray[np.bool_],
-        starts: Array,
-        some: npt.NDArray[np.bool_],
-        active: npt.NDArray[np.bool_],
-    ) -> None:
-        """Lets the base go along where the arm alone did not fulfil the rows; writes what is found, and that it is valid.
-
-        An arm of five axes seldom reaches a pose from exactly where its base was put.
+        With a closed form on a base that stands, the pose of the hand is drawn first where the rows allow; samples
+        that find none so are projected.
         """
-        drive, lost = self.robot.drive, np.flatnonzero(some & ~valid)
-        if drive is None or not len(lost):
-            return
-        tree = self.robot.tree
-        moved, fulfil = project(tree, self.rows, starts[lost], tree.lower, tree.upper, active)
-        fulfil &= drive.outside(moved[:, :BASE_VALUES]) <= 0.0
-        found[lost[fulfil]], valid[lost[fulfil]] = moved[fulfil], True
+        made = self._drawn(first, count, along)
+        missing = np.ones(count, np.bool_)
+        if made is not None:
+            missing[made[1]] = False
+        if made is not None and not missing.any():
+            return made
+        found, owner = self._projected(first, count, along, missing)
+        if made is not None:
+            found, owner = np.concatenate([made[0], found]), np.concatenate([made[1], owner])
+        order = np.argsort(owner, kind="stable")
+        return found[order], owner[order]
+
+    def _drawn(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers] | None:
+        """The samples that are drawn pose first, with all branches; None where that is not possible."""
+        structure = self._structure
+        if structure is None or self.robot.drive is not None:
+            return None
+        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+        arm = ClosedArm(self.robot.tree, structure, base)
+        return drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
+
+    def _projected(
+        self, first: int, count: int, along: Array | None, wanted: npt.NDArray[np.bool_]
+    ) -> tuple[Array, Integers]:
+        """The samples that projection of seeds finds, of those `wanted` (count,), as `_branches` gives them."""
+        tree, structure = self.robot.tree, self._structure
+        limits = (tree.lower, tree.upper) if structure is None else unlimited(tree, structure)
+        found, valid = self._sampled(first, count, along, limits)
+        chosen = np.flatnonzero(valid & wanted)
+        if structure is None:
+            return found[chosen], chosen
+        branches, owner = self._same_pose(structure, found[chosen])
+        return branches, chosen[owner]
+
+    def _sampled(
+        self, first: int, count: int, along: Array | None, limits: tuple[Array, Array]
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Samples (count, n), and which are valid (count,).
+
+        If the base drives, the arm reaches from where a table of arms says that it does. Where that fails, as it does
+        near the end of its reach, base and arm are projected together from anywhere.
+        """
+        robot, tree = self.robot, self.robot.tree
+        some = self.key, first, count, *limits
+        base = np.concatenate([np.zeros(robot.planned), self.hand])
+        planned = np.arange(tree.size) < robot.planned
+        if self.standing is None or robot.drive is None:
+            return sample(tree, self.rows, *some, planned, along, base=base)
+        placed = self.standing.starts(self.rows, along, self.key, first, count, self.hand)
+        found, valid = base[None].repeat(count, axis=0), np.zeros(count, np.bool_)
+        if placed is not None:
+            found, valid = sample(tree, self.rows, *some, robot.arm, along, starts=placed[0])
+            valid &= placed[1]
+        if not valid.all():
+            other, fulfils = sample(tree, self.rows, *some, planned, along, base=base)
+            fulfils &= ~valid & (robot.drive.outside(other[:, :BASE_VALUES]) <= 0.0)
+            found[fulfils], valid[fulfils] = other[fulfils], True
+        return found, valid
 
     def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
         """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""
@@ -197,16 +220,8 @@ class Stream:
 
 def closed_form_of(robot: Robot) -> Structure | None:
     """The closed form of a robot's inverse kinematics; None if the scene's settings or the axes require projection."""
-    structure = robot.structure if robot.inverse_kinematics == "analytic" else None
+    structure = None if robot.inverse_kinematics == "projection" else robot.structure
     return structure if isinstance(structure, Structure) else None
-
-
-def _unlimited(tree: KinematicTree, structure: Structure) -> tuple[Array, Array]:
-    """The limits, infinite for the joints of a closed form: if a sample exceeds them, another branch may not."""
-    low, high = tree.lower.copy(), tree.upper.copy()
-    turning = [int(tree.source[j]) for i, j in enumerate(structure.joints) if i != structure.lock]
-    low[turning], high[turning] = -np.inf, np.inf
-    return low, high
 
 
 def _distinct(found: Array) -> Array:

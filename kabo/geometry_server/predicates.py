@@ -16,7 +16,7 @@ from kabo.geometry_server.sight.views import Unseen, View
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.support_relations import lies_inside
 from kabo.geometry_server.surroundings import SceneSurroundings
-from kabo.scene import GeometricState, world_T
+from kabo.scene import GeometricState, inner_mesh, one_mesh, world_T
 from kabo.scene.transforms import flat, transform
 
 SOLE_HEIGHT = 1e-3  # [m] above a body's lowest point: vertices up to there touch the support
@@ -119,6 +119,12 @@ class ScenePredicates:
         mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
+        within = self.surroundings.budget.geometry
+        inner = [inner_mesh(each, within) for each in self.surroundings.elements(name)]
+        deviation = max(gap for _, gap in inner)
+        if deviation > 0.0:  # a round container: what lies in a mesh inside of it lies in it
+            mesh = one_mesh([each for each, _ in inner]) or mesh
+            return InnerSolid(pose, mesh.vertices, mesh.faces, deviation)
         if len(mesh.faces) <= MAX_EXACT_TRIANGLES:
             return InnerSolid(pose, mesh.vertices, mesh.faces, 0.0)
         return InnerSolid.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)

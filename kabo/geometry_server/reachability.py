@@ -88,6 +88,11 @@ def _distance(point: Array, feature: FrameFeature) -> float:
     return float(np.sqrt(max(float(offset @ offset) - along * along, 0.0)))
 
 
+def wherever(robot: Robot) -> str:
+    """The end of a sentence about what is out of reach: that this holds for all places of a base that drives."""
+    return "" if robot.drive is None else f", wherever on {robot.drive.floor} its base stands"
+
+
 def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> float:
     """A lower bound [m] of how far a region lies beyond the robot's reach with the body in its hand, for any grasp.
 

@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.geometry_server.candidates import Stream
+from kabo.geometry_server.driving.floor_shortfall import floor_growth
 from kabo.kinematics import project, sample
 from kabo.kinematics.kernels.rows import FIRST, SECOND
-from kabo.scene import PRISMATIC, KinematicTree
+from kabo.scene import PRISMATIC, Drive, KinematicTree
 from kabo.streams import stream_key
 
 BASE_SLIDES = 3
@@ -43,8 +44,11 @@ def shortfall_of(stream: Stream, *, level: bool = False) -> Shortfall | None:
         level: whether the base keeps its height.
 
     Returns:
-        A length of zero if the constraints are feasible as they are; None if no displacement was found.
+        A length of zero if the constraints are feasible as they are; None if no displacement was found. For a base
+        that drives, the length is by how much every edge of its floor would have to move outwards.
     """
+    if stream.robot.drive is not None:
+        return _floor_shortfall(stream, stream.robot.drive)
     if stream.samples(0, RANGE_SAMPLES):
         return Shortfall(0.0, (0.0, 0.0, 0.0))
     base = _Base(stream, level)
@@ -60,6 +64,16 @@ def shortfall_of(stream: Stream, *, level: bool = False) -> Shortfall | None:
             break
     x, y, z = (round(float(v), 6) + 0.0 for v in base.best[:BASE_SLIDES])
     return Shortfall(round(base.way, 6), (x, y, z))
+
+
+def _floor_shortfall(stream: Stream, drive: Drive) -> Shortfall | None:
+    found = floor_growth(stream, drive)
+    if found is None:
+        return None
+    metres, pose = found
+    shift = drive.world_T_floor[:3, :2] @ (pose[:2] - 0.5 * np.add(*drive.box()))
+    x, y, _ = (round(float(v), 6) + 0.0 for v in shift * metres / max(float(np.linalg.norm(shift)), 1e-9))
+    return Shortfall(round(metres, 6), (x, y, 0.0))
 
 
 class _Base:

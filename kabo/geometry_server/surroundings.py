@@ -59,6 +59,11 @@ class SceneSurroundings:
         robot, dot, link = name.partition(".")
         return self.scene.robots[robot].links[link].mesh if dot else self.scene.bodies[name].mesh
 
+    def elements(self, name: str) -> tuple[Element, ...]:
+        """The elements of which a body or `robot.link` consists, in its own frame."""
+        robot, dot, link = name.partition(".")
+        return self.scene.robots[robot].links[link].elements if dot else self.scene.bodies[name].elements
+
     def enclosure(self, name: str) -> Enclosure:
         """The convex parts that enclose a body or `robot.link`, in its own frame.
 

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, joints_at
+from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, closed_form_of, joints_at
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
-from kabo.kinematics import FREE_BODY, JoinedTree, joined, sample
+from kabo.kinematics import FREE_BODY, ClosedArm, JoinedTree, drawn_together, joined, sample
 from kabo.language.scene_description import Constraint, Feature
 from kabo.scene import Configuration, GeometricState, KinematicTree, Robot, Scene, world_T
 from kabo.scene.transforms import transform, unflat
@@ -183,12 +183,32 @@ class TeamStream:
         return self.samples(number * size, size)
 
     def samples(self, first: int, count: int) -> list[Candidate]:
-        """The valid ones of `count` samples from index `first` on, in order, from one kernel call."""
-        tree = self.team.tree
+        """The valid ones of `count` samples from index `first` on, in order, from one kernel call.
+
+        Two arms with closed forms are drawn pose first where the rows allow; samples that find none so are projected.
+        """
+        tree, arms = self.team.tree, self._arms
+        made = drawn_together(arms, self.team.joined, self.rows, self.key, first, count) if arms else None
+        if made is not None and made[1].all():
+            return [self.candidate(q) for q in made[0]]
         found, valid = sample(
             tree, self.rows, self.key, first, count, tree.lower, tree.upper, self.team.moving, base=self.base
         )
+        if made is not None:
+            found, valid = np.where(made[1][:, None], made[0], found), made[1] | valid
         return [self.candidate(q) for q in found[valid]]
+
+    @cached_property
+    def _arms(self) -> tuple[ClosedArm, ...]:
+        """The robots as arms with closed forms; empty if one has none or drives, or a body is free."""
+        forms = [closed_form_of(robot) if robot.drive is None else None for robot in self.team.robots]
+        places = self.team.joined.values
+        arms = [
+            ClosedArm(robot.tree, form, np.ascontiguousarray(self.base[place]))
+            for robot, form, place in zip(self.team.robots, forms, places, strict=False)
+            if form is not None
+        ]
+        return tuple(arms) if len(arms) == len(self.team.members) else ()
 
     def candidate(self, q: Sequence[float] | Array) -> Candidate:
         """The candidate of a configuration (n,) of the team, rounded as in states."""

@@ -1,12 +1,16 @@
 from kabo.kinematics.closed_form import OutOfReach as OutOfReach
 from kabo.kinematics.closed_form import Reached as Reached
 from kabo.kinematics.closed_form import joint_poses as joint_poses
+from kabo.kinematics.closed_form import unlimited as unlimited
 from kabo.kinematics.closed_form import with_the_same_pose as with_the_same_pose
 from kabo.kinematics.closed_form import with_turns as with_turns
 from kabo.kinematics.constraints import FrameFeature as FrameFeature
 from kabo.kinematics.constraints import Rows as Rows
 from kabo.kinematics.constraints import rows_of as rows_of
 from kabo.kinematics.constraints import stacked as stacked
+from kabo.kinematics.drawing import ClosedArm as ClosedArm
+from kabo.kinematics.drawing import drawn as drawn
+from kabo.kinematics.drawing import drawn_together as drawn_together
 from kabo.kinematics.inverse import is_carried as is_carried
 from kabo.kinematics.inverse import reaching as reaching
 from kabo.kinematics.inverse import solutions as solutions

@@ -67,6 +67,16 @@ def draw_parts(path: Path, original: Surface, parts: Sequence[Surface], *, epsil
     _draw(path, [plain, own, far], ("the mesh", "convex parts", "distance of the parts"), epsilon, title)
 
 
+def draw_bodies(path: Path, bodies: Sequence[tuple[Surface, str]], *, title: str) -> None:
+    """Draws bodies where they are, each in one colour.
+
+    Args:
+        path: the picture (PNG). bodies: vertices (V, 3) [m] and faces (F, 3), and a colour such as "#3f7fbf".
+        title: a line above.
+    """
+    _draw(path, [[(_surface(body), {"color": colour}) for body, colour in bodies]], ("",), 1.0, title)
+
+
 def _surface(surface: Surface) -> Any:
     import pyvista
 
@@ -106,10 +116,11 @@ def _draw(path: Path, panels: Sequence[Sequence[Any]], names: Sequence[str], eps
             bar = _add(plotter, surface, look, epsilon) or bar
         plotter.add_text(names[column], position="lower_left", font_size=11, color="#333333")
         _look(plotter, panels)
-    plotter.subplot(2, 0)
-    plotter.add_scalar_bar(
-        "distance [m]", mapper=bar, width=0.6, height=0.55, position_x=0.2, position_y=0.3, **_BAR
-    )
+    if bar is not None:
+        plotter.subplot(2, 0)
+        plotter.add_scalar_bar(
+            "distance [m]", mapper=bar, width=0.6, height=0.55, position_x=0.2, position_y=0.3, **_BAR
+        )
     with suppress(AttributeError):  # the software renderers of some systems have none
         plotter.enable_anti_aliasing("ssaa")
     picture = BytesIO()

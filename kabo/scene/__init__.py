@@ -6,7 +6,8 @@ checks, sampling or motion.
 
 from kabo.meshes import Mesh, Rounding, load_mesh
 from kabo.scene.drives import BASE_VALUES, Drive
-from kabo.scene.elements import Element, ElementKind
+from kabo.scene.elements import Element, ElementKind, one_mesh
+from kabo.scene.inner_meshes import inner_mesh
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
 from kabo.scene.sensors import Sensor, beyond_angle
@@ -42,10 +43,12 @@ __all__ = [
     "attachment",
     "beyond_angle",
     "element_of",
+    "inner_mesh",
     "link_poses",
     "load_mesh",
     "load_scene",
     "mesh_of",
+    "one_mesh",
     "structure_of",
     "world_T",
 ]

@@ -43,11 +43,10 @@ class Element:
         return Element(self.kind, self.mesh.moved(matrix), corners, rounding, self.place, self.path)
 
 
-def one_mesh(elements: Sequence[Element]) -> Mesh | None:
-    """The meshes of all elements as one; None without elements."""
-    if len(elements) <= 1:
-        return elements[0].mesh if elements else None
-    meshes = [element.mesh for element in elements]
+def one_mesh(meshes: Sequence[Mesh]) -> Mesh | None:
+    """The meshes of all elements as one; None without meshes."""
+    if len(meshes) <= 1:
+        return meshes[0] if meshes else None
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)])
     return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)

@@ -42,6 +42,7 @@ class UrdfFile:
     places: Mapping[str, Place]  # of the links
     joints: Mapping[str, JointEnds]
     files: tuple[Path, ...] = field(default=())
+    visual: tuple[str, ...] = ()  # the links without collision geometry, whose visual geometry is used
 
 
 def pinocchio() -> Any:
@@ -76,8 +77,11 @@ def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, 
         if pieces:
             elements[name] = tuple(pieces)
     collected.finish()
+    visual = tuple(
+        name for name, link in named(urdf, "link") if name in elements and link.find("collision") is None
+    )
     places = {name: urdf.place(link) for name, link in named(urdf, "link")}
-    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files))
+    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files), visual)
 
 
 def _joints(urdf: Urdf) -> dict[str, JointEnds]:
@@ -135,7 +139,8 @@ def _element(
     geometry = tag.find("geometry")
     given = None if geometry is None else next(iter(geometry), None)
     if given is None:
-        raise urdf.wrong(tag, f'robot file "{urdf.path.name}": a link has an empty geometry')
+        hint = f"write one shape in it ({', '.join(SHAPES)}), or leave the <{tag.tag}> out"
+        raise urdf.wrong(tag, f'robot file "{urdf.path.name}": a link has an empty geometry', hint)
     at = Place(str(urdf.path), *urdf.places[given], len(given.tag) + 1)
     if given.tag == "mesh":
         path = _locate(urdf, given, packages, place)

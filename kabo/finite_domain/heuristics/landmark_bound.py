@@ -6,7 +6,7 @@ counted twice, and the bound could be too high.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -39,21 +39,17 @@ class LandmarkBound:
         self._table = relaxation_tables(made, facts)
         self._holding = np.zeros(facts, np.uint8)
         self._prices = np.array([o.cost for o in made], np.int64)
-        by_operator, by_fact = (len(made),), (facts,)
-        self._scratch = (
-            np.empty(by_operator, np.int64),
-            np.empty((*by_operator, 2), np.int64),
-            np.empty(by_fact, np.int64),
-            *(np.empty(by_fact, np.int32) for _ in range(4)),
-            np.empty(by_operator, np.int32),
-        )
 
     def below(self, true: NDArray[Any]) -> int | None:
         """A lower bound of the goal's cost when the facts `true` hold; None if the goal is unreachable."""
         self._holding[:] = 0
         self._holding[true] = 1
-        bound = int(_kernel()(self._table, self._prices, self._holding, *self._scratch, False))
+        bound = int(_kernel()(self._relaxation, False))
         return None if bound >= INFINITE_COST else bound
+
+    @cached_property
+    def _relaxation(self) -> Any:
+        return room_for(self._table, self._prices, self._holding)
 
 
 class _Sharing:
@@ -87,6 +83,27 @@ class _Sharing:
             else:
                 adds += operator.adds
         yield RelaxedOperator(tuple(sorted(common)), tuple(dict.fromkeys(adds)), cost, those[0].owner)
+
+
+def room_for(tables: NDArray[np.int32], prices: NDArray[np.int64], holding: NDArray[np.uint8]) -> Any:
+    """The bundle of a relaxation that LM-cut takes, with scratch for as many operators and facts."""
+    from kabo.finite_domain.kernels.landmark_cut import Relaxation  # numba: only once a bound is asked for
+
+    operators, facts = len(prices), len(holding)
+    heap, place, mark, stack = (np.empty(facts, np.int32) for _ in range(4))
+    return Relaxation(
+        lm=tables,
+        prices=prices,
+        holding=holding,
+        price=np.empty(operators, np.int64),
+        operator=np.empty((operators, 2), np.int64),
+        cost=np.empty(facts, np.int64),
+        heap=heap,
+        place=place,
+        mark=mark,
+        stack=stack,
+        cut=np.empty(operators, np.int32),
+    )
 
 
 @cache

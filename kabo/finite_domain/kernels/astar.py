@@ -3,23 +3,50 @@
 A state that is reached again at less cost is reopened, since LM-cut is not consistent.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from kabo.compilation import lean_kernel
 from kabo.finite_domain.kernels.landmark_cut import INFINITE_COST, landmark_cut
+from kabo.finite_domain.kernels.records import (
+    COUNT,
+    EXPANDED,
+    FIRST_OWN,
+    FULL,
+    GENERATED,
+    GOAL,
+    OPERATOR,
+    OWN,
+    PARENT,
+    RUNNING,
+    SOLVED,
+    UNSOLVABLE,
+)
 from kabo.finite_domain.kernels.seen import find_row
 from kabo.finite_domain.kernels.successors import applicable, apply, at_goal, hashed
 
-PARENT, OPERATOR, COST, BOUND, ASKED, CLOSED = 0, 1, 2, 3, 4, 5  # columns of `rows`
-COUNT, EXPANDED, GENERATED, WAITING, GOAL, EVALUATED, START_BOUND, NEAREST = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-)  # places of `progress`
-RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
+COST, BOUND, ASKED, CLOSED, COLUMNS = range(FIRST_OWN, FIRST_OWN + 5)  # columns of `rows`
+WAITING, EVALUATED, START_BOUND, NEAREST, PLACES = range(OWN, OWN + 5)  # places of `progress`
+
+
+class Store(NamedTuple):
+    """The states found so far, and those that wait."""
+
+    states: NDArray[np.uint64]  # (S, W)
+    rows: NDArray[np.int64]  # (S, 6)
+    known: NDArray[np.uint64]  # (H,)
+    queue: NDArray[np.int64]  # (Q, 3)
+    progress: NDArray[np.int64]
+
+
+class Successors(NamedTuple):
+    """What operators cost, and scratch for one expansion."""
+
+    costs: NDArray[np.int64]  # (O,)
+    able: NDArray[np.int32]  # (O,)
+    after: NDArray[np.uint64]  # (1, W)
 
 
 @lean_kernel  # (Q, 3) i8, i8, i8 -> bool
@@ -65,9 +92,10 @@ def _pop(queue, progress):
         i = child
 
 
-@lean_kernel  # (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8, (1, W) u8, i8, i8, i8
-def _reach(states, rows, known, queue, progress, after, parent, operator, price):
+@lean_kernel  # Store, (1, W) u8, i8, i8, i8
+def _reach(store, after, parent, operator, price):
     """Keeps and queues a successor if it is new or reached at less cost than before."""
+    states, rows, known, queue, progress = store
     cost, new = rows[parent, COST] + price, progress[COUNT]
     row = find_row(known, states, after, 0, hashed(after, 0), new)
     if row < 0:
@@ -83,9 +111,10 @@ def _reach(states, rows, known, queue, progress, after, parent, operator, price)
         _push(queue, progress, cost + rows[row, BOUND], rows[row, BOUND], row)
 
 
-@lean_kernel  # (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8
-def _start(states, rows, known, queue, progress):
+@lean_kernel  # Store
+def _start(store):
     """Takes note of the first state, and queues it."""
+    states, rows, known, queue, progress = store
     find_row(known, states, states, 0, hashed(states, 0), 0)
     progress[COUNT] = 1
     rows[0, PARENT], rows[0, OPERATOR], rows[0, COST], rows[0, BOUND] = -1, -1, 0, 0
@@ -93,14 +122,14 @@ def _start(states, rows, known, queue, progress):
     _push(queue, progress, 0, 0, 0)
 
 
-@lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (O,) i8, (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8, …
-def expand(
-    numbers, bits, never, costs, states, rows, known, queue, progress, able, after,
-    lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, limit,
-):  # fmt: skip
+@lean_kernel  # Task, Store, Successors, Relaxation, i8 -> i8
+def expand(task, store, successors, relaxation, limit):
     """Processes up to `limit` queue entries; returns RUNNING, SOLVED, UNSOLVABLE, or FULL (arrays must grow)."""
+    numbers, bits, never = task
+    states, rows, known, queue, progress = store
+    costs, able, after = successors
     if progress[COUNT] == 0:
-        _start(states, rows, known, queue, progress)
+        _start(store)
     for _ in range(limit):
         if progress[WAITING] == 0:
             return UNSOLVABLE
@@ -116,16 +145,11 @@ def expand(
         if rows[row, CLOSED] != 0 or total != rows[row, COST] + rows[row, BOUND]:
             continue
         if rows[row, ASKED] == 0:
-            bound = landmark_cut(
-                lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut,
-                progress[NEAREST] != 0,
-            )  # fmt: skip
+            bound = landmark_cut(relaxation, states, row, progress[NEAREST] != 0)
             progress[EVALUATED] += 1
             rows[row, ASKED] = 1
             if row == 0:  # both variants once, to keep the better one for this search
-                other = landmark_cut(
-                    lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, True
-                )
+                other = landmark_cut(relaxation, states, row, True)
                 progress[NEAREST] = other > bound
                 bound = max(bound, other)
                 progress[START_BOUND] = bound
@@ -142,5 +166,5 @@ def expand(
         for i in range(applicable(numbers, bits, states, row, never, able)):
             progress[GENERATED] += 1
             apply(numbers, bits, states, row, able[i], after, 0)
-            _reach(states, rows, known, queue, progress, after, row, able[i], costs[able[i]])
+            _reach(store, after, row, able[i], costs[able[i]])
     return RUNNING

@@ -4,20 +4,58 @@ Each look-up waits for main memory; reading all places in a separate pass lets t
 at once.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.compilation import lean_kernel
+from kabo.finite_domain.kernels.records import (
+    COUNT,
+    EXPANDED,
+    FULL,
+    GENERATED,
+    GOAL,
+    OWN,
+    RUNNING,
+    SOLVED,
+    UNSOLVABLE,
+)
 from kabo.finite_domain.kernels.seen import find, place
 from kabo.finite_domain.kernels.successors import applicable, apply, at_goal, hashed
 
-COUNT, NEXT, GENERATED, GOAL, TOUCHED = 0, 1, 2, 3, 4  # places of `progress`
-RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
+NEXT, TOUCHED, PLACES = (
+    EXPANDED,
+    OWN,
+    OWN + 1,
+)  # places of `progress`: the state to expand next counts them as well
 BATCH = 128
 
 
-@lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (S, W) u8, (S,) i4, (P,) u8, (5,) i8, (R, W) u8, (R,) u8, (R,) i4, (O,) i4 …
-def expand(numbers, bits, never, states, parents, table, progress, results, hashes, origins, out, limit):
+class Seen(NamedTuple):
+    """The states found so far, in the order of their rows."""
+
+    states: NDArray[np.uint64]  # (S, W)
+    parents: NDArray[np.int32]  # (S,)
+    table: NDArray[np.uint64]  # (P,)
+    progress: NDArray[np.int64]
+
+
+class Batch(NamedTuple):
+    """Scratch for the successors of a batch of states."""
+
+    results: NDArray[np.uint64]  # (R, W)
+    hashes: NDArray[np.uint64]  # (R,)
+    origins: NDArray[np.int32]  # (R,)
+    out: NDArray[np.int32]  # (O,) applicable operators
+
+
+@lean_kernel  # Task, Seen, Batch, i8 -> i8
+def expand(task, seen, batch, limit):
     """Expands up to `limit` more states; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow first."""
+    numbers, bits, never = task
+    states, parents, table, progress = seen
+    results, hashes, origins, out = batch
     operators = out.shape[0]
     end = progress[NEXT] + limit
     if progress[NEXT] == 0:

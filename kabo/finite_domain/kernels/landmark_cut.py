@@ -8,6 +8,11 @@ operator of the task, and axioms for that operator's conditional effects, so tha
 The array `lm` holds all tables; it begins with the index of each table [kabo.finite_domain.heuristics.landmarks].
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from kabo.compilation import lean_kernel
 from kabo.finite_domain.kernels.successors import content
 
@@ -16,6 +21,22 @@ PRE_OF, PRE, ADD_OF, ADD, USE_OF, USE, MADE_OF, MADE = 8, 9, 10, 11, 12, 13, 14,
 FREE, PLACES, TESTS, THEN_OF, THEN = 16, 17, 18, 19, 20
 INFINITE_COST = 1 << 60  # of what is out of reach; above the cost of any plan
 OUTSIDE, ZONE, BEFORE = 0, 1, 2  # marks of facts
+
+
+class Relaxation(NamedTuple):
+    """A relaxation for LM-cut, and scratch; F facts, O operators."""
+
+    lm: NDArray[np.int32]  # tables
+    prices: NDArray[np.int64]  # (O,) costs; INFINITE_COST for operators that must not be used
+    holding: NDArray[np.uint8]  # (F,) 1 for each fact that holds, else 0
+    price: NDArray[np.int64]  # (O,) costs that are left
+    operator: NDArray[np.int64]  # (O, 2) preconditions to come, supporter
+    cost: NDArray[np.int64]  # (F,) h_max
+    heap: NDArray[np.int32]  # (F,)
+    place: NDArray[np.int32]  # (F,) in the heap
+    mark: NDArray[np.int32]  # (F,)
+    stack: NDArray[np.int32]  # (F,)
+    cut: NDArray[np.int32]  # (O,)
 
 
 @lean_kernel  # (F,) i4, (F,) i4, (F,) i8, i8, i8 -> i8
@@ -226,15 +247,15 @@ def _lower(lm, price, operator, cost, heap, place, cut, count):
             size = _offer(lm, price, operator, cost, heap, place, o, size)
 
 
-@lean_kernel  # (L,) i4, (O,) i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 x 4, (O,) i4, bool -> i8
-def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first):
+@lean_kernel  # Relaxation, bool -> i8
+def bound_of_facts(relaxation, nearest_first):
     """A lower bound of the goal's cost from the facts that hold; INFINITE_COST if the goal is out of reach.
 
-    `holding` is 1 for each fact that holds, else 0. `prices` are the costs of the relaxation's operators,
-    INFINITE_COST for those that must not be used. Each landmark is computed for the goal with the highest h_max
+    Each landmark is computed for the goal with the highest h_max
     value, or with `nearest_first` for the goal with the lowest positive value: landmarks of near goals contain few
     operators, so more cost remains for the other goals. Either order may give the better bound.
     """
+    lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut = relaxation
     for o in range(lm[OPERATORS]):
         price[o] = prices[o]
     costs_by_max(lm, holding, price, operator, cost, heap, place)
@@ -261,10 +282,8 @@ def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark
     return bound
 
 
-@lean_kernel  # (L,) i4, (O,) i8, (S, W) u8, i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 … -> i8
-def landmark_cut(
-    lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first
-):
+@lean_kernel  # Relaxation, (S, W) u8, i8, bool -> i8
+def landmark_cut(relaxation, states, row, nearest_first):
     """A lower bound of the goal's cost from a packed state; it counts goals that have to be given up."""
-    facts_that_hold(lm, states, row, holding, stack)
-    return bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first)
+    facts_that_hold(relaxation.lm, states, row, relaxation.holding, relaxation.stack)
+    return bound_of_facts(relaxation, nearest_first)

@@ -5,20 +5,80 @@ test of each goal with the values it allows; the goals ordered before each goal;
 mask, first fact, and first fact among those that can change, or -1.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.compilation import lean_kernel
+from kabo.finite_domain.kernels.records import (
+    COUNT,
+    EXPANDED,
+    FIRST_OWN,
+    FULL,
+    GENERATED,
+    GOAL,
+    OPERATOR,
+    OWN,
+    PARENT,
+    RUNNING,
+    SOLVED,
+    UNSOLVABLE,
+)
 from kabo.finite_domain.kernels.relaxed_plan import relaxed_plan
 from kabo.finite_domain.kernels.seen import find
 from kabo.finite_domain.kernels.successors import applicable, apply, content, hashed
 
 VARIABLES, GOALS, TESTS, BEFORE_OF, BEFORE, PLACES, FACTS, CHANGING, OWNERS = 0, 1, 2, 3, 4, 5, 6, 7, 8
-# Columns of `rows`: parent, operator, open goals, facts reached, its relaxed plan, its partition, the next in its queue.
-PARENT, OPERATOR, OPEN, REACHED, PLAN, PARTITION, AFTER = 0, 1, 2, 3, 4, 5, 6
-COUNT, EXPANDED, GENERATED, PLANS, PLAN_FACTS, PARTITIONS, GOAL = 0, 1, 2, 3, 4, 5, 6  # places of `progress`
-RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
+# Columns of `rows`: open goals, facts reached, its relaxed plan, its partition, the next in its queue.
+OPEN, REACHED, PLAN, PARTITION, AFTER, COLUMNS = range(FIRST_OWN, FIRST_OWN + 6)
+PLANS, PLAN_FACTS, PARTITIONS, STEPS = range(OWN, OWN + 4)  # places of `progress`
 MOST_PLAN_FACTS = 256
 ONE = np.uint64(1)
+
+
+class Store(NamedTuple):
+    """The states found so far, with the relaxed plans that they follow, and what was seen; these arrays grow."""
+
+    states: NDArray[np.uint64]  # (S, W)
+    rows: NDArray[np.int32]  # (S, 7)
+    reached: NDArray[np.uint64]  # (S, 4) a bit for each fact of the relaxed plan
+    known: NDArray[np.uint64]  # (H,)
+    plans: NDArray[np.int32]  # (P, 2) first fact, number of facts
+    plan_facts: NDArray[np.int32]  # (Q,)
+    facts_seen: NDArray[np.uint8]  # (Y, C)
+    pairs_seen: NDArray[np.uint64]  # (Z, D)
+
+
+class Partitions(NamedTuple):
+    """The numbers of the partitions, the queues, and how far the search is."""
+
+    layout: NDArray[np.int32]
+    numbered: NDArray[np.int32]
+    queues: NDArray[np.int32]  # (K, 2) first and last state
+    progress: NDArray[np.int64]
+
+
+class Relaxed(NamedTuple):
+    """The arguments of `relaxed_plan`."""
+
+    table: NDArray[np.int32]
+    scratch: NDArray[np.int32]
+    words: NDArray[np.uint64]  # empty
+    true: NDArray[np.int32]  # (V,)
+    goal: NDArray[np.int32]
+    out: NDArray[np.int32]
+
+
+class Work(NamedTuple):
+    """Scratch."""
+
+    holding: NDArray[np.int64]  # (F,) the last state in which each fact held
+    done: NDArray[np.int32]  # (G,)
+    changing: NDArray[np.int32]  # (2, V)
+    fact_bits: NDArray[np.uint64]
+    able: NDArray[np.int32]  # (O,)
+    after: NDArray[np.uint64]  # (1, W)
 
 
 @lean_kernel  # (L,) i4, (S, W) u8, i8, (G,) i4 -> i8
@@ -38,9 +98,10 @@ def _open_goals(layout, states, row, done):
     return count
 
 
-@lean_kernel  # (L,) i4, (S, W) u8, (S, 7) i4, (S, 4) u8, i8, i8, (P, 2) i4, (Q,) i4, (F,) i4 -> i8
-def _inherit(layout, states, rows, reached, row, parent, plans, plan_facts, holding):
+@lean_kernel  # Store, i8, i8, (F,) i8 -> i8
+def _inherit(store, row, parent, holding):
     """Takes over the parent's relaxed plan; returns how many of its facts have been true since it was made."""
+    rows, reached, plans, plan_facts = store.rows, store.reached, store.plans, store.plan_facts
     plan = rows[parent, PLAN]
     rows[row, PLAN] = plan
     count = rows[parent, REACHED]
@@ -56,10 +117,12 @@ def _inherit(layout, states, rows, reached, row, parent, plans, plan_facts, hold
     return count
 
 
-@lean_kernel  # (L,) i4, (S, 7) i4, (S, 4) u8, i8, (P, 2) i4, (Q,) i4, (X,) i8, relaxed plan's … -> bool
-def _plan(layout, rows, reached, row, plans, plan_facts, progress, table, scratch, true, goal, out, no_words):
+@lean_kernel  # Store, i8, Partitions, Relaxed -> bool
+def _plan(store, row, partitions, relaxed):
     """Makes and keeps a relaxed plan for the state whose facts are `true`; returns whether there is one."""
-    value = relaxed_plan(table, scratch, no_words, true, goal, out)
+    rows, reached, plans, plan_facts = store.rows, store.reached, store.plans, store.plan_facts
+    layout, progress, out = partitions.layout, partitions.progress, relaxed.out
+    value = relaxed_plan(relaxed.table, relaxed.scratch, relaxed.words, relaxed.true, relaxed.goal, out)
     plan, at = progress[PLANS], progress[PLAN_FACTS]
     count = 0
     if value >= 0:
@@ -115,9 +178,10 @@ def _new_pair(now, before, count, same, bits, pairs):
     return new
 
 
-@lean_kernel  # (L,) i4, (S, W) u8, (S, 7) i4, i8, i8, (Y, C) u1, (Z, D) u8, (2, V) i4, (C,) u8 -> i8
-def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing, fact_bits):
+@lean_kernel  # (L,) i4, Store, i8, i8, (2, V) i4, (C,) u8 -> i8
+def _novelty(layout, store, row, parent, changing, fact_bits):
     """The state's novelty (3: above 2); records its facts and pairs of facts."""
+    states, rows, facts_seen, pairs_seen = store.states, store.rows, store.facts_seen, store.pairs_seen
     partition = rows[row, PARTITION]
     same = parent >= 0 and rows[parent, PARTITION] == partition
     now, before = changing[0], changing[1]
@@ -142,14 +206,13 @@ def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing
     return 2 if paired else 3
 
 
-@lean_kernel  # see `expand`
-def _enter(
-    layout, states, rows, reached, row, parent, operator, plans, plan_facts, numbered, facts_seen, pairs_seen,
-    queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
-):  # fmt: skip
+@lean_kernel  # Store, Partitions, Relaxed, Work, i8, i8, i8 -> bool
+def _enter(store, partitions, relaxed, work, row, parent, operator):
     """Keeps a new state, and queues it unless the goal is out of its reach; returns whether it fulfils the goal."""
+    layout, numbered, queues, progress = partitions
+    states, rows, true, holding = store.states, store.rows, relaxed.true, work.holding
     rows[row, PARENT], rows[row, OPERATOR], rows[row, AFTER] = parent, operator, -1
-    goals = _open_goals(layout, states, row, done)
+    goals = _open_goals(layout, states, row, work.done)
     rows[row, OPEN] = goals
     if goals == 0:
         return True
@@ -159,20 +222,18 @@ def _enter(
         holding[true[v]] = row
     count = 0
     if parent < 0 or goals < rows[parent, OPEN]:
-        if not _plan(
-            layout, rows, reached, row, plans, plan_facts, progress, table, scratch, true, goal, out, no_words
-        ):
+        if not _plan(store, row, partitions, relaxed):
             rows[row, PARTITION] = -1
             return False
     else:
-        count = _inherit(layout, states, rows, reached, row, parent, plans, plan_facts, holding)
+        count = _inherit(store, row, parent, holding)
     rows[row, REACHED] = count
     key = goals * (MOST_PLAN_FACTS + 1) + count
     if numbered[key] < 0:
         numbered[key] = progress[PARTITIONS]
         progress[PARTITIONS] += 1
     rows[row, PARTITION] = numbered[key]
-    novelty = _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing, fact_bits)
+    novelty = _novelty(layout, store, row, parent, work.changing, work.fact_bits)
     queue = (novelty - 1) * (layout[GOALS] + 1) + goals
     if queues[queue, 0] < 0:
         queues[queue, 0] = row
@@ -191,36 +252,32 @@ def _first_waiting(queues):
     return queue
 
 
-@lean_kernel
-def _has_room(states, known, plans, plan_facts, facts_seen, pairs_seen, progress, count, most_pairs):
+@lean_kernel  # Store, (X,) i8, i8, i8 -> bool
+def _has_room(store, progress, count, most_pairs):
     """Whether all tables have room for `count` states more."""
     return (
-        progress[COUNT] + count <= states.shape[0]
-        and 10 * (progress[COUNT] + count) <= 7 * known.shape[0]
-        and progress[PLANS] + count <= plans.shape[0]
-        and progress[PLAN_FACTS] + count * MOST_PLAN_FACTS <= plan_facts.shape[0]
-        and progress[PARTITIONS] + count <= facts_seen.shape[0]
-        and min(progress[PARTITIONS] + count, most_pairs) <= pairs_seen.shape[0]
+        progress[COUNT] + count <= store.states.shape[0]
+        and 10 * (progress[COUNT] + count) <= 7 * store.known.shape[0]
+        and progress[PLANS] + count <= store.plans.shape[0]
+        and progress[PLAN_FACTS] + count * MOST_PLAN_FACTS <= store.plan_facts.shape[0]
+        and progress[PARTITIONS] + count <= store.facts_seen.shape[0]
+        and min(progress[PARTITIONS] + count, most_pairs) <= store.pairs_seen.shape[0]
     )
 
 
-@lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (L,) i4, (S, W) u8, (S, 7) i4, (S, 4) u8, (H,) u8, (P, 2) i4, (Q,) i4, …
-def expand(
-    numbers, bits, never, layout, states, rows, reached, known, plans, plan_facts, numbered, facts_seen, pairs_seen,
-    queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
-    able, after, limit, most_pairs,
-):  # fmt: skip
+@lean_kernel  # Task, Store, Partitions, Relaxed, Work, i8, i8 -> i8
+def expand(task, store, partitions, relaxed, work, limit, most_pairs):
     """Expands up to `limit` more states; returns RUNNING, SOLVED, UNSOLVABLE, or FULL if arrays must grow first.
 
     The arrays must have space for at least one more state, since the first call stores the start.
     """
+    numbers, bits, never = task
+    states, rows, known = store.states, store.rows, store.known
+    queues, progress, able, after = partitions.queues, partitions.progress, work.able, work.after
     if progress[COUNT] == 0:
         find(known, states, states, 0, hashed(states, 0), 0)
         progress[COUNT] = 1
-        if _enter(
-            layout, states, rows, reached, 0, -1, -1, plans, plan_facts, numbered, facts_seen, pairs_seen,
-            queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
-        ):  # fmt: skip
+        if _enter(store, partitions, relaxed, work, 0, -1, -1):
             progress[GOAL] = 0
             return SOLVED
     end = progress[EXPANDED] + limit
@@ -230,7 +287,7 @@ def expand(
             return UNSOLVABLE
         row = queues[queue, 0]
         count = applicable(numbers, bits, states, row, never, able)
-        if not _has_room(states, known, plans, plan_facts, facts_seen, pairs_seen, progress, count, most_pairs):
+        if not _has_room(store, progress, count, most_pairs):
             return FULL
         queues[queue, 0] = rows[row, AFTER]
         progress[EXPANDED] += 1
@@ -243,10 +300,7 @@ def expand(
             for w in range(states.shape[1]):
                 states[new, w] = after[0, w]
             progress[COUNT] = new + 1
-            if _enter(
-                layout, states, rows, reached, new, row, able[i], plans, plan_facts, numbered, facts_seen, pairs_seen,
-                queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
-            ):  # fmt: skip
+            if _enter(store, partitions, relaxed, work, new, row, able[i]):
                 progress[GOAL] = new
                 return SOLVED
     return RUNNING

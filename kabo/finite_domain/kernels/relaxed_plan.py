@@ -7,6 +7,11 @@ supporters are the same in every run and in plain Python [kabo.finite_domain.heu
 `table` and `scratch` are one array each, since passing an array from Python costs as much as settling ten facts.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from kabo.compilation import lean_kernel
 
 # Numbers at the head of a table, then where its arrays begin.
@@ -17,6 +22,15 @@ HEAD = 20
 UNREACHED = 1 << 30  # dearer than any fact
 AT, NEXT, PREVIOUS, SPREAD, SUPPORTER, MARK = 0, 1, 2, 3, 4, 5  # columns of `facts`
 COLUMNS = 6
+
+
+class Links(NamedTuple):
+    """Which facts each operator adds, and which operators need each fact: parts of a table."""
+
+    adds_of: NDArray[np.int32]  # (O + 1,)
+    adds: NDArray[np.int32]
+    uses_of: NDArray[np.int32]  # (F + 1,)
+    uses: NDArray[np.int32]
 
 
 @lean_kernel  # (6F,) i4, (2K,) i4, i8, i8
@@ -51,11 +65,11 @@ def _append(facts, ends, f, b):
         ends[2 * b] = f
 
 
-@lean_kernel  # (6F,) i4, (2K,) i4, (F,) i4, (O + 1,) i4, (A,) i4, i8 x 5 -> i8
-def _fire(facts, ends, cost, adds_of, adds, o, price, unit, last, top):
+@lean_kernel  # (6F,) i4, (2K,) i4, (F,) i4, Links, i8 x 5 -> i8
+def _fire(facts, ends, cost, links, o, price, unit, last, top):
     """Lowers the costs of the facts that operator o adds to `price`; returns the last bucket in use."""
-    for i in range(adds_of[o], adds_of[o + 1]):
-        f = adds[i]
+    for i in range(links.adds_of[o], links.adds_of[o + 1]):
+        f = links.adds[i]
         if price < cost[f]:
             cost[f] = price
             facts[COLUMNS * f + SUPPORTER] = o
@@ -66,8 +80,8 @@ def _fire(facts, ends, cost, adds_of, adds, o, price, unit, last, top):
     return top
 
 
-@lean_kernel  # (T,) i4, (6F,) i4, (2K,) i4, (F,) i4, (2O,) i4, (O + 1,) i4, (A,) i4, (W,) u8, (N,) i4 -> i8
-def _begin(table, facts, ends, cost, waiting, adds_of, adds, words, true):
+@lean_kernel  # (T,) i4, (6F,) i4, (2K,) i4, (F,) i4, (2O,) i4, Links, (W,) u8, (N,) i4 -> i8
+def _begin(table, facts, ends, cost, waiting, links, words, true):
     """Resets the arrays, queues the true facts and those of operators without preconditions; returns the last bucket."""
     for f in range(cost.shape[0]):
         cost[f] = UNREACHED
@@ -94,12 +108,12 @@ def _begin(table, facts, ends, cost, waiting, adds_of, adds, words, true):
     for i in range(table[FREE_OPERATORS]):
         o = table[table[FREE] + i]
         price = min(waiting[2 * o + 1], table[LIMIT])
-        top = _fire(facts, ends, cost, adds_of, adds, o, price, table[UNIT], table[BUCKETS] - 1, top)
+        top = _fire(facts, ends, cost, links, o, price, table[UNIT], table[BUCKETS] - 1, top)
     return top
 
 
-@lean_kernel  # (T,) i4, (6F,) i4, (2K,) i4, (F,) i4, (2O,) i4, (O + 1,) i4, (A,) i4, (F + 1,) i4, (P,) i4, (G,) i4, i8
-def _reach(table, facts, ends, cost, waiting, adds_of, adds, uses_of, uses, goal, top):
+@lean_kernel  # (T,) i4, (6F,) i4, (2K,) i4, (F,) i4, (2O,) i4, Links, (G,) i4, i8
+def _reach(table, facts, ends, cost, waiting, links, goal, top):
     """Settles facts by rising cost until the whole goal is settled, or nothing is left."""
     settled, b = 0, 0
     unit, last, limit = table[UNIT], table[BUCKETS] - 1, table[LIMIT]
@@ -112,14 +126,14 @@ def _reach(table, facts, ends, cost, waiting, adds_of, adds, uses_of, uses, goal
             less, change = 1, price
             if told != UNREACHED:  # the operators that need it have counted it before, at a higher cost
                 less, change = 0, price - told
-            for i in range(uses_of[f], uses_of[f + 1]):
-                o = uses[i]
+            for i in range(links.uses_of[f], links.uses_of[f + 1]):
+                o = links.uses[i]
                 left = waiting[2 * o] - less
                 total = waiting[2 * o + 1] + change
                 waiting[2 * o] = left
                 waiting[2 * o + 1] = total
                 if left == 0:
-                    top = _fire(facts, ends, cost, adds_of, adds, o, min(total, limit), unit, last, top)
+                    top = _fire(facts, ends, cost, links, o, min(total, limit), unit, last, top)
         b += 1
         while settled < goal.shape[0] and cost[goal[settled]] < b * unit:
             settled += 1
@@ -205,8 +219,12 @@ def relaxed_plan(table, scratch, words, true, goal, out):
     owners = scratch[at : at + 2 * table[OWNERS]]
     at += 2 * table[OWNERS]
     stack = scratch[at : at + n]
-    adds_of, adds = table[table[ADDS_OF] : table[ADDS]], table[table[ADDS] : table[USES_OF]]
-    uses_of, uses = table[table[USES_OF] : table[USES]], table[table[USES] : table[FRESH]]
-    top = _begin(table, facts, ends, cost, waiting, adds_of, adds, words, true)
-    _reach(table, facts, ends, cost, waiting, adds_of, adds, uses_of, uses, goal, top)
+    links = Links(
+        table[table[ADDS_OF] : table[ADDS]],
+        table[table[ADDS] : table[USES_OF]],
+        table[table[USES_OF] : table[USES]],
+        table[table[USES] : table[FRESH]],
+    )
+    top = _begin(table, facts, ends, cost, waiting, links, words, true)
+    _reach(table, facts, ends, cost, waiting, links, goal, top)
     return _extract(table, facts, cost, used, owners, stack, goal, out, scratch[0])

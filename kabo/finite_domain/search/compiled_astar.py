@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
+from kabo.finite_domain.heuristics.landmark_bound import room_for
 from kabo.finite_domain.heuristics.landmarks import landmark_tables
-from kabo.finite_domain.kernels.astar import FULL, SOLVED, UNSOLVABLE
+from kabo.finite_domain.kernels import astar, records
 from kabo.finite_domain.kernels.astar import expand as _expand
-from kabo.finite_domain.kernels.landmark_cut import INFINITE_COST
+from kabo.finite_domain.kernels.landmark_cut import FACTS, INFINITE_COST
+from kabo.finite_domain.kernels.records import COUNT, EXPANDED, FULL, GOAL, OPERATOR, PARENT, SOLVED, UNSOLVABLE
 from kabo.finite_domain.kernels.seen import EMPTY, move_table
 from kabo.finite_domain.mutexes import Mutexes, mutexes
 from kabo.finite_domain.result import SearchResult
@@ -26,7 +28,7 @@ def astar_compiled(compiled: CompiledTask, start: int, never: Never, budget: Sea
     memory = _AstarArrays(compiled, start, never)
     size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
-        limit = budget.left(int(memory.progress[1]), max(1, min(1000, WORK_BETWEEN_LOOKS // size)))
+        limit = budget.left(int(memory.progress[EXPANDED]), max(1, min(1000, WORK_BETWEEN_LOOKS // size)))
         if not limit:
             return memory.without_plan("exhausted")
         if budget.stopped():
@@ -59,19 +61,19 @@ class _AstarArrays:
         words, room = compiled.packing.words, max(1024, 2 * self.operators)
         self.rooms: dict[str, NDArray[Any]] = {
             "states": np.empty((room, words), np.uint64),
-            "rows": np.empty((room, 6), np.int64),
+            "rows": np.empty((room, astar.COLUMNS), np.int64),
             "queue": np.empty((2 * room, 3), np.int64),
         }
         self.known = np.full(1 << (2 * room).bit_length(), EMPTY, np.uint64)
-        self.progress = np.zeros(8, np.int64)
+        self.progress = np.zeros(astar.PLACES, np.int64)
         self.rooms["states"][0] = compiled.packing.array(start)
-        self.costs = np.array([o.cost for o in compiled.task.operators], np.int64)
+        costs = np.array([o.cost for o in compiled.task.operators], np.int64)
         self.after = np.empty((1, words), np.uint64)
-        self.able = np.empty(self.operators, np.int32)
+        self.successors = astar.Successors(costs, np.empty(self.operators, np.int32), self.after)
         self.bound = self._bound(start)
 
-    def _bound(self, start: int) -> tuple[NDArray[Any], ...]:
-        """The arguments of LM-cut."""
+    def _bound(self, start: int) -> Any:
+        """The relaxation for LM-cut, with its scratch."""
         task = self.compiled
         lm, relaxed = landmark_tables(
             task.normal,
@@ -81,43 +83,20 @@ class _AstarArrays:
             goals=task.goal_facts,
             mutexes=valid_mutexes(task, start),
         )
-        facts, operators = int(lm[0]), len(relaxed)
+        facts = int(lm[FACTS])
         never = np.unpackbits(self.never.view(np.uint8), bitorder="little")
         prices = [INFINITE_COST if o.owner >= 0 and never[o.owner] else o.cost for o in relaxed]
-        numbers = [np.empty(facts, np.int32) for _ in range(4)]
-        return (
-            lm,
-            np.array(prices, np.int64),
-            np.empty(facts, np.uint8),
-            np.empty(operators, np.int64),
-            np.empty((operators, 2), np.int64),
-            np.empty(facts, np.int64),
-            *numbers,
-            np.empty(operators, np.int32),
-        )
+        return room_for(lm, np.array(prices, np.int64), np.empty(facts, np.uint8))
 
     def arguments(self) -> tuple[Any, ...]:
         """The arguments of the kernel but for the last one, the limit."""
         room = self.rooms
-        numbers, bits = self.compiled.arrays
-        return (
-            numbers,
-            bits,
-            self.never,
-            self.costs,
-            room["states"],
-            room["rows"],
-            self.known,
-            room["queue"],
-            self.progress,
-            self.able,
-            self.after,
-            *self.bound,
-        )
+        store = astar.Store(room["states"], room["rows"], self.known, room["queue"], self.progress)
+        return records.Task(*self.compiled.arrays, self.never), store, self.successors, self.bound
 
     def grow(self, most: int) -> bool:
         """Makes room for the successors of one more state; False if that would take more than `most` bytes."""
-        count, waiting = int(self.progress[0]), int(self.progress[3])
+        count, waiting = int(self.progress[COUNT]), int(self.progress[astar.WAITING])
         kept = self.known.nbytes + sum(array.nbytes for array in self.rooms.values())
         needed = {"states": count, "rows": count, "queue": waiting}
         for name, used in needed.items():
@@ -139,22 +118,22 @@ class _AstarArrays:
 
     def without_plan(self, status: Any) -> SearchResult:
         """The result of a search that ended with this status, without a plan."""
-        count, expanded, generated = self.progress[:3].tolist()
+        count, expanded, generated = self.progress[:GOAL].tolist()
         return SearchResult(status, None, None, expanded, generated, count, initial_estimate=self._start_bound())
 
     def with_plan(self) -> SearchResult:
         """The result with the plan that was found."""
-        plan, row, rows = [], int(self.progress[4]), self.rooms["rows"]
-        cost = int(rows[row, 2])
-        while rows[row, 0] >= 0:
-            plan.append(int(rows[row, 1]))
-            row = int(rows[row, 0])
-        count, expanded, generated = self.progress[:3].tolist()
+        plan, row, rows = [], int(self.progress[GOAL]), self.rooms["rows"]
+        cost = int(rows[row, astar.COST])
+        while rows[row, PARENT] >= 0:
+            plan.append(int(rows[row, OPERATOR]))
+            row = int(rows[row, PARENT])
+        count, expanded, generated = self.progress[:GOAL].tolist()
         path = tuple(reversed(plan))
         return SearchResult(
             "solved", path, cost, expanded, generated, count, optimal=True, initial_estimate=self._start_bound()
         )
 
     def _start_bound(self) -> int | None:
-        bound = int(self.progress[6])
-        return bound if self.progress[5] and bound < INFINITE_COST else None
+        bound = int(self.progress[astar.START_BOUND])
+        return bound if self.progress[astar.EVALUATED] and bound < INFINITE_COST else None

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget, as_number
-from kabo.finite_domain.kernels.breadth_first import FULL, SOLVED, UNSOLVABLE
+from kabo.finite_domain.kernels.breadth_first import NEXT, PLACES, Batch, Seen
 from kabo.finite_domain.kernels.breadth_first import expand as _expand
+from kabo.finite_domain.kernels.records import COUNT, FULL, GOAL, SOLVED, UNSOLVABLE, Task
 from kabo.finite_domain.kernels.seen import EMPTY, move_table
 from kabo.finite_domain.result import SearchResult, Status
 
@@ -24,29 +25,16 @@ MAX_ROWS = (1 << 31) - 1  # states, which are numbered in 32 bits
 
 def breadth_first_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
     """A plan with the fewest actions, or the reason why none was found."""
-    numbers, bits = compiled.arrays
+    task = Task(*compiled.arrays, never)
     memory = _BreadthFirstArrays(compiled.packing.array(start), len(compiled.task.operators))
-    out = np.empty(len(compiled.task.operators), np.int32)
     while True:
-        limit = budget.left(int(memory.progress[1]), BETWEEN_LOOKS)
+        limit = budget.left(int(memory.progress[NEXT]), BETWEEN_LOOKS)
         if not limit:
             return _without_plan("exhausted", memory)
         if budget.stopped():
             return _without_plan("stopped", memory)
-        status = expand(
-            numbers,
-            bits,
-            never,
-            memory.states,
-            memory.parents,
-            memory.table,
-            memory.progress,
-            memory.batch,
-            memory.hashes,
-            memory.origins,
-            out,
-            limit,
-        )
+        seen = Seen(memory.states, memory.parents, memory.table, memory.progress)
+        status = expand(task, seen, memory.batch, limit)
         if status == SOLVED:
             return _with_plan(compiled, memory, never)
         if status == UNSOLVABLE:
@@ -63,14 +51,16 @@ class _BreadthFirstArrays:
         words = len(start)
         self.states, self.parents = np.empty((self.rows, words), np.uint64), np.empty(self.rows, np.int32)
         self.table = np.full(1 << (4 * self.rows).bit_length(), EMPTY, np.uint64)
-        self.progress = np.array([1, 0, 0, -1, 0], np.int64)
+        self.progress = np.zeros(PLACES, np.int64)
+        self.progress[COUNT], self.progress[GOAL] = 1, -1
         self.states[0], self.parents[0] = start, -1
-        self.batch = np.empty((self.rows, words), np.uint64)
-        self.hashes, self.origins = np.empty(self.rows, np.uint64), np.empty(self.rows, np.int32)
+        hashes, origins = np.empty(self.rows, np.uint64), np.empty(self.rows, np.int32)
+        results = np.empty((self.rows, words), np.uint64)
+        self.batch = Batch(results, hashes, origins, np.empty(operators, np.int32))
 
     def grow(self, most: int) -> bool:
         """Makes room for another batch of states; False if that would take more than `most` bytes."""
-        count = int(self.progress[0])
+        count = int(self.progress[COUNT])
         kept = self.states.nbytes + self.parents.nbytes + self.table.nbytes
         while count + self.rows > len(self.states):
             room = min(2 * len(self.states), MAX_ROWS)
@@ -91,12 +81,12 @@ class _BreadthFirstArrays:
 
 
 def _without_plan(status: Status, memory: _BreadthFirstArrays) -> SearchResult:
-    count, expanded, generated = memory.progress[:3].tolist()
+    count, expanded, generated = memory.progress[:GOAL].tolist()
     return SearchResult(status, None, None, expanded, generated, count)
 
 
 def _with_plan(compiled: CompiledTask, memory: _BreadthFirstArrays, never: Never) -> SearchResult:
-    count, expanded, generated, row, _ = memory.progress.tolist()
+    count, expanded, generated, row = memory.progress[: GOAL + 1].tolist()
     chain = []
     while row >= 0:
         chain.append(compiled.packing.number_of(memory.states[row]))

@@ -9,8 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
-from kabo.finite_domain.kernels.novelty import FULL, SOLVED, UNSOLVABLE
+from kabo.finite_domain.kernels import novelty
 from kabo.finite_domain.kernels.novelty import expand as _expand
+from kabo.finite_domain.kernels.records import (
+    COUNT,
+    EXPANDED,
+    FULL,
+    GOAL,
+    OPERATOR,
+    PARENT,
+    SOLVED,
+    UNSOLVABLE,
+    Task,
+)
 from kabo.finite_domain.kernels.seen import EMPTY, move_table
 from kabo.finite_domain.result import SearchResult
 from kabo.finite_domain.search.plain_novelty import MOST_PLAN_FACTS, pair_partitions, pair_words
@@ -24,7 +35,7 @@ def bfws_compiled(compiled: CompiledTask, start: int, never: Never, budget: Sear
     memory = _NoveltyArrays(compiled, start)
     size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
-        limit = budget.left(int(memory.progress[1]), max(1, min(2000, WORK_BETWEEN_LOOKS // size)))
+        limit = budget.left(int(memory.progress[EXPANDED]), max(1, min(2000, WORK_BETWEEN_LOOKS // size)))
         if not limit:
             return memory.without_plan("exhausted")
         if budget.stopped():
@@ -83,14 +94,14 @@ class _NoveltyArrays:
     def __init__(self, compiled: CompiledTask, start: int) -> None:
         self.compiled = compiled
         self.layout = novelty_layout(compiled)
-        self.able = np.empty(len(compiled.task.operators), np.int32)
-        words, self.width = compiled.packing.words, len(self.able)  # one expansion gives at most `width` states
+        words = compiled.packing.words
+        self.width = len(compiled.task.operators)  # one expansion gives at most `width` states
         room = max(1024, 2 * self.width)
         facts = compiled.changing.facts
         self.most_pairs = pair_partitions(facts)
         self.rooms: dict[str, NDArray[Any]] = {
             "states": np.empty((room, words), np.uint64),
-            "rows": np.empty((room, 7), np.int32),
+            "rows": np.empty((room, novelty.COLUMNS), np.int32),
             "reached": np.empty((room, MOST_PLAN_FACTS // 64), np.uint64),
             "plans": np.empty((room, 2), np.int32),
             "plan_facts": np.empty(room * MOST_PLAN_FACTS, np.int32),
@@ -101,50 +112,34 @@ class _NoveltyArrays:
         goals = len(compiled.normal.goal)
         self.numbered = np.full((goals + 1) * (MOST_PLAN_FACTS + 1), -1, np.int32)
         self.queues = np.full((3 * (goals + 1), 2), -1, np.int32)
-        self.progress = np.zeros(7, np.int64)
+        self.progress = np.zeros(novelty.STEPS, np.int64)
         self.rooms["states"][0] = compiled.packing.array(start)
-        self.relaxed = compiled.relaxation.for_kernels()
-        variables = len(compiled.normal.sizes)
-        self.true, self.holding = np.empty(variables, np.int32), np.full(compiled.relaxed.facts, -1, np.int64)
-        self.done, self.changing = np.empty(goals, np.int32), np.empty((2, variables), np.int32)
-        self.fact_bits = np.zeros((facts + 63) // 64, np.uint64)
+        view, variables = compiled.relaxation.for_kernels(), len(compiled.normal.sizes)
+        true = np.empty(variables, np.int32)
+        self.relaxed = novelty.Relaxed(view.table, view.scratch, np.empty(0, np.uint64), true, view.goal, view.out)
         self.after = np.empty((1, words), np.uint64)
-
-    def arguments(self, never: Never) -> tuple[Any, ...]:
-        """The arguments of the kernel but for the last two, its limits."""
-        room, relaxed = self.rooms, self.relaxed
-        return (
-            *self.compiled.arrays,
-            never,
-            self.layout,
-            room["states"],
-            room["rows"],
-            room["reached"],
-            self.known,
-            room["plans"],
-            room["plan_facts"],
-            self.numbered,
-            room["facts_seen"],
-            room["pairs_seen"],
-            self.queues,
-            self.progress,
-            relaxed.table,
-            relaxed.scratch,
-            self.true,
-            self.holding,
-            relaxed.goal,
-            relaxed.out,
-            np.empty(0, np.uint64),
-            self.done,
-            self.changing,
-            self.fact_bits,
-            self.able,
+        self.work = novelty.Work(
+            np.full(compiled.relaxed.facts, -1, np.int64),
+            np.empty(goals, np.int32),
+            np.empty((2, variables), np.int32),
+            np.zeros((facts + 63) // 64, np.uint64),
+            np.empty(len(compiled.task.operators), np.int32),
             self.after,
         )
 
+    def arguments(self, never: Never) -> tuple[Any, ...]:
+        """The arguments of the kernel but for the last two, its limits."""
+        store = novelty.Store(
+            known=self.known, **{name: self.rooms[name] for name in novelty.Store._fields if name != "known"}
+        )
+        partitions = novelty.Partitions(self.layout, self.numbered, self.queues, self.progress)
+        return Task(*self.compiled.arrays, never), store, partitions, self.relaxed, self.work
+
     def grow(self, most: int) -> bool:
         """Makes room for the successors of one more state; False if that would take more than `most` bytes."""
-        count, _, _, plans, plan_facts, partitions, _ = self.progress.tolist()
+        count, plans, plan_facts, partitions = self.progress[
+            [COUNT, novelty.PLANS, novelty.PLAN_FACTS, novelty.PARTITIONS]
+        ].tolist()
         width = self.width
         needed = {
             "states": count + width,
@@ -180,15 +175,15 @@ class _NoveltyArrays:
 
     def without_plan(self, status: Any) -> SearchResult:
         """The result of a search that ended with this status, without a plan."""
-        count, expanded, generated = self.progress[:3].tolist()
+        count, expanded, generated = self.progress[:GOAL].tolist()
         return SearchResult(status, None, None, expanded, generated, count)
 
     def with_plan(self, compiled: CompiledTask) -> SearchResult:
         """The result with the plan that was found."""
-        plan, row, rows = [], int(self.progress[6]), self.rooms["rows"]
+        plan, row, rows = [], int(self.progress[GOAL]), self.rooms["rows"]
         while row > 0:
-            plan.append(int(rows[row, 1]))
-            row = int(rows[row, 0])
+            plan.append(int(rows[row, OPERATOR]))
+            row = int(rows[row, PARENT])
         path = tuple(reversed(plan))
-        count, expanded, generated = self.progress[:3].tolist()
+        count, expanded, generated = self.progress[:GOAL].tolist()
         return SearchResult("solved", path, compiled.cost(path), expanded, generated, count)

@@ -12,7 +12,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
-from kabo.geometry.parts import COLUMNS, Enclosure, FixedGroup, Rounding
+from kabo.geometry.parts import COLUMNS, Enclosure, FixedGroup
+from kabo.meshes import Rounding
 
 LEVELS = 4  # of icospheres around a ball, with 12, 42, 162, 642 and 2562 corners
 SIDES = (16, 32, 64, 128)  # of polygons around a disc

@@ -4,15 +4,18 @@ Covers answer first, in microseconds; only pairs and configurations that they le
 enclosures, which may take seconds to make.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.children import never
+from kabo.errors import MeshError
 from kabo.geometry import Budget
 from kabo.geometry_server.answers import GeometryStatistics
+from kabo.geometry_server.preparation.enclosures import SceneEnclosures
+from kabo.geometry_server.preparation.preparing import Preparing, prepare
 from kabo.geometry_server.robot_models.covers import CoverSurroundings
 from kabo.geometry_server.robot_models.link_pairs import LinkPair, LinkPairs
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -22,7 +25,29 @@ SAMPLES = 2000  # configurations at which a pair must touch before it counts as 
 FIRST_SAMPLES = 16  # of them, tried first: most pairs are free in one of these
 HOME_SAMPLES = 4000  # configurations that are tried as a home
 HOME_MARGINS = (0.05, 0.02, 0.01)  # [m] between links of a home, the widest first; then epsilon
+OFTEN = 0.1  # share of configurations at which covers meet: for such pairs enclosures are worth their time
 FINE_TRIES = 60  # configurations that are tried on the links' enclosures
+
+
+class UnenclosedError(Exception):
+    """Links that have no enclosure, each with the reason."""
+
+    def __init__(self, links: Mapping[str, str]) -> None:
+        super().__init__(", ".join(links))
+        self.links = dict(links)
+
+
+class _Chosen(SceneEnclosures):
+    """The enclosures of some links alone."""
+
+    def __init__(self, scene: Scene, tolerance: float, chosen: Sequence[str]) -> None:
+        super().__init__(scene, tolerance)
+        self.chosen = list(chosen)
+
+    @property
+    def things(self) -> list[str]:
+        """The chosen links."""
+        return self.chosen
 
 
 @dataclass
@@ -33,6 +58,7 @@ class SelfContacts:
     name: str
     epsilon: float
     look: Callable[[], None] = never
+    told: Callable[[Preparing], None] | None = None
     _coarse: dict[float, LinkPairs] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -52,6 +78,28 @@ class SelfContacts:
         open_pairs = self.coarse(self.epsilon).meeting(q, pairs)
         return [pair for pair in open_pairs if self.fine.meets(pair, q)]
 
+    def _prepare(self, pairs: Iterable[LinkPair]) -> None:
+        """Makes the enclosures of the links of pairs, in parallel.
+
+        Raises:
+            UnenclosedError: some links have none.
+        """
+        wanted = dict.fromkeys(f"{self.name}.{link}" for pair in pairs for link in pair)
+        chosen = _Chosen(self.scene, self.fine.surroundings.budget.geometry, tuple(wanted))
+        chosen.look = self.look
+        try:
+            prepare(chosen, told=self.told)
+        except MeshError as error:
+            failed = {}
+            for name in wanted:
+                link = name.partition(".")[2]
+                own = [each for each in error.diagnostics if f'"{link}"' in each.message]
+                if own and not all(chosen.known(each) for each in chosen.elements(name)):
+                    failed[link] = own[0].message.rpartition('": ')[2]
+            if not failed:
+                raise
+            raise UnenclosedError(failed) from None
+
     def samples(self, count: int, seed: int = 0) -> Array:
         """Configurations (count, n) between the joints' limits, with the gripper's joints as well."""
         tree = self.robot.tree
@@ -61,11 +109,9 @@ class SelfContacts:
     def always(self) -> list[LinkPair]:
         """The pairs that may touch at every one of `SAMPLES` configurations."""
         configurations = self.samples(SAMPLES)
-        return [
-            pair
-            for pair in self._always_on_covers(configurations)
-            if self._touches(self.fine, pair, configurations)
-        ]
+        candidates = self._always_on_covers(configurations)
+        self._prepare(candidates)
+        return [pair for pair in candidates if self._touches(self.fine, pair, configurations)]
 
     def _always_on_covers(self, configurations: Array) -> list[LinkPair]:
         covers = self.coarse(self.epsilon)
@@ -78,7 +124,7 @@ class SelfContacts:
         return bool(first.all()) and bool(links.meets_at(pair, configurations[FIRST_SAMPLES:]).all())
 
     def free_configuration(
-        self, candidates: Iterable[Sequence[float]], pairs: Sequence[LinkPair], home: Array
+        self, candidates: Iterable[Array], pairs: Sequence[LinkPair], home: Array
     ) -> tuple[Array, float] | None:
         """A configuration without self-collision, and the clearance that its links are proven to have [m]; None if none.
 
@@ -89,19 +135,42 @@ class SelfContacts:
         """
         given = [np.asarray(each, np.float64) for each in candidates]
         tried = np.concatenate([np.array(given).reshape(-1, self.robot.tree.size), self._around(home)])
+        tried = np.clip(np.round(tried, 4), self.robot.tree.lower, self.robot.tree.upper)
+        outer = [pair for pair in pairs if not self._in_hand(pair)]
+        inner = [pair for pair in pairs if self._in_hand(pair)]
+        still = ~self.coarse(self.epsilon).any_meeting(tried, inner)
         for margin in (*HOME_MARGINS, self.epsilon):
             if margin < self.epsilon:
                 continue
-            free = np.flatnonzero(~self.coarse(margin).any_meeting(tried, pairs))
+            free = np.flatnonzero(still & ~self.coarse(margin).any_meeting(tried, outer))
             if len(free):
                 return tried[free[0]], margin
         return self._fine_free(tried, pairs)
 
+    def _in_hand(self, pair: LinkPair) -> bool:
+        """Whether both links belong to the gripper: no wide margin fits between them."""
+        gripper = self.robot.gripper
+        own = () if gripper is None else [name.partition(".")[2] for name in gripper.touch_links]
+        return pair[0] in own and pair[1] in own
+
     def _fine_free(self, tried: Array, pairs: Sequence[LinkPair]) -> tuple[Array, float] | None:
-        covers = self.coarse(self.epsilon)
-        for q in tried[:FINE_TRIES]:
-            if not [pair for pair in covers.meeting(q.tolist(), pairs) if self.fine.meets(pair, q.tolist())]:
-                return q, self.fine.surroundings.budget.clearance
+        """The first configuration that is free on enclosures: first of the pairs alone whose covers meet often."""
+        covers, clearance = self.coarse(self.epsilon), self.fine.surroundings.budget.clearance
+        often: dict[LinkPair, int] = {}
+        every = tried[:: max(1, len(tried) // FINE_TRIES)]
+        for q in every:
+            for pair in covers.meeting(q.tolist(), pairs):
+                often[pair] = often.get(pair, 0) + 1
+        stubborn = [pair for pair, count in often.items() if count > OFTEN * len(every)]
+        others = [pair for pair in pairs if pair not in stubborn]
+        self._prepare(stubborn)
+        apart = ~covers.any_meeting(tried, others)
+        for group in (tried[apart], tried[:FINE_TRIES]):
+            free = np.flatnonzero(~self.fine.any_meeting(group, stubborn)) if len(group) else ()
+            for q in group[free][:FINE_TRIES] if len(group) else ():
+                self._prepare(covers.meeting(q.tolist(), pairs))
+                if not self.meeting(q.tolist(), pairs):
+                    return q, clearance
         return None
 
     def _around(self, home: Array) -> Array:

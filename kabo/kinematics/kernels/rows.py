@@ -126,14 +126,19 @@ def direction_value(row, world_T, wrench):
     return value
 
 
+@lean_kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
+def row_value(row, world_T, wrench):
+    """The value of any row; writes its wrench."""
+    if row[KIND] < DIRECTION:
+        return position_value(row, world_T, wrench)
+    return direction_value(row, world_T, wrench)
+
+
 @lean_kernel  # (R, W) f8, (J, 12) f8, (R,) f8, (R, 6) f8 -> writes values and wrenches
 def evaluate(rows, world_T, values, wrenches):
     """Writes the value and the wrench of every row, at the given poses of the joints."""
     for i in range(rows.shape[0]):
-        if rows[i, KIND] < DIRECTION:
-            values[i] = position_value(rows[i], world_T, wrenches[i])
-        else:
-            values[i] = direction_value(rows[i], world_T, wrenches[i])
+        values[i] = row_value(rows[i], world_T, wrenches[i])
 
 
 @lean_kernel  # (R, 6) f8, (R,) i8, i8, (R, J) f8, (J,) i8, (J,) i8, (J, 12) f8, (R, n) f8 -> writes jacobian

@@ -22,6 +22,15 @@ def uniform(key, index, dimension):
     return np.float64(word >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
+@kernel  # i8, i8 -> f8
+def step_of(dimension, dimensions):
+    """By how much `stratified` moves along one of so many dimensions from one index to the next."""
+    root = 1.5
+    for _ in range(40):
+        root = (1.0 + root) ** (1.0 / (dimensions + 1.0))
+    return 1.0 / root ** (dimension + 1.0)
+
+
 @kernel  # u8, i8, i8, i8 -> f8 in [0, 1)
 def stratified(key, index, dimension, dimensions):
     """A number in [0, 1) as from `uniform`, except that consecutive indices fill [0, 1)^dimensions evenly.
@@ -29,11 +38,7 @@ def stratified(key, index, dimension, dimensions):
     An additive recurrence with the powers of the generalised golden ratio (the root of x^(d+1) = x + 1), which
     starts at a point that the key draws.
     """
-    root = 1.5
-    for _ in range(40):
-        root = (1.0 + root) ** (1.0 / (dimensions + 1.0))
-    start = uniform(key, np.int64(-1), dimension)
-    place = start + index * (1.0 / root ** (dimension + 1.0))
+    place = uniform(key, np.int64(-1), dimension) + index * step_of(dimension, dimensions)
     return place - np.floor(place)
 
 

@@ -72,6 +72,10 @@ def find_skeleton(
         found = (packed or PackedTask(task)).skeleton(search, geometry, limits)
         if found is not None:
             return found
+    if search == "best" and task.branchings and packed is not None:
+        linear = packed.linear(geometry, limits)
+        if linear is not None:
+            return linear
     counter = Counter(limits, on_progress)
     try:
         for may_wait in (False, True) if task.may_wait else (False,):

@@ -1,12 +1,15 @@
 """Finds skeletons of tasks without sensing by the packed searches of `kabo.finite_domain`."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 from kabo import finite_domain, tuning
 from kabo.budgets import Spent
 from kabo.knowledge import GroundedTask, unreachable_goals
+from kabo.knowledge.facts import open_entries
 from kabo.options import Search
+from kabo.planner.search.delete_relaxation import Relaxation
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -30,11 +33,25 @@ class PackedTask:
 
     @cached_property
     def compiled(self) -> "finite_domain.CompiledTask | None":
-        """The compiled finite-domain task, or None if finite domains cannot express the task."""
-        # Loads the searches in finite domains (20 files), which a task with sensing never needs.
+        """The compiled finite-domain task, or None if finite domains cannot express the task.
+
+        Of a task with sensing only the actions that sense nothing are compiled, if the goal may be reached with them.
+        """
+        # Loads the searches in finite domains (20 files), which a task that needs sensing never needs.
         from kabo.planner.search.to_finite_domain import classical_task
 
-        return classical_task(self.task)
+        task = self.task if not self.task.branchings else _without_sensing(self.task)
+        return None if task is None else classical_task(task)
+
+    def linear(self, geometry: Geometry | None, limits: SearchLimits) -> FoundSkeleton | None:
+        """A skeleton of a task with sensing that senses nothing; None if none is found with a limited effort.
+
+        The effort is a number of expansions, so the answer does not depend on the speed of the machine.
+        """
+        most = tuning.MAX_LINEAR_EXPANSIONS
+        most = most if limits.expansions is None else min(most, limits.expansions)
+        found = self.skeleton("best", geometry, SearchLimits(most, limits.deadline))
+        return found if isinstance(found, FoundSkeleton) else None
 
     def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
         """The result of a packed search; None if finite domains cannot express the task or its refused calls.
@@ -85,6 +102,25 @@ class PackedTask:
             action = self.task.actions[compiled.task.operators[number].owner]
             node = builder.act(action, 0 if attempts is None else attempts[number], (), node)
         return FoundSkeleton(Skeleton(node), statistics)
+
+
+def _without_sensing(task: GroundedTask) -> GroundedTask | None:
+    """The task without what it may sense; None if its goal is out of reach then, even under delete relaxation."""
+    if open_entries(task.initial, task.pending):
+        return None  # these are branched on at once
+    opened = {
+        id(update): open_entries(update.make, task.pending)
+        for action in task.actions
+        for update in action.effects.updates
+    }
+    kept = tuple(
+        action
+        for action in task.actions
+        if not action.sense and not any(opened[id(update)] for update in action.effects.updates)
+    )
+    plain = replace(task, actions=kept, branchings={}, pending=0)
+    found = Relaxation(plain).estimate(task.initial, range(len(task.goal)))
+    return None if found.value is None else plain
 
 
 def _spent(found: "finite_domain.SearchResult", limits: SearchLimits) -> Spent:

@@ -16,7 +16,7 @@ from kabo.finite_domain.task import Conditions
 from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
-from kabo.knowledge.queries import All, AllOf, AnyOf, Some
+from kabo.knowledge.queries import All, AllOf, AnyOf, Some, union
 
 
 class _NotFiniteDomain(Exception):
@@ -50,8 +50,10 @@ class _Converter:
         self.task = task
         self.places: list[_KnowledgeVariable] = []
         self._home: dict[int, _KnowledgeVariable] = {}
+        written = union(update.writes for action in task.actions for update in action.effects.updates)
         for group in task.groups:
-            if not isinstance(group, AtomBits | TermBits) or (isinstance(group, TermBits) and group.unequal):
+            plain = isinstance(group, AtomBits) or (isinstance(group, TermBits) and not group.unequal)
+            if not plain and (group.mask & written or not isinstance(group, TermBits)):
                 raise _NotFiniteDomain
             place = _KnowledgeVariable(len(self.places), group.text, group.mask, [task.initial & group.mask])
             self.places.append(place)

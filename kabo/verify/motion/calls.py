@@ -14,6 +14,7 @@ from kabo.language.formulas import Constant, ProcedureCall, Variable
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.plan import Node
+from kabo.scene import Scene
 
 KINDS = ("robot", "body", "region")
 
@@ -57,7 +58,7 @@ class Call:
         procedure: the procedure's name.
         things: all robots, bodies and regions that the call names, by kind and in order.
         roles: the name in each role of the spec, and in `region`.
-        keep, grasp, placement, mate, at: names of constraint, grasp family, placement, mate, configuration.
+        keep, grasp, placement, mate, at, sensor: names of constraint, grasp family, placement, mate, configuration, camera.
     """
 
     procedure: str
@@ -69,6 +70,7 @@ class Call:
     placement: str | None = None
     mate: str | None = None
     at: str | None = None  # the configuration in which a robot senses
+    sensor: str | None = None  # the camera that sees the object; None: any
     text: str = ""
 
     def __str__(self) -> str:
@@ -83,6 +85,11 @@ class Call:
     def bodies(self) -> tuple[str, ...]:
         """The bodies that the call names."""
         return self.things["body"]
+
+    def looks(self, scene: Scene) -> bool:
+        """Whether the call must end where a camera sees the object: it senses, and the robot has a camera."""
+        robot = scene.robots.get(self.roles.get("robot", ""))
+        return self.spec is not None and self.procedure == "sense" and robot is not None and bool(robot.sensors)
 
     def role(self, role: str | None) -> str | None:
         """The name of the thing in a role; None if the role is empty or is None."""
@@ -174,7 +181,7 @@ def _call(procedure: str, things: Mapping[str, tuple[str, ...]], arguments: Mapp
     roles = {"region": things["region"][0]} if things["region"] else {}
     if spec is not None:
         roles |= dict(zip(spec.robots, robots, strict=False)) | dict(zip(spec.bodies, bodies, strict=False))
-    given = {name: arguments.get(name) for name in ("keep", "grasp", "placement", "mate", "at")}
+    given = {name: arguments.get(name) for name in ("keep", "grasp", "placement", "mate", "at", "sensor")}
     chosen = {name: None if value in (None, "", "any") else value for name, value in given.items()}
     chosen["at"] = chosen["at"] or WHERE_SENSED.get(procedure)
     named = {name for names in things.values() for name in names}

@@ -9,6 +9,7 @@ from kabo.verify.motion.components import Components
 from kabo.verify.motion.overlaps import Motion
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Ambiguous, Situation, situation
+from kabo.verify.motion.views import check_view
 from kabo.verify.motion.walk import Walk, is_at
 from kabo.verify.report import Finding
 
@@ -71,6 +72,11 @@ def _check_motionless(
     """The findings about a node without motion: that is right only for sensing in the present configuration."""
     robot = next(iter(call.robots), None)
     if robot is None and call.spec is None:
+        return
+    if call.looks(world.scene):
+        yield from check_view(node, call, world, start.holding, start.standing, 0.0)
+        if content.after is not None:
+            yield Finding(node, "records a change, but nothing moves")
         return
     wanted = world.scene.robots[str(robot)].configurations.get(call.at or "")
     if call.at is None or (

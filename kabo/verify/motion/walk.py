@@ -27,6 +27,7 @@ from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Situation
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.sweep import Path, SweptBody
+from kabo.verify.motion.views import check_view
 from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.report import Finding
 
@@ -77,6 +78,8 @@ class Walk:
         ended = max(segment.times[-1] for segment in self.segments)
         yield from self.approaches.ended(ended)
         yield from check_end(self.node, self.call, self.world, self.changes, ended)
+        if self.call.looks(self.world.scene):
+            yield from check_view(self.node, self.call, self.world, self.holding, self.start.standing, ended)
         yield from Recorded(self.node, self.world, self.moved, self.before, self.changes, ended).check(content)
 
     def _begin(self, i: int) -> Iterator[Finding]:
@@ -239,7 +242,7 @@ def check_end(
         if holding.holder(name) != robot:
             yield Finding(node, f"{call} moves without holding {name}", time, (name,))
         yield from check_placement(node, time, call, world, holding.pose)
-    wanted = world.scene.robots[robot].configurations.get(call.at or "")
+    wanted = None if call.looks(world.scene) else world.scene.robots[robot].configurations.get(call.at or "")
     if wanted is not None and not is_at(world, robot, holding.q.get(robot), wanted):
         yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
 

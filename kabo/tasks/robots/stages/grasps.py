@@ -14,6 +14,7 @@ from kabo.geometry_server import (
     grasp_roles,
     grasp_stream,
     standing_of,
+    wherever,
 )
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot, Scene
@@ -166,7 +167,7 @@ def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | Non
     missing = min(bounds)
     if missing <= 0.0:
         return None
-    text = f"{name} is {missing:.3f} m out of reach of {robot.name}"
+    text = f"{name} is {missing:.3f} m out of reach of {robot.name}{wherever(robot)}"
     return Refusal("out_of_reach", text, reads=frozenset({name}), proof=True, missing=missing)
 
 

@@ -17,6 +17,7 @@ from kabo.geometry_server import (
     region_missing,
     tool_frame,
     uncontained,
+    wherever,
 )
 from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
@@ -75,7 +76,7 @@ class SamplePlacement(RobotStage, Monitor):
         results = []
         for stream in streams:
             retreat = stream.family.retreat
-            own: dict[str, Any] = {"target": PlacementTarget(robot.name, name, stream, region)}
+            own: dict[str, Any] = {"target": PlacementTarget(robot.name, name, stream, region, place.support)}
             own |= {"placement": stream.family.name, "support": place.support}
             own |= {} if retreat is None else {"retreat": Direction(retreat, name)}
             results.append(Result(scene, properties={**held, **own}, comment=stream.family.name))
@@ -100,7 +101,7 @@ class SamplePlacement(RobotStage, Monitor):
         missing = region_missing(robot, context.scene.bodies[name], region, tool_frame(robot))
         if missing <= 0.0:
             return None
-        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}{wherever(robot)}"
         return Refusal("out_of_reach", text, proof=True, missing=missing)
 
     def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:

@@ -1,0 +1,276 @@
+"""Makes the entry of a robot for scenes from its URDF: joints, tool, gripper, home, pairs of links that always touch."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.children import never
+from kabo.errors import Diagnostic, InputError, MeshError, did_you_mean
+from kabo.geometry_server.preparation.preparing import Preparing
+from kabo.geometry_server.robot_models.grippers import GripperModel, measured
+from kabo.geometry_server.robot_models.hands import Hand, Tree, hand_at, hands_of
+from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
+from kabo.geometry_server.robot_models.self_contacts import SelfContacts, UnenclosedError
+from kabo.language.scene_description import (
+    ContactPattern,
+    GripperDescription,
+    PoseDescription,
+    RobotDescription,
+    SceneDescription,
+)
+from kabo.language.semantic_description import SemanticDescription
+from kabo.language.srdf import read_srdf
+from kabo.meshes import require_closed
+from kabo.scene import Robot, Scene, load_scene
+from kabo.scene.semantics import Groups
+from kabo.scene.urdf_file import read_urdf
+
+HOME_WORDS = (
+    "home",
+    "ready",
+    "rest",
+    "default",
+    "arm_up",
+    "half_sitting",
+    "folded",
+    "tuck",
+)  # of states tried first
+NOT_CLOSED = "the mesh is not closed"
+DECIMALS = 4  # of joint values that are written [rad or m]
+
+
+@dataclass(frozen=True)
+class AlwaysPair:
+    """Two links that touch at every configuration; `depth` is that of a proof [m], None if it was only sampled."""
+
+    first: str
+    second: str
+    depth: float | None
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A robot as `kabo robot` found it.
+
+    Args:
+        robot: loaded with all of the following.
+        hand: the arm and its gripper's joints.
+        others: the ends of further arms, which stand still.
+        gripper: measured; None without one.
+        home: a configuration (n,) without self-collision, the gripper open; None if none was found.
+        margin: how far its links are proven to be apart there at least, neighbours aside [m].
+        always: pairs that touch always.
+        hulls: links that are replaced by their hulls, and why.
+        visual: links without collision geometry, whose visual geometry is used.
+    """
+
+    name: str
+    urdf: Path
+    srdf: Path | None
+    epsilon: float
+    robot: Robot
+    hand: Hand
+    others: tuple[Hand, ...]
+    gripper: GripperModel | None
+    home: Array | None
+    margin: float
+    always: tuple[AlwaysPair, ...]
+    hulls: Mapping[str, str]
+    visual: tuple[str, ...]
+
+    @property
+    def hull_reasons(self) -> dict[str, list[str]]:
+        """The links that are replaced by their hulls, by reason."""
+        reasons: dict[str, list[str]] = {}
+        for link, why in self.hulls.items():
+            reasons.setdefault(why, []).append(link)
+        return reasons
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What the user of `kabo robot` chose: the arm's last link, or a group of the SRDF; None: kabo chooses."""
+
+    tip: str | None = None
+    group: str | None = None
+
+
+def make_robot_model(
+    urdf: Path,
+    srdf: Path | None,
+    *,
+    name: str,
+    epsilon: float,
+    wishes: Wishes | None = None,
+    look: Callable[[], None] = never,
+    told: Callable[[Preparing], None] | None = None,
+) -> RobotModel:
+    """The model of a robot.
+
+    Args:
+        urdf: the URDF file, or a xacro file.
+        srdf: its SRDF file, if there is one.
+        name: the name of the robot in the scene.
+        epsilon: the accuracy [m] with which links are checked.
+        wishes: what the user chose.
+        look: called now and then; it may raise.
+        told: called with what is prepared.
+
+    Raises:
+        InputError: a file has errors: all of them; or what the user chose does not exist.
+    """
+    file = read_urdf(urdf, {}, None)
+    semantics = None
+    if srdf is not None:
+        semantics, found = read_srdf(srdf, None)
+        if errors := [each for each in found if each.severity == "error"]:
+            raise InputError(errors)
+    description = RobotDescription(name, urdf, PoseDescription(), semantics=semantics)
+    order = list(_scene(description, epsilon, look).robots[name].model.names)[1:]
+    tree = Tree(file.joints, frozenset(file.mimics))
+    hands = _hands(tree, order, wishes or Wishes(), semantics)
+    if not hands:
+        raise InputError([_nothing_moves(urdf)])
+    description, gripper = _with_hand(description, hands[0], tree, epsilon, look)
+    hulls = _open_links(_scene(description, epsilon, look).robots[name])
+    contacts, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
+    robot = contacts.robot
+    return RobotModel(
+        name, urdf, srdf, epsilon, robot, hands[0], tuple(hands[1:]), gripper, home, margin,
+        tuple(AlwaysPair(*pair, always_overlap(robot, pair)) for pair in always), hulls, file.visual,
+    )  # fmt: skip
+
+
+def _nothing_moves(urdf: Path) -> Diagnostic:
+    said = f'robot file "{urdf.name}" has no joint that an arm could move'
+    return Diagnostic(
+        str(urdf), 1, 1, said, "joints are revolute, continuous or prismatic, and mimic no other one"
+    )
+
+
+def _scene(description: RobotDescription, epsilon: float, look: Callable[[], None]) -> Scene:
+    robots = {description.name: description}
+    return load_scene(SceneDescription("robot", epsilon, robots, {}, {}, {}, {}, (), {}, description.urdf), look)
+
+
+def _hands(tree: Tree, order: Sequence[str], wishes: Wishes, semantics: SemanticDescription | None) -> list[Hand]:
+    """The ends of all arms, the chosen one first."""
+    hands = hands_of(tree, order)
+    if wishes.tip is not None:
+        chosen = hand_at(tree, order, wishes.tip)
+        return [chosen, *(hand for hand in hands if hand.arm != chosen.arm)]
+    if wishes.group is None:
+        return hands
+    groups = Groups.of(semantics, tree.joints)
+    if wishes.group not in groups.groups:
+        hint = did_you_mean(wishes.group, groups.groups) or "groups are those of the SRDF file: --srdf FILE"
+        raise InputError([Diagnostic("--group", 1, 1, f'unknown group "{wishes.group}"', hint)])
+    inside = set(groups.joints_of(wishes.group))
+    arm = tuple(
+        joint for joint in order if joint in inside and joint not in tree.mimics and not tree.is_hand(joint)
+    )
+    if not arm:
+        said = f'group "{wishes.group}" has no joint of an arm'
+        raise InputError([Diagnostic("--group", 1, 1, said, "name the group of the arm, not that of the hand")])
+    at = next((hand for hand in hands if hand.arm[-1] == arm[-1]), None)
+    chosen = (
+        replace(at, arm=arm)
+        if at is not None
+        else replace(hand_at(tree, order, tree.joints[arm[-1]].child), arm=arm)
+    )
+    return [chosen, *(hand for hand in hands if hand is not at)]
+
+
+def _with_hand(
+    description: RobotDescription, hand: Hand, tree: Tree, epsilon: float, look: Callable[[], None]
+) -> tuple[RobotDescription, GripperModel | None]:
+    """The description with the joints of an arm and its gripper, and the gripper as measured."""
+    described = replace(description, joints=hand.arm, tool_frame=hand.tool)
+    if not hand.joints:
+        return described, None
+    bare = replace(described, gripper=GripperDescription(joints=hand.joints))
+    robot = _scene(bare, epsilon, look).robots[description.name]
+    moved = [link for link in robot.links if any(joint in hand.moved for joint in tree.way(link))]
+    gripper = measured(robot, hand, moved)
+    if gripper is None:
+        return bare, None
+    opened, closed = (
+        {j: _rounded(v, robot, j) for j, v in each.items()} for each in (gripper.open, gripper.closed)
+    )
+    gripper = replace(gripper, open=opened, closed=closed)
+    links = GripperDescription(None, None, hand.joints, opened, closed, gripper.touch_links)
+    return replace(described, gripper=links), gripper
+
+
+def _rounded(value: float, robot: Robot, joint: str) -> float:
+    """A joint value as it is written: rounded, and within its limits."""
+    i = robot.joint_names.index(joint)
+    return float(min(max(round(value, DECIMALS), float(robot.tree.lower[i])), float(robot.tree.upper[i])))
+
+
+def _open_links(robot: Robot) -> dict[str, str]:
+    """The links whose meshes are open, each with the reason: they have no convex parts."""
+    found = {}
+    for link in robot.links.values():
+        for element in link.elements:
+            try:
+                if element.kind == "mesh":
+                    require_closed(element.mesh)
+            except MeshError:
+                found[link.name] = NOT_CLOSED
+    return found
+
+
+def _checked(
+    description: RobotDescription, hulls: dict[str, str], gripper: GripperModel | None, asked: "_Asked"
+) -> tuple[SelfContacts, list[tuple[str, str]], tuple[Array | None, float]]:
+    """The robot's self-contacts, the pairs that always touch, and a home; `hulls` gets links that cannot be enclosed."""
+    while True:
+        described = replace(description, hulls=tuple(hulls))
+        try:
+            always = asked.contacts(described).always()
+            described = replace(described, contacts=tuple(ContactPattern(*pair) for pair in always))
+            contacts = asked.contacts(described)
+            return contacts, always, _home(contacts, gripper)
+        except UnenclosedError as error:
+            if set(error.links) <= set(hulls):
+                raise InputError([_no_hull(description.urdf, *item) for item in error.links.items()]) from None
+            hulls.update(error.links)
+
+
+def _no_hull(urdf: Path, link: str, why: str) -> Diagnostic:
+    hint = "give the link a box, a cylinder or a sphere, or a mesh with an inside"
+    return Diagnostic(str(urdf), 1, 1, f'link "{link}" cannot be enclosed, nor its hull: {why}', hint)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """The accuracy [m], and who is told of what is done."""
+
+    epsilon: float
+    look: Callable[[], None]
+    told: Callable[[Preparing], None] | None
+
+    def contacts(self, description: RobotDescription) -> SelfContacts:
+        """The self-contacts of a robot."""
+        scene = _scene(description, self.epsilon, self.look)
+        return SelfContacts(scene, description.name, self.epsilon, self.look, self.told)
+
+
+def _home(contacts: SelfContacts, gripper: GripperModel | None) -> tuple[Array | None, float]:
+    """A configuration without self-collision with the gripper open, and its proven margin [m]."""
+    robot = contacts.robot
+    zero = np.clip(np.zeros(robot.tree.size), robot.tree.lower, robot.tree.upper)
+    middle = 0.5 * (robot.tree.lower + robot.tree.upper)
+    named = [robot.configurations[word] for word in HOME_WORDS if word in robot.configurations]
+    named += [values for word, values in robot.configurations.items() if word not in HOME_WORDS]
+    candidates = [np.concatenate([values, zero[robot.planned :]]) for values in named]
+    candidates += [zero, np.where(np.abs(middle) < 1e-3, 0.0, middle)]
+    for q in candidates:
+        for joint, value in ({} if gripper is None else gripper.open).items():
+            q[robot.joint_names.index(joint)] = value
+    found = contacts.free_configuration(candidates, contacts.fine.pairs, candidates[-2])
+    return (None, 0.0) if found is None else found
