@@ -1,7 +1,6 @@
 """Preparation: parts of all links and bodies, in processes, told line by line, kept when cut off, faults all at once."""
 
 import os
-import re
 from pathlib import Path
 
 import numpy as np
