@@ -22,6 +22,10 @@ class Solid:
     vertices: Array  # (V, 3) [m]
     faces: Integers  # (F, 3)
 
+    def __getstate__(self) -> dict[str, object]:
+        """What is sent to another process: the mesh, but not what was computed from it."""
+        return {"vertices": self.vertices, "faces": self.faces}
+
     @cached_property
     def tree(self) -> tuple[Array, Integers, Array]:
         """The box tree of the triangles: boxes (N, 6), children (N, 2), and triangles (F, 3, 3) in leaf order."""

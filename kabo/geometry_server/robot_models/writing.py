@@ -63,8 +63,8 @@ def _geometry(model: RobotModel) -> Iterator[str]:
             f"These links have no collision geometry; their visual one is used: {', '.join(model.visual)}."
         )
     if model.hulls:
-        for link, why in model.hulls.items():
-            yield from _comment(f"{link}: {why}.")
+        for why, links in model.hull_reasons.items():
+            yield from _comment(f"Taken as hulls, {why}: {', '.join(links)}.")
         yield from _comment("Hollows of hulls count as filled; close a mesh to have it taken as it is.")
         yield from _list("hulls", list(model.hulls))
 
