@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from kabo.geometry import Solid
 from kabo.geometry_server import GeometryServer, make_robot_model, robot_findings, robot_scene_text
 from kabo.geometry_server.robot_models.covers import covers_of
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
@@ -34,7 +35,7 @@ KNOT = """<robot name="knot">
 def solids() -> list[trimesh.Trimesh]:
     tall = trimesh.creation.cylinder(0.05, 0.6)
     turned = tall.copy()
-    turned.apply_transform(trimesh.transformations.random_rotation_matrix([0.1, 0.7, 0.3]))
+    turned.apply_transform(trimesh.transformations.random_rotation_matrix(np.array([0.1, 0.7, 0.3])))
     return [
         trimesh.creation.icosphere(radius=0.2),
         trimesh.creation.annulus(0.05, 0.1, 0.3),
@@ -45,12 +46,13 @@ def solids() -> list[trimesh.Trimesh]:
 
 @pytest.mark.parametrize("solid", solids())
 def test_every_point_of_a_solid_lies_in_one_of_its_covers(solid: trimesh.Trimesh) -> None:
-    covers = covers_of(Mesh(np.asarray(solid.vertices, float), np.asarray(solid.faces, np.int64)))
+    mesh = Mesh(np.ascontiguousarray(solid.vertices, float), np.ascontiguousarray(solid.faces, np.int64))
+    covers = covers_of(mesh)
     assert len(covers) > 1
     rng = np.random.default_rng(3)
     low, high = solid.bounds
     points = low + rng.random((4000, 3)) * (high - low)
-    points = np.concatenate([points[solid.contains(points)], solid.vertices])
+    points = np.concatenate([points[Solid(mesh.vertices, mesh.faces).insides(points)], solid.vertices])
     hulls = [trimesh.PointCloud(cover).convex_hull for cover in covers]
     normals = [
         (hull.face_normals, np.einsum("ij,ij->i", hull.face_normals, hull.triangles[:, 0])) for hull in hulls
@@ -86,7 +88,9 @@ def test_the_pairs_that_meet_are_those_of_the_geometry_server(arm: Scene) -> Non
 
 def test_a_configuration_that_is_found_is_free_for_the_geometry_server(arm: Scene) -> None:
     contacts = SelfContacts(arm, "r", 0.01)
-    blocked = next(q for q in contacts.samples(200, seed=5) if contacts.meeting(q.tolist()))
+    opened = contacts.samples(200, seed=5)
+    opened[:, 3] = 0.04
+    blocked = next(q for q in opened if contacts.meeting(q.tolist()))
     found = contacts.free_configuration([blocked], contacts.fine.pairs, blocked)
     assert found is not None
     q, margin = found
@@ -136,13 +140,15 @@ def test_what_is_written_loads_without_a_finding_and_is_the_same_each_time(tmp_p
 def test_a_home_in_collision_is_an_error_with_the_depth(tmp_path: Path) -> None:
     write_arm(tmp_path)
     (tmp_path / "scene.yaml").write_text(
-        "scene: s\nepsilon: 0.01\nrobots:\n  r:\n    urdf: small.urdf\n    joints: [shoulder, elbow, turn]\n"
-        "    configurations: {home: [0, 2.4, 0], up: [0, 0, 0]}\n"
-        "    allowed_contacts: [[left, right], [hand, '*']]\n"
+        "scene: s\nepsilon: 0.01\nrobots:\n  r:\n    urdf: small.urdf\n"
+        "    configurations: {home: [0, 0, 0, 0], bent: [0, 1, 0, 0]}\n"
     )
     found = robot_findings(load_scene_description(tmp_path / "scene.yaml"))
-    assert found
-    assert all('configuration "home"' in each.message for each in found)
+    said = 'configuration "{}" of robot "r": "r.left" and "r.right" overlap by at least'
+    for name, severity in (("home", "error"), ("bent", "warning")):
+        (told,) = [each for each in found if each.message.startswith(said.format(name))]
+        assert (told.line, told.severity) == (5, severity)
+        assert "allowed_contacts: [[left, right]]" in (told.hint or "")
 
 
 def test_values_are_rounded_into_their_limits() -> None:
