@@ -12,11 +12,9 @@ import trimesh
 
 import kabo
 from kabo.arrays import Array
+from kabo.errors import MeshError
 from kabo.geometry import Enclosure, FixedGroup, MovingGroup, enclosing_parts
-from kabo.geometry.bounding.decomposition import proven_deviation
-from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, solid_points
-from kabo.geometry.bounding.pieces import parts_of_pieces
-from kabo.geometry.triangles.solids import Solid
+from kabo.meshes import hull_of, load_mesh
 from kabo.scene import REVOLUTE, KinematicTree, Mesh, load_scene, world_T
 
 Triangles = tuple[Array, npt.NDArray[np.int64]]
@@ -24,9 +22,7 @@ Triangles = tuple[Array, npt.NDArray[np.int64]]
 ROOT = Path(__file__).resolve().parent.parent
 PANDA = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots/panda_description"
 PANDA_LINKS = (*(f"panda_link{i}" for i in range(8)), "panda_hand", "panda_leftfinger", "panda_rightfinger")
-PANDA_TOLERANCE = (
-    0.004  # metres: what the bench allows each body; proven of the objects, assumed of the Pandas' links
-)
+PANDA_TOLERANCE = 0.004  # metres: what epsilon = 1 cm leaves to each body
 
 
 @dataclass(frozen=True)
@@ -146,7 +142,7 @@ def bar() -> Arrangement:
 
 def _thing(name: str, joint: int, pose: Array, mesh: Mesh, tolerance: float, made: dict[str, Enclosure]) -> Thing:
     if mesh.digest not in made:
-        made[mesh.digest] = enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
+        made[mesh.digest] = enclosing_parts(mesh, tolerance)
     return Thing(name, joint, pose, made[mesh.digest], (mesh.vertices, mesh.faces))
 
 
@@ -154,9 +150,7 @@ def _thing(name: str, joint: int, pose: Array, mesh: Mesh, tolerance: float, mad
 
 
 def pandas() -> Arrangement:
-    """Two Pandas on a table with six objects; links in slices that enclose their meshes, loosely at bends.
-
-    Seven of the ten meshes of links are open: they have no inside, to which a distance of parts could be proven.
+    """Two Pandas on a table with six objects, as a scene has them: the links' collision meshes, hulls of open ones.
 
     Raises:
         FileNotFoundError: the extra `robots` is not installed.
@@ -234,29 +228,12 @@ def _tree(model, base: Array) -> KinematicTree:  # type: ignore[no-untyped-def]
 
 def _panda_link(name: str) -> tuple[Enclosure, Triangles]:
     file = name.removeprefix("panda_").replace("left", "").replace("right", "")
-    mesh = trimesh.load(PANDA / "meshes/visual" / f"{file}.dae", force="mesh")
-    mesh.merge_vertices()
-    made = _slices(np.asarray(mesh.vertices), np.asarray(mesh.edges_unique), 4 if "finger" in name else 6)
-    return _enclosure(made), _triangles(mesh)
-
-
-def _slices(points: Array, edges: npt.NDArray[np.int64], count: int) -> list[Array]:
-    """The points of a surface in slices across its longest direction, with those where a cut meets an edge."""
-    along = points @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
-    bounds = np.linspace(along.min(), along.max(), count + 1)
-    low, high = along[edges[:, 0]], along[edges[:, 1]]
-    cuts = [np.empty((0, 3))] * (count + 1)
-    for i in range(1, count):
-        meets = (low - bounds[i]) * (high - bounds[i]) < 0
-        share = ((bounds[i] - low[meets]) / (high[meets] - low[meets]))[:, None]
-        cuts[i] = points[edges[meets, 0]] * (1 - share) + points[edges[meets, 1]] * share
-    inside = [points[(along >= a) & (along <= b)] for a, b in zip(bounds, bounds[1:], strict=False)]
-    return [np.vstack([inside[i], cuts[i], cuts[i + 1]]) for i in range(count)]
-
-
-def _enclosure(pieces: Sequence[Array]) -> Enclosure:
-    parts = tuple(enclosing_polytope(solid_points(piece, 1e-4), enough=0.01) for piece in pieces)
-    return Enclosure(parts, PANDA_TOLERANCE)
+    mesh = load_mesh(PANDA / "meshes/collision" / f"{file}.stl")
+    try:
+        made = enclosing_parts(mesh, PANDA_TOLERANCE)
+    except MeshError:  # it is open, and has no inside
+        made = enclosing_parts(hull_of(mesh), PANDA_TOLERANCE)
+    return made, (mesh.vertices, mesh.faces)
 
 
 def _triangles(mesh: trimesh.Trimesh) -> Triangles:
@@ -295,33 +272,9 @@ def _objects() -> dict[str, tuple[Enclosure, Triangles]]:
         for mesh, shift in zip(meshes, shifts.get(name, ((0, 0, 0),)), strict=True):
             mesh.apply_translation(np.add(position, shift))
         whole = trimesh.util.concatenate(meshes)
-        ring = name in ("bearing", "pipe")
-        points = _sectors(whole, position, 9) if ring else [np.asarray(mesh.vertices) for mesh in meshes]
-        made[name] = _proven(_triangles(whole), points), _triangles(whole)
+        triangles = _triangles(whole)
+        made[name] = enclosing_parts(Mesh(*triangles), PANDA_TOLERANCE), triangles
     return made
-
-
-def _proven(mesh: Triangles, pieces: Sequence[Array]) -> Enclosure:
-    """The parts of convex pieces that hold a closed mesh together, and what is proven of them.
-
-    Raises:
-        ValueError: nothing could be proven.
-    """
-    solid = Solid(*mesh)
-    parts = parts_of_pieces(solid, pieces, PANDA_TOLERANCE)
-    if parts is None:
-        raise ValueError("the pieces are not proven to hold the mesh, or not to be near it")
-    return Enclosure(tuple(parts), proven_deviation(solid, parts, PANDA_TOLERANCE))
-
-
-def _sectors(ring: trimesh.Trimesh, centre: tuple[float, float, float], count: int) -> list[Array]:
-    """The vertices of a ring in equal sectors that share their ends; `count` sectors end at vertices of 96 sides."""
-    points = np.asarray(ring.vertices)
-    angle = np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]) % (2 * np.pi)
-    middles = 2 * np.pi * (np.arange(count) + 0.5) / count
-    half = np.pi / count + 2 * np.pi / 96  # to the next corner beyond either end
-    away = np.abs((angle[None] - middles[:, None] + np.pi) % (2 * np.pi) - np.pi)
-    return [points[row <= half + 1e-9] for row in away]
 
 
 def scenes(which: str) -> list[Arrangement]:

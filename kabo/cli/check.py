@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Prints every finding and returns the exit code: 2 if at least one finding is an error."""
     with clean_standard_output():
-        found = rooms.check_files(options.files)
+        found = rooms.check_files(options.files, options.surrounding.preparing)
     errors = sum(finding.severity == "error" for finding in found)
     if options.json:
         print_json({"valid": errors == 0, "diagnostics": [rooms.diagnostic_to_json(finding) for finding in found]})

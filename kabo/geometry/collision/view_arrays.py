@@ -203,7 +203,16 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head = np.zeros(HEAD_PLACES, np.int64)
     whole = [head, np.zeros(COUNTER_PLACES, np.int64), chain.joints, made.bodies.groups, sizes, made.children]
     whole += [np.zeros((parts + 1, 2), np.int64), made.bodies.pairs, made.bodies.allowed, listed]
-    numbers = [*chain[1:], *made.extents, made.packed.diameters, world_T, rows, np.zeros(12), np.zeros(3)]
+    numbers = [
+        *chain[1:],
+        *made.extents,
+        made.packed.diameters,
+        world_T,
+        np.zeros((3, joints)),
+        rows,
+        np.zeros(12),
+        np.zeros(3),
+    ]
     numbers += [np.zeros((4, 3)), np.zeros((4, 3)), rounds]
     arrays = [*whole, *numbers, made.packed.blocks]
     starts = list(accumulate((array.size for array in arrays), _in_python(after), initial=0))
@@ -212,7 +221,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_ROWS, columns
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, made.offset
     memory = _laid_out(arrays, starts, room=SWEEP_POOL_ROWS * 3 * columns)
-    *_, diameters, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
+    *_, diameters, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
     counters, _, _, sizes, children, stack, *_ = _in_python(whole_numbers_of)(memory)
     search = Search(made.offset, axis, simplex, points, counters)
     return memory, Hulls(blocks, sizes, rounds), Tree(children, diameters, stack), search

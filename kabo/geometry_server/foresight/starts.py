@@ -42,10 +42,13 @@ class StartFault:
     proven: bool = True
 
 
-def start_faults(surroundings: SceneSurroundings) -> tuple[StartFault, ...]:
-    """Everything that is wrong at the start with what can be grasped, in the order of the scene; computed once."""
+def start_faults(surroundings: SceneSurroundings, *, parts: bool = True) -> tuple[StartFault, ...]:
+    """Everything that is wrong at the start with what can be grasped, in the order of the scene; computed once.
+
+    Without `parts` no convex part is made, and things that are only near are not told.
+    """
     found: tuple[StartFault, ...] = surroundings.remembered(
-        ("start faults",), lambda: tuple(_Start(surroundings).faults())
+        ("start faults", parts), lambda: tuple(_Start(surroundings, parts).faults())
     )
     return found
 
@@ -77,8 +80,8 @@ class _Thing:
 class _Start:
     """The things of a scene at its start."""
 
-    def __init__(self, surroundings: SceneSurroundings) -> None:
-        self.surroundings, self.scene = surroundings, surroundings.scene
+    def __init__(self, surroundings: SceneSurroundings, parts: bool) -> None:
+        self.surroundings, self.scene, self.parts = surroundings, surroundings.scene, parts
         state = self.scene.start
         bodies = {name: (body.mesh, world_T(self.scene, state, name)) for name, body in self.scene.bodies.items()}
         for name, robot in self.scene.robots.items():
@@ -119,6 +122,8 @@ class _Start:
         done.add(pair)
         if geometry.exact_collides(own.group(), other.group()):
             return self._overlap(own, other)
+        if not self.parts:
+            return None
         apart = geometry.exact_distance(own.group(), other.group())
         if TOUCHING < apart < epsilon and self._is_taken_to_touch(own.name, other.name):
             said = (

@@ -59,10 +59,11 @@ def _mesh_findings(scene: Scene, description: SceneDescription, name: str) -> It
             if (extent := _extent(element.mesh)) < SMALL_EXTENT:
                 yield _tiny(link.name, name, extent, element.place or described.place)
     hulls = dict.fromkeys([*robot.hulls, *(word for word, _ in failed)])
-    for word, finding in failed:
+    for number, (word, finding) in enumerate(failed, 1):
         said = f'link "{word}" of robot "{name}": {finding.message}'
-        hint = f"write in the scene: hulls: [{', '.join(hulls)}]; or close the mesh, e.g. with kabo bound --repair"
-        yield replace(finding, message=said, hint=hint)
+        whole = number == len(failed)  # once is enough to paste
+        every = f"write in the scene: hulls: [{', '.join(hulls)}]" if whole else f"hulls: [{word}]"
+        yield replace(finding, message=said, hint=f"{every}; or close the mesh, e.g. with kabo bound --repair")
 
 
 def _extent(mesh: Mesh) -> float:

@@ -57,7 +57,8 @@ def read_file_path(reader: Reader, node: YamlNode | None, what: str, packages: M
     if text.startswith(_SCHEME):
         package, _, rest = text[len(_SCHEME) :].partition("/")
         if package not in packages:
-            hint = reader.findings.near(package, packages) or "declare it: packages: {NAME: folder}"
+            folder = INSTALLED if installed_folder(package) is not None else "folder"
+            hint = reader.findings.near(package, packages) or f"declare it: packages: {{{package}: {folder}}}"
             reader.findings.add(node.place, f'unknown package "{package}"', hint)
             return None
         path = Path(beside(str(packages[package]), rest))

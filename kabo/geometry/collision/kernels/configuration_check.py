@@ -28,7 +28,7 @@ from kabo.geometry.collision.kernels.descent import FINAL, put_children
 from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
 from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
-from kabo.scene.kernels.poses import forward_kinematics
+from kabo.geometry.collision.kernels.sines import frames_of
 
 
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
@@ -149,8 +149,8 @@ def first_hit(q, memory):
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, diameters, world_T, rows, pose, axis, simplex, points,
-        rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, diameters, world_T, angles, rows, pose, axis, simplex,
+        points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]
@@ -163,7 +163,7 @@ def first_hit(q, memory):
     counters[CHECKS] += 1
     if not usable(q, bound):
         return UNUSABLE
-    forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
+    frames_of(q, joints, factors, placement, angles, world_T)
     _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
     for g in range(moving):
         for word in range(allowed.shape[1]):

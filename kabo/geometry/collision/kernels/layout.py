@@ -35,9 +35,9 @@ def numbers_of(memory):
     """The floating-point arrays in a memory: of `Chain`, `Extents`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
     factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 6) and groups (G, 6), diameters (B,), world_T
-    (J, 12), rows (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3), rounds
-    (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that sweeps
-    place.
+    (J, 12), angles (3, J), rows (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3),
+    rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that
+    sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
@@ -49,6 +49,7 @@ def numbers_of(memory):
     group_extents, start = window(memory, start, (whole[GROUPS], 6)), after(start, 6 * whole[GROUPS])
     diameters, start = window(memory, start, (whole[PARTS],)), after(start, whole[PARTS])
     world_T, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
+    angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
     rows, start = window(memory, start, (6, columns)), after(start, 6 * columns)
     pose, start = window(memory, start, (12,)), after(start, 12)
     axis, start = window(memory, start, (3,)), after(start, 3)
@@ -57,8 +58,8 @@ def numbers_of(memory):
     rounds = window(memory, start, (rows_of_hulls, 5))
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
-        factors, placement, bound, part_extents, group_extents, diameters, world_T, rows, pose, axis, simplex, points,
-        rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, diameters, world_T, angles, rows, pose, axis, simplex,
+        points, rounds, blocks,
     )  # fmt: skip
 
 
