@@ -216,11 +216,11 @@ def test_parts_that_stick_out_too_far_or_are_mirrored_or_stretched_are_made_anew
 
 
 def test_scaled_and_moved_copies_share_the_cache(angle: Mesh, tmp_path: Path) -> None:
-    own = Mesh(angle.vertices, angle.faces)
-    first = enclosing_parts(own, TOLERANCE, cache=tmp_path)
+    own, cache = Mesh(angle.vertices, angle.faces), tmp_path / "cache"
+    first = enclosing_parts(own, TOLERANCE, cache=cache)
     copy = Mesh(own.vertices * 0.31 + [3.0, -2.0, 7.0], own.faces)
-    again = enclosing_parts(copy, 0.31 * TOLERANCE, cache=tmp_path)
-    assert len(list(tmp_path.iterdir())) == 1
+    again = enclosing_parts(copy, 0.31 * TOLERANCE, cache=cache)
+    assert len(list(cache.iterdir())) == 1
     assert again.deviation <= 0.31 * TOLERANCE
     for one, other in zip(first.parts, again.parts, strict=True):
         np.testing.assert_allclose(one * 0.31 + [3.0, -2.0, 7.0], other, atol=1e-12)
