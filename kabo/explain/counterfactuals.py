@@ -63,15 +63,15 @@ def candidates(
     """The changes that the failed calls suggest, the most promising first; at most `most` of them."""
     needed = [finding for finding in findings if not finding.dispensable] or list(findings)
     found = list(dict.fromkeys(_suggested(problem, surroundings, needed)))
-    return found[:most]
+    last = [change for change in found if isinstance(change, SmallerEpsilon)]
+    others = [change for change in found if not isinstance(change, SmallerEpsilon)]
+    return [*others[: max(0, most - len(last))], *last][:most]
 
 
 def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding]) -> Iterator[Change]:
     for finding in findings[:MAX_BLAMED_CALLS]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
-    if any(finding.because_of_epsilon for finding in findings):
-        yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))
     farthest: dict[str, LeastMove] = {}
     floors: dict[str, str] = {}
     for finding in findings:
@@ -88,6 +88,9 @@ def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequ
         elif may_grow(problem, floors[robot]):
             larger = (FloorLarger(robot, floors[robot], round(move.metres + more, 3)) for more in FLOOR_MARGINS_M)
             yield from larger
+    # Last: the parts of all bodies are made anew for it, which may take the time of all other changes.
+    if any(finding.because_of_epsilon for finding in findings):
+        yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))
 
 
 def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
@@ -140,7 +143,9 @@ def _tried(
             certificate=False,
             cancelled=means.cancelled,
         )
-    except InputError:  # without the body the problem is not valid: something else names it
-        return None
+    except InputError as error:
+        if isinstance(change, BodyRemoved):  # without the body the problem is not valid: something else names it
+            return None
+        return Counterfactual(change, "not_tried", None, error.diagnostics[0].message)
     actions = None if result.plan is None else plan_statistics(result.plan).plan_actions
     return Counterfactual(change, result.status, actions)

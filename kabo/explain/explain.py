@@ -55,7 +55,7 @@ class Explanation:
     `summary`: one to three sentences. `layers`: the number of layers of the delete relaxation. `reachable`:
     whether the last layer contains the whole goal. `findings`: the procedure calls that failed. `counterfactuals`:
     the changes that were tried. `complete`: whether kabo's reasoning about knowledge is complete for this problem;
-    if not, "never holds" and "never known" are not proven.
+    if not, "never holds" and "never known" are not proven. `start`: what is wrong with the scene at its start.
     """
 
     verdict: Verdict
@@ -68,6 +68,7 @@ class Explanation:
     findings: tuple[Finding, ...] = ()
     counterfactuals: tuple[Counterfactual, ...] = ()
     complete: bool = True
+    start: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         lines = list(self.summary)
@@ -77,6 +78,8 @@ class Explanation:
         for goal in self.unreachable_goals:
             lines.append(f"  - {goal.text}, {self.nearest(goal)}:")
             lines += [f"      {sentence}" for sentence in goal.why]
+        if self.start:
+            lines += ["\nAt the start:", *(f"  - {said}" for said in self.start)]
         lines += report(self.findings, self.counterfactuals)
         so_far = "" if self.complete else ", as far as kabo's knowledge goes"
         for title, sentences in (
@@ -157,7 +160,7 @@ def explain(
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
     more = ((), ()) if found is None else (found.findings, found.counterfactuals)
-    return Explanation(*said, *more, not judged.gaps)
+    return Explanation(*said, *more, not judged.gaps, () if found is None else found.start)
 
 
 def _has_motions(problem: Problem) -> bool:
@@ -217,6 +220,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
             "unused_actions": list(explanation.unused_actions),
             "never_known": list(explanation.never_known),
         },
+        "start": list(explanation.start),
         "procedures": [_finding_to_json(finding) for finding in explanation.findings],
         "counterfactuals": [each.json() for each in explanation.counterfactuals],
     }
@@ -231,6 +235,8 @@ def _finding_to_json(finding: Finding) -> dict[str, Any]:
         "calls": finding.attempts,
         "successes": finding.successes,
         "failures": failures,
+        "measures": [asdict(measure) for measure in finding.measures],
+        "needed": finding.needed,
     }
 
 

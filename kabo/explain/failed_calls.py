@@ -7,14 +7,16 @@ base that brings them within reach is computed.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from kabo.errors import CutOff
 from kabo.explain.findings import Finding, LeastMove, Row
-from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Pair, Refusal, shortfall_of
+from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, millimetres, shortfall_of
+from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
+from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN, Record, Where
@@ -28,16 +30,21 @@ MAX_PATH_SEARCHES = 6  # failed searches for a path after which a call is not re
 MAX_REPEATED_PATH_SEARCHES = 2  # searches for a path that are checked again, for each check
 
 
-def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Finding]:
+def examined(asked: GeometricProcedures, task: GroundedTask, stop: Callable[[], bool]) -> list[Finding]:
     """The findings about the failed procedure calls of a run, the most informative first.
 
     Args:
         asked: the server that answered the calls of the run; it is not changed.
+        task: the grounded problem.
         stop: called periodically; when it returns True, the findings so far are returned.
     """
     failed = [item for item in asked.records.of.items() if item[1].places and item[1].places[0].attempt == 0]
-    ranked = sorted(failed, key=lambda item: _rank(item[0], item[1], asked))
-    examiner = _Examiner(asked, stop)
+    known = {call for call, _ in failed}
+    cut = ((call, where) for call, where in asked.records.unfinished.items() if call not in known)
+    failed += [(call, Record(places=[where])) for call, where in cut]
+    needed = needed_calls(task, [(call, record.places[0].refusal) for call, record in failed])
+    ranked = sorted(failed, key=lambda item: (item[0] not in needed, *_rank(item[0], item[1], asked)))
+    examiner = _Examiner(asked, needed, stop)
     found = []
     for call, record in () if stop() else ranked[:MAX_CALLS]:
         try:
@@ -83,8 +90,10 @@ class _Seen:
 class _Examiner:
     """Repeats failed calls on a server of its own, which shares only the scene with the run."""
 
-    def __init__(self, asked: GeometricProcedures, stop: Callable[[], bool]) -> None:
-        given = asked.server
+    def __init__(
+        self, asked: GeometricProcedures, needed: Container[GroundCall], stop: Callable[[], bool]
+    ) -> None:
+        given, self.needed = asked.server, needed
         own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, stop)
         self.asked, self.scene, self.stop, self.seen = asked, given.scene, stop, _Seen()
         self.procedures = GeometricProcedures(own, asked.folder)
@@ -108,7 +117,39 @@ class _Examiner:
         message, proof = where.refusal.comment, where.refusal.proof
         others = _dispensable(call, self.asked)
         floor = None if robot is None else self._floor(robot)
-        return Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
+        found = Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
+        measures = self._measures(where, seen, () if floor is not None else nearer, robot)
+        needed, handed = call in self.needed, self._handed_by(call, where)
+        return replace(found, measures=measures, needed=needed, handed_by=handed)
+
+    @staticmethod
+    def _measures(
+        where: Where, seen: _Seen, nearer: Sequence[LeastMove], robot: str | None
+    ) -> tuple[Measure, ...]:
+        """Of every limit that was not met the value that came nearest; of what is out of reach, the least move as well."""
+        nearest: dict[str, Measure] = {}
+        for measure in (each for refusal in (where.refusal, *seen.attempts) for each in refusal.measures):
+            best = nearest.get(measure.name)
+            nearest[measure.name] = measure if best is None or measure.missing < best.missing else best
+        name = f"base of {robot}"
+        if nearer and nearer[-1].metres and name not in nearest:
+            x, y, z = (round(value, 3) + 0.0 for value in nearer[-1].by)
+            said = (
+                f"the base of {robot} would do {millimetres(nearer[-1].metres)} away, by ({x:g}, {y:g}, {z:g}) m"
+            )
+            nearest[name] = Measure(name, said, 0.0, nearer[-1].metres)
+        return tuple(nearest.values())
+
+    def _handed_by(self, call: GroundCall, where: Where) -> tuple[str, ...]:
+        """The other robots that have brought the call's object to where it was when the call failed."""
+        named = [str(value) for value in call.arguments]
+        own = next((name for name in named if name in self.scene.robots), None)
+        thing = next((name for name in named if name in self.scene.movable), None)
+        if own is None or thing is None or where.situation.objects[thing] == (self.scene.start.objects[thing],):
+            return ()
+        done = (other for other, record in self.asked.records.of.items() if record.successes)
+        others = (str(value) for other in done if thing in other.arguments for value in other.arguments)
+        return tuple(dict.fromkeys(name for name in others if name in self.scene.robots and name != own))
 
     def _floor(self, robot: str) -> str | None:
         """The region that a robot's base drives in; None if the base stands."""
@@ -120,11 +161,11 @@ class _Examiner:
         return self.seen.ways >= MAX_PATH_SEARCHES or self.stop()
 
     def _rows(self, seen: _Seen, missing: float | None) -> Iterator[Row]:
-        counts = Counter((each.reason, _worst(each)) for each in seen.attempts)
-        passing = Counter((each.reason, _worst(each)) for each in self._passing(seen, self.exact))
-        for (reason, pair), count in sorted(counts.items(), key=lambda item: (-item[1], str(item[0]))):
+        counts = Counter((each.reason, _worst(each), _said(each)) for each in seen.attempts)
+        passing = Counter((each.reason, _worst(each), _said(each)) for each in self._passing(seen, self.exact))
+        for (reason, pair, said), count in sorted(counts.items(), key=lambda item: (-item[1], str(item[0]))):
             far = missing if reason == "out_of_reach" else None
-            yield Row(reason, pair, count, far, passing[reason, pair])
+            yield Row(reason, pair, count, far, passing[reason, pair, said], said)
 
     def _passing(self, seen: _Seen, context: Any, without: str | None = None) -> list[Refusal]:
         """The blocked attempts that pass in another context, or without a body."""
@@ -168,6 +209,12 @@ class _Examiner:
             least = min(moves, key=lambda each: each.metres, default=None)
             found += [] if least is None else [LeastMove(least.metres, least.by)]
         return tuple(found), robot
+
+
+def _said(refusal: Refusal) -> str | None:
+    """What a stage said of an attempt for which no number, pair or distance speaks."""
+    told = refusal.measures or refusal.pairs or refusal.reason in ("out_of_reach", "no_path", "collision")
+    return None if told or not refusal.comment else refusal.comment
 
 
 def _worst(refusal: Refusal) -> Pair | None:

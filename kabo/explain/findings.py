@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from kabo.geometry_server.answers import Pair
+from kabo.geometry_server.foresight.measures import Measure
 from kabo.language.formulas import GroundCall
 
 
@@ -23,7 +24,7 @@ class Row:
     """The number of attempts at a call that failed for the same reason, for the same pair of bodies or robots.
 
     `missing`: the distance by which the target is out of reach [m]. `because_of_epsilon`: the number of these
-    attempts that succeed with exact geometry.
+    attempts that succeed with exact geometry. `said`: what the stage itself said, where no pair and no distance is told.
     """
 
     reason: str
@@ -31,6 +32,7 @@ class Row:
     count: int
     missing: float | None = None
     because_of_epsilon: int = 0
+    said: str | None = None
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,9 @@ class Finding:
     `dispensable`: another robot could do the task. `freed`: for each blocking body, the number of attempts that
     succeed without it. `nearer`: displacements of the base of `robot` that bring the target within reach, the last
     one at the same height. `floor`: the region that its base drives in, if it does; `nearer` then are displacements of
-    this region.
+    this region. `measures`: the numbers on which the failures rest, of every limit the nearest one.
+    `needed`: no plan does without this call. `handed_by`: the robots that have brought the object to where this
+    call's robot fails to take it.
     """
 
     call: GroundCall
@@ -55,6 +59,9 @@ class Finding:
     robot: str | None = None
     nearer: tuple[LeastMove, ...] = ()
     floor: str | None = None
+    measures: tuple[Measure, ...] = ()
+    needed: bool = False
+    handed_by: tuple[str, ...] = ()
 
     @property
     def refused(self) -> int:
@@ -144,22 +151,29 @@ class Counterfactual:
     """A change, and the result of solving the problem with it.
 
     `plan_actions`: the number of actions on the longest branch of the plan that was found; None if none was found.
+    `why`: why the change could not be tried.
     """
 
     change: Change
-    result: Literal["solved", "no_plan", "exhausted"]
+    result: Literal["solved", "no_plan", "exhausted", "not_tried"]
     plan_actions: int | None = None
+    why: str | None = None
 
     def json(self) -> dict[str, Any]:
         """The JSON object for a change and its result, in the schema `kabo-explain-1`."""
-        return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions}
+        told = {} if self.why is None else {"why": self.why}
+        return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions, **told}
 
 
 @dataclass(frozen=True)
 class Obstacles:
-    """The result of solving with geometry, and if no plan was found, the reasons, the main finding first."""
+    """The result of solving with geometry, and if no plan was found, the reasons, the main finding first.
+
+    `start`: what is wrong with the scene at its start, and what can never be done in it.
+    """
 
     verdict: Literal["solvable", "proved", "exhausted"]
     summary: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
     counterfactuals: tuple[Counterfactual, ...] = ()
+    start: tuple[str, ...] = ()

@@ -1,14 +1,17 @@
 """Explains why a symbolic plan has no motions: solves with geometry, examines failed calls, tries single changes."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any, Literal
 
+from kabo.errors import InputError
 from kabo.explain.counterfactuals import MAX_CHANGES, TrialBudget, candidates, tried
 from kabo.explain.failed_calls import examined
 from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import main_finding, summary
+from kabo.geometry_server import StartFault, start_faults, start_findings
+from kabo.knowledge import ground
 from kabo.language.problem import Problem
 from kabo.planner.result import Progress, Result
 from kabo.planner.solve import solve
@@ -66,6 +69,7 @@ def obstacles(
     )
     options = {**options, "max_samples": samples, "max_expansions": expansions}
     asked: list[GeometricProcedures] = []
+    told = _foreseen(problem)
     result = solve(
         problem,
         **options,
@@ -76,12 +80,14 @@ def obstacles(
         on_procedures=asked.append,
     )
     if result.reason is None:
-        return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
+        return Obstacles("solvable", ("There is a plan, with a motion for every action.",), start=told)
     if not asked:  # cut off before any procedure could be asked
         why = "; ".join((result.reason.message, *result.reason.details))
-        return Obstacles("exhausted", (f"{KNOWN}; whether there are motions for it is open: {why}.",))
-    findings = examined(asked[0], clock.stop)
+        first = f"{KNOWN}; whether there are motions for it is open: {why}."
+        return Obstacles("exhausted", (first, *told[:1]), start=told)
     surroundings, used = asked[0].server.surroundings, asked[0].statistics.samples
+    faults = start_faults(surroundings, parts=False)
+    findings = examined(asked[0], ground(problem), clock.stop)
     others = tried(
         problem,
         surroundings,
@@ -89,11 +95,27 @@ def obstacles(
         TrialBudget(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
         **options,
     )
-    return _summarised(result, findings, others, surroundings.budget.epsilon)
+    found = _summarised(result, findings, others, faults, surroundings.budget.epsilon)
+    return (
+        replace(found, start=told) if findings else replace(found, start=told, summary=(*found.summary, *told[:1]))
+    )
+
+
+def _foreseen(problem: Problem) -> tuple[str, ...]:
+    """What `kabo check` warns about without convex parts, as sentences; nothing if the scene does not load."""
+    assert problem.scene is not None
+    try:
+        return tuple(f"{finding.message}." for finding in start_findings(problem.scene, parts=False))
+    except InputError:
+        return ()
 
 
 def _summarised(
-    result: Result, findings: list[Finding], others: list[Counterfactual], epsilon: float
+    result: Result,
+    findings: list[Finding],
+    others: list[Counterfactual],
+    faults: Sequence[StartFault],
+    epsilon: float,
 ) -> Obstacles:
     verdict: Literal["proved", "exhausted"] = "proved" if result.status == "no_plan" else "exhausted"
     main, reason = main_finding(findings, others), result.reason
@@ -102,5 +124,13 @@ def _summarised(
         found = ", but not for geometry" if verdict == "proved" else OPEN
         return Obstacles(verdict, (f"{KNOWN}{found}{text}.",))
     lines = summary(verdict, reason.budget, main, others, epsilon)
+    blamed = [fault for fault in faults if fault.kind in ("overlap", "inside") and _concerns(fault, main)]
+    if blamed:  # whatever was sampled, this came first
+        lines[1] = f"{blamed[0].said}."
     ordered = (main, *(finding for finding in findings if finding is not main))
     return Obstacles(verdict, tuple(lines), ordered, tuple(others))
+
+
+def _concerns(fault: StartFault, finding: Finding) -> bool:
+    """Whether a fault at the start is about a thing that a failed call names."""
+    return not {str(value) for value in finding.call.arguments}.isdisjoint(fault.things)

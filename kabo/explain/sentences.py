@@ -15,7 +15,11 @@ EXHAUSTED = {
     "time": "No plan was found before the time was up",
     "memory": "No plan was found with as much memory as allowed",
 }
-RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, and that is no proof"}
+RESULTS = {
+    "no_plan": "no plan, which is proven",
+    "exhausted": "none was found, and that is no proof",
+    "not_tried": "it could not be tried",
+}
 
 
 def main_finding(findings: Sequence[Finding], counterfactuals: Sequence[Counterfactual]) -> Finding | None:
@@ -40,6 +44,9 @@ def summary(
 ) -> list[str]:
     """Up to three sentences: the call that failed, the reason, and what tried changes would help."""
     failed = "can never succeed" if finding.proof else "never succeeded"
+    if finding.handed_by:
+        call, given = finding.call.arguments, listed(finding.handed_by, "or")
+        failed = f"never succeeded after {given} had put {call[1]} down: {given} cannot hand it over to {call[0]}"
     if finding.successes:
         failed = f"failed in a state that mattered (and succeeded {counted(finding.successes, 'time')} elsewhere)"
     first = "There is no plan, which is proven" if verdict == "proved" else EXHAUSTED[budget or "samples"]
@@ -57,14 +64,15 @@ def why(finding: Finding, epsilon: float) -> str:
     reason = reasons.most_common(1)[0][0] if reasons else "empty_family"
     if reason not in BLOCKED_REASONS:
         if reason == "out_of_reach" and finding.missing:
-            floor = (
-                ""
-                if finding.floor is None
-                else f", wherever on {finding.floor} the base of {finding.robot} stands"
-            )
-            return f"It is out of reach by {finding.missing:.3f} m{floor}."
-        said = finding.message.partition(": ")[2] or finding.message
-        return f"{said[0].upper()}{said[1:]}."
+            floor = ""
+            if finding.floor is not None:
+                floor = f", wherever on {finding.floor} the base of {finding.robot} stands"
+            told = "; ".join(measure.text for measure in finding.measures)
+            return f"It is out of reach by {finding.missing:.3f} m{floor}{f': {told}' if told else ''}."
+        return _sentence(finding.message.partition(": ")[2] or finding.message)
+    wide = _too_wide(finding)
+    if reason == "collision" and wide is not None:
+        return _sentence(wide)
     share = finding.because_of_epsilon
     samples = _of(share, finding.refused)
     if 2 * share > finding.refused:
@@ -75,6 +83,18 @@ def why(finding: Finding, epsilon: float) -> str:
     too = f", {share} of them only because of epsilon = {epsilon:g}" if share else ""
     how = "hidden" if reason == "hidden" else "blocked"
     return f"It was {how} by {body} in {_of(count, finding.refused)}{too}."
+
+
+def _sentence(said: str) -> str:
+    """A clause as a sentence; a name such as `cup_1` with which it begins keeps its spelling."""
+    return f"{said}." if "_" in said.partition(" ")[0] else f"{said[0].upper()}{said[1:]}."
+
+
+def _too_wide(finding: Finding) -> str | None:
+    """The width of the object beyond the gripper's opening, if the object itself is what is hit most often."""
+    hit = finding.rows[0].between or ()
+    found = (each for each in finding.measures if each.name.partition(".")[0] in hit)
+    return next((each.text for each in found), None)
 
 
 def _of(count: int, total: int) -> str:
@@ -106,6 +126,7 @@ def report(findings: Sequence[Finding], others: Sequence[Counterfactual]) -> Ite
         yield f"  - {finding.call}, {answers}{finding.refused} of {counted(finding.attempts, 'sample')} refused:"
         for row in finding.rows:
             yield f"      {row.count} {_row(row)}"
+        yield from (f"      {measure.text}" for measure in finding.measures if measure.text not in finding.message)
         for name, count in finding.freed:
             yield f"      {count} of them pass without {name}"
         if finding.proof:
@@ -114,7 +135,7 @@ def report(findings: Sequence[Finding], others: Sequence[Counterfactual]) -> Ite
         yield "\nWhat one change would do:"
     for each in others:
         actions = f"a plan of {counted(each.plan_actions or 0, 'action')}"
-        yield f"  - {each.change}: {RESULTS.get(each.result, actions)}"
+        yield f"  - {each.change}: {RESULTS.get(each.result, actions)}{f': {each.why}' if each.why else ''}"
 
 
 def _row(row: Row) -> str:
@@ -123,4 +144,5 @@ def _row(row: Row) -> str:
         between = "" if row.between is None else f", mostly for {row.between[0]} and {row.between[1]}"
     far = "" if row.missing is None else f" by {row.missing:.3f} m"
     only = f", {row.because_of_epsilon} of them only because of epsilon" if row.because_of_epsilon else ""
-    return f"{row.reason.replace('_', ' ')}{far}{between}{only}"
+    said = "" if row.said is None else f": {row.said}"
+    return f"{row.reason.replace('_', ' ')}{far}{between}{only}{said}"

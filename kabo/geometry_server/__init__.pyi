@@ -28,11 +28,14 @@ from kabo.geometry_server.extras import Extra as Extra
 from kabo.geometry_server.extras import extra as extra
 from kabo.geometry_server.extras import padding as padding
 from kabo.geometry_server.foresight.findings import start_findings as start_findings
+from kabo.geometry_server.foresight.joints import limiting_joint as limiting_joint
 from kabo.geometry_server.foresight.measures import Measure as Measure
 from kabo.geometry_server.foresight.measures import degrees as degrees
 from kabo.geometry_server.foresight.measures import millimetres as millimetres
 from kabo.geometry_server.foresight.openings import opening_of as opening_of
 from kabo.geometry_server.foresight.openings import too_wide as too_wide
+from kabo.geometry_server.foresight.reaches import base_measure as base_measure
+from kabo.geometry_server.foresight.reaches import reach_measures as reach_measures
 from kabo.geometry_server.foresight.regions import uncontained as uncontained
 from kabo.geometry_server.foresight.starts import StartFault as StartFault
 from kabo.geometry_server.foresight.starts import start_faults as start_faults

@@ -12,6 +12,7 @@ from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.options import Options
 from kabo.planner.geometry.procedure_server import ProcedureServer
+from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Result
 from kabo.planner.search.contingent import find_skeleton
@@ -123,13 +124,15 @@ def without_plan(
     """
     if isinstance(found, Exhausted):
         why = "interrupted" if run.stop.interrupted else found.budget
-        return Result("exhausted", None, statistics, exhausted(found.budget, failures, why))
+        needed = needed_calls(task, failures) if len(failures) > 1 else frozenset()
+        return Result("exhausted", None, statistics, exhausted(found.budget, failures, why, needed))
     unproved = beyond_reasoning(verdict_of(run.problem), failures) if proved else None
     if unproved is not None:
         return Result("exhausted", None, statistics, unproved)
     if proved:
         return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
-    return Result("exhausted", None, statistics, exhausted("samples", failures))
+    needed = needed_calls(task, failures) if len(failures) > 1 else frozenset()
+    return Result("exhausted", None, statistics, exhausted("samples", failures, needed=needed))
 
 
 def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from kabo.errors import CutOff
 from kabo.geometry_server import Answer, GeometryServer, GeometryStatistics, Refusal, Situation, Stream, Success
 from kabo.language.formulas import GroundCall
 from kabo.language.source import beside
@@ -24,7 +25,7 @@ from kabo.tasks.core import InitialisationError, Solution, Stage, Task
 from kabo.tasks.core.model.results import Refused
 from kabo.tasks.files.running import located_at_stage
 from kabo.tasks.learned import learned_in
-from kabo.tasks.records import FORESEEN, Records
+from kabo.tasks.records import FORESEEN, Records, Where
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
 
@@ -184,13 +185,18 @@ class GeometricProcedures:
         scene = TaskScene.of(self.server.context(effort, hasty), situation)
         try:
             found = asked.task.plan(scene, attempt + 1, stop=stop)
+            if len(found) <= attempt:
+                self.server.look()  # raises CutOff if planning was cut off: then the failures so far prove nothing
+        except CutOff:
+            if asked.refusals.tallies:
+                so_far = replace(self._refusal(call, situation, asked.refusals, bool(attempt)), proof=False)
+                self.records.unfinished[call] = Where(situation, attempt, effort, so_far)
+            raise
         except (InitialisationError, ValueError) as error:
             told = located_at_stage(self.bind(call).file, asked.task, error)
             if told is None:
                 raise
             raise told from error
-        if len(found) <= attempt:
-            self.server.look()  # raises CutOff if planning was cut off: then the failures so far prove nothing
         self._asked[key] = asked
         if len(self._asked) > MAX_CACHED_TASKS:
             del self._asked[next(iter(self._asked))]

@@ -49,6 +49,7 @@ class Records:
     """The records of all calls, in order of their first answer."""
 
     of: dict[GroundCall, Record] = field(default_factory=dict)
+    unfinished: dict[GroundCall, Where] = field(default_factory=dict)  # cut off: what was refused until then
 
     def note(self, call: GroundCall, situation: Situation, attempt: int, effort: int, answer: Answer) -> None:
         """Counts an answer to a call in the call's record."""

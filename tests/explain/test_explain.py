@@ -257,7 +257,7 @@ def test_domains_are_solvable(name):
 def test_what_geometry_refuses_is_told():
     given = load_problem(ROOT / "domains" / "bartender/four_bottles.yaml")
     region = given.scene.regions["dishwasher"]
-    away = replace(region, pose=replace(region.pose, frame="world", position=(5.0, 0.0, 0.2)))
+    away = replace(region, pose=replace(region.pose, frame="world", position=(5.0, 0.0, 0.155)))
     given = replace(given, scene=replace(given.scene, regions={**given.scene.regions, "dishwasher": away}))
     found = explain(given, timeout=600.0, changes=0)
     jsonschema.validate(explanation_to_json(found), SCHEMA)

@@ -42,10 +42,13 @@ class StartFault:
     proven: bool = True
 
 
-def start_faults(surroundings: SceneSurroundings) -> tuple[StartFault, ...]:
-    """Everything that is wrong at the start with what can be grasped, in the order of the scene; computed once."""
+def start_faults(surroundings: SceneSurroundings, *, parts: bool = True) -> tuple[StartFault, ...]:
+    """Everything that is wrong at the start with what can be grasped, in the order of the scene; computed once.
+
+    Without `parts` no convex part is made, and things that are only near are not told.
+    """
     found: tuple[StartFault, ...] = surroundings.remembered(
-        ("start faults",), lambda: tuple(_Start(surroundings).faults())
+        ("start faults", parts), lambda: tuple(_Start(surroundings, parts).faults())
     )
     return found
 
@@ -77,8 +80,8 @@ class _Thing:
 class _Start:
     """The things of a scene at its start."""
 
-    def __init__(self, surroundings: SceneSurroundings) -> None:
-        self.surroundings, self.scene = surroundings, surroundings.scene
+    def __init__(self, surroundings: SceneSurroundings, parts: bool) -> None:
+        self.surroundings, self.scene, self.parts = surroundings, surroundings.scene, parts
         state = self.scene.start
         bodies = {name: (body.mesh, world_T(self.scene, state, name)) for name, body in self.scene.bodies.items()}
         for name, robot in self.scene.robots.items():
@@ -98,9 +101,12 @@ class _Start:
             pairs = [
                 fault for other in self.things if (fault := self._pair(own, other, carried, done)) is not None
             ]
-            yield from pairs
+            hanging: list[StartFault] = []
             if not carried and not any(fault.kind in ("overlap", "inside") for fault in pairs):
-                yield from self._unsupported(own)
+                hanging = list(self._unsupported(own))
+            above = {fault.things for fault in hanging}
+            yield from (fault for fault in pairs if fault.things not in above)
+            yield from hanging
 
     # --------------------------------------------------------------------------------------------------- pairs
     def _pair(
@@ -119,6 +125,8 @@ class _Start:
         done.add(pair)
         if geometry.exact_collides(own.group(), other.group()):
             return self._overlap(own, other)
+        if not self.parts:
+            return None
         apart = geometry.exact_distance(own.group(), other.group())
         if TOUCHING < apart < epsilon and self._is_taken_to_touch(own.name, other.name):
             said = (

@@ -1,6 +1,6 @@
 """The reasons why there is no plan, as sentences for users."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 
 from kabo.geometry_server.answers import Refusal
 from kabo.knowledge import GroundedTask, Verdict, unreachable_goals
@@ -82,12 +82,22 @@ def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Refu
     return Reason(None, "reasoning", BEYOND, (*sentences, *_listed(failures)))
 
 
-def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Refusal]], why: str | None = None) -> Reason:
+def exhausted(
+    budget: str,
+    failures: Sequence[tuple[GroundCall, Refusal]],
+    why: str | None = None,
+    needed: Container[GroundCall] = (),
+) -> Reason:
     """The reason that a budget was spent, with the calls that were refused until then.
 
-    `why`: a more specific cause for the message, such as an interruption; by default the name of the budget.
+    Args:
+        budget: the name of the budget.
+        failures: the refused calls, each with one refusal.
+        why: a more specific cause for the message, such as an interruption; by default the name of the budget.
+        needed: the calls that every plan needs; they are told first.
     """
-    return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _listed(failures))  # type: ignore[arg-type]
+    listed = _listed(failures, needed)
+    return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", listed)  # type: ignore[arg-type]
 
 
 def _verbosity(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
@@ -95,8 +105,8 @@ def _verbosity(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
     return item[1].proof, -item[1].attempts
 
 
-def _listed(failures: Sequence[tuple[GroundCall, Refusal]]) -> tuple[str, ...]:
-    ordered = sorted(failures, key=_verbosity)
+def _listed(failures: Sequence[tuple[GroundCall, Refusal]], needed: Container[GroundCall] = ()) -> tuple[str, ...]:
+    ordered = sorted(failures, key=lambda item: (item[0] not in needed, *_verbosity(item)))
     sentences = [refused(call, failure) for call, failure in ordered[:SHOWN_REFUSALS]]
     if len(failures) > SHOWN_REFUSALS:
         sentences.append(f"… and {len(failures) - SHOWN_REFUSALS} more")

@@ -6,7 +6,7 @@ This module and its imports load the kernels, so `solve` imports it only for pro
 from dataclasses import replace
 from time import perf_counter
 
-from kabo.geometry_server import GeometryServer, prepare
+from kabo.geometry_server import GeometryServer, prepare, start_faults
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
@@ -75,10 +75,23 @@ def unsuccessful_calls(
     A refusal is discarded before its call is repeated with more samples, and the run may end before the
     repetition.
     """
-    found = geometry.failures()
-    known = {call for call, _ in found}
-    more = ((call, record) for call, record in server.records.of.items() if call not in known)
-    return [*found, *((call, each.places[0].refusal) for call, each in more if each.places and not each.successes)]
+    records = server.records
+    told = {
+        call: each.places[0].refusal for call, each in records.of.items() if each.places and not each.successes
+    }
+    # What was tried with the greatest effort says more than what was known of the start.
+    found = {call: told.get(call, refusal) for call, refusal in geometry.failures()}
+    cut = {call: where.refusal for call, where in records.unfinished.items() if call not in records.of}
+    return list({**told, **cut, **found}.items())
+
+
+def with_start_faults(result: Result, server: GeometricProcedures) -> Result:
+    """The result of a run without a plan, in whose reason stands first what is wrong with the scene at its start."""
+    faults = start_faults(server.server.surroundings, parts=False)
+    if result.reason is None or not faults:
+        return result
+    details = (*(fault.said for fault in faults), *result.reason.details)
+    return replace(result, reason=replace(result.reason, details=details))
 
 
 def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:

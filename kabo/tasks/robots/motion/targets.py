@@ -16,15 +16,18 @@ from kabo.geometry_server import (
     BATCH_SAMPLES,
     WORLD,
     Candidate,
+    Destination,
     Frame,
     GraspStream,
     Measure,
     Pair,
     PlacementStream,
     Stream,
+    grasps_there,
     lies_inside,
     millimetres,
     outside,
+    reach_measures,
     standing_of,
     too_wide,
     tool_frame,
@@ -75,6 +78,10 @@ class GraspTarget:
     stream: GraspStream
     object: str
 
+    def out_of_reach(self, scene: TaskScene) -> tuple[Measure, ...]:
+        """What keeps the robot from every grasp: a joint's limit, and where its base would do; nothing if it has one."""
+        return reach_measures(scene.context.surroundings, self.stream.stream, self.object)
+
     def too_wide(self, scene: TaskScene) -> Measure | None:
         """The width of the object beyond the gripper's opening as it is now; None if it may fit between the fingers."""
         robot, family = scene.robot(self.robot), self.stream.family
@@ -107,6 +114,28 @@ class PlacementTarget:
     object: str
     stream: PlacementStream
     region: str | None
+    support: str | None = None
+
+    def out_of_reach(self, scene: TaskScene) -> tuple[Measure, ...]:
+        """What keeps the robot from every grasp of the object at the nearest place; nothing if it has one there.
+
+        It does not depend on how the object is held: a robot may be able to grasp it otherwise.
+        """
+        context, robot = scene.context, scene.robot(self.robot)
+        region = None if self.region is None else context.scene.regions[self.region]
+        place = Destination(self.support, region)
+        pose = (
+            b"" if self.support is None else context.surroundings.poses(scene.situation, self.support)[0].tobytes()
+        )
+
+        def streams() -> tuple[Stream, ...]:
+            return tuple(grasps_there(context, robot, context.scene.bodies[self.object], place, scene.situation))
+
+        key = "grasps there", self.robot, self.object, self.region, self.support, pose
+        made: tuple[Stream, ...] = context.surroundings.remembered(key, streams)
+        what = f"{self.object} {f'on {self.support}' if self.region is None else f'in {self.region}'}"
+        found = [reach_measures(context.surroundings, stream, what) for stream in made]
+        return min(found, key=len, default=())
 
     def batches(self) -> Iterator[list[Candidate]]:
         """The configurations that reach the target, in batches; placements far from the robot come first."""

@@ -76,7 +76,7 @@ class SamplePlacement(RobotStage, Monitor):
         results = []
         for stream in streams:
             retreat = stream.family.retreat
-            own: dict[str, Any] = {"target": PlacementTarget(robot.name, name, stream, region)}
+            own: dict[str, Any] = {"target": PlacementTarget(robot.name, name, stream, region, place.support)}
             own |= {"placement": stream.family.name, "support": place.support}
             own |= {} if retreat is None else {"retreat": Direction(retreat, name)}
             results.append(Result(scene, properties={**held, **own}, comment=stream.family.name))

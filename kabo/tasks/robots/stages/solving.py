@@ -14,7 +14,7 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
-from kabo.tasks.robots.motion.targets import GraspTarget, PoseTarget
+from kabo.tasks.robots.motion.targets import GraspTarget, PlacementTarget, PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
 
@@ -85,7 +85,10 @@ class ComputeIK(RobotStage, Wrapper):
         short = target.unreached() if isinstance(target, PoseTarget) else None
         missing = None if short is None or short.missing == 0.0 else short.missing
         text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
-        return Refusal("out_of_reach", text, missing=missing, question=MotionQuestion(scene, name, target=target))
+        asked = MotionQuestion(scene, name, target=target)
+        known = isinstance(target, (GraspTarget, PlacementTarget))
+        measures = target.out_of_reach(scene) if known else ()
+        return Refusal("out_of_reach", text, missing=missing, question=asked, measures=measures)
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Refusal | None:
