@@ -77,6 +77,19 @@ def floating(folder: Path, gap: float = 0.3) -> Path:
     return stacked(folder, height=0.025 + gap)
 
 
+FINGERS_REACH = 0.047  # [m] along x to each side of a block that the open hand is about to grasp
+
+
+def slot(folder: Path, gap: float = 0.0025, epsilon: float = 0.03) -> Path:
+    """Two posts leave a gap on the outside of each open finger: wide enough for them, but narrower than epsilon."""
+    x = FINGERS_REACH + gap + 0.01
+    posts = (
+        f"  post_{i}: {{box: [0.02, 0.06, 0.05], pose: {{position: [{0.48 + s * x}, 0, 0.025]}}}}"
+        for i, s in ((1, 1), (2, -1))
+    )
+    return stacked(folder, more="\n".join(posts), scene=[("epsilon: 0.01", f"epsilon: {epsilon}")])
+
+
 def contradiction(folder: Path) -> Path:
     """The goal wants a block in two places."""
     return stacked(folder, goal="  - K(one_below(o1) = stack_1)\n  - K(one_below(o1) = stack_3)")
@@ -104,7 +117,6 @@ goal:
   - forall(container o) K(removed(o))
 """
 ON_TABLE = "{model: cup, pose: {frame: source_table, position: [-0.07, 0.00, 0.4]}}"
-UPRIGHT = "sense: spillable(o)"
 
 
 def cups(
@@ -162,7 +174,9 @@ def cup_in_cup(folder: Path) -> Path:
 
 def no_sensing(folder: Path) -> Path:
     """Nobody can find out whether a cup may spill."""
-    return cups(folder, known="", rules=[("    sense: spillable(o)\n", "")])
+    return cups(
+        folder, known="", rules=[("    sense: spillable(o)\n    effects:\n      - add(Kw, spillable(o))\n", "")]
+    )
 
 
 def never_sensed(folder: Path) -> Path:

@@ -12,6 +12,7 @@ from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.bundles import (
     CHILD_COUNT,
     COUNTER_PLACES,
+    EXTENT_COLUMNS,
     FIRST_CHILD,
     JOINT,
     PAIRS,
@@ -30,6 +31,7 @@ from kabo.geometry.collision.kernels.bundles import (
     Tree,
     Way,
 )
+from kabo.geometry.collision.kernels.configuration_check import SHORT_SLACK
 from kabo.geometry.collision.kernels.layout import (
     CACHE_LINE_PLACES,
     GROUPS_PER_WORD,
@@ -126,7 +128,10 @@ def bodies_of(
     groups, order = _groups(chain, moving, enclosures, pairs)
     count, parts = len(enclosures), len(source.sizes)
     hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
-    extents, radii = Extents(np.empty((parts, 6)), np.empty((count, 6))), np.empty((count, 2))
+    extents, radii = (
+        Extents(np.zeros((parts, EXTENT_COLUMNS)), np.zeros((count, EXTENT_COLUMNS))),
+        np.empty((count, 2)),
+    )
     place_groups(
         Hulls(source.blocks, source.sizes, source.rounds), groups, poses_of(moving, fixed), hulls, extents, radii
     )
@@ -192,9 +197,10 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     columns = made.packed.blocks.shape[2]
     world_T = np.zeros((joints, 12))
     world_T[0, [0, 4, 8]] = 1.0
-    rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE)
+    rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE, np.float32)
     # Fixed groups lie in the world already: their boxes are made once.
-    centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:].T
+    centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:6].T
+    half = half + SHORT_SLACK * (np.abs(centre) + half)
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
     roots = made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS]
     listed = np.zeros(max(1, int(roots[:-1].max(initial=1))), np.int64)
@@ -209,7 +215,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
         made.packed.diameters,
         world_T,
         np.zeros((3, joints)),
-        rows,
+        rows.view(np.float64),  # two short numbers in the place of one
         np.zeros(12),
         np.zeros(3),
     ]
@@ -278,7 +284,7 @@ def sweep_of(chain: Chain, made: Arrays, tracks: Tracks) -> Sweep:
     """Allocates the scratch arrays for sweeps; most pages are never written, and so use no memory."""
     count, parts, joints = tracks.tracks.shape[1], len(made.packed.sizes), chain.joints.shape[1]
     boxes, extents = np.empty((parts + SWEEP_POOL_ROWS, 6)), made.extents.parts
-    boxes[:parts, :3], boxes[:parts, 3:] = extents[:, :3] - extents[:, 3:], extents[:, :3] + extents[:, 3:]
+    boxes[:parts, :3], boxes[:parts, 3:] = extents[:, :3] - extents[:, 3:6], extents[:, :3] + extents[:, 3:6]
     most = int((made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS])[:-1].max(initial=1))
     nodes = Nodes(
         poses=np.empty((count * COARSE_NODES, 12)),

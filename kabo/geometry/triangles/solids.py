@@ -63,6 +63,11 @@ class Solid:
         """The winding number of the mesh around a point (3,)."""
         return float(winding_number(self.tree[2], float(point[0]), float(point[1]), float(point[2])))
 
+    @property
+    def diagonal(self) -> float:
+        """The length of the bounding box's diagonal [m]."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
     @cached_property
     def planes(self) -> tuple[Array, Array]:
         """The planes (F, 4) of the faces, n·x = d, and their areas (F,) [m2]; zeros for faces without area."""

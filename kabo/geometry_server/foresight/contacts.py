@@ -19,7 +19,6 @@ from kabo.scene import PRISMATIC, GeometricState, Robot, Scene, world_T
 from kabo.streams import stream_key
 
 CONFIGURATIONS = 256  # that are sampled for a pair
-MAX_ASKED = 64  # of them, in which the convex parts are asked
 MAX_LINK_PAIRS = 400  # of a robot as a whole; more are believed to be needed
 
 Ball = tuple[Array, float]  # middle (3,) and radius [m]
@@ -138,14 +137,12 @@ def _moved(ball: Ball, pose: Array) -> Ball:
 def _met(surroundings: SceneSurroundings, first: str, second: str) -> bool:
     """Whether two things are not proven apart in some sampled configuration; True if their parts cannot be made."""
     scene = surroundings.scene
-    asked = 0
     for state in _states(scene, [name.partition(".")[0] for name in (first, second) if "." in name]):
         (a, r), (b, s) = _ball(scene, state, first), _ball(scene, state, second)
         if float(np.linalg.norm(a - b)) > r + s + surroundings.budget.epsilon:
             continue
-        asked += 1
         try:
-            if asked > MAX_ASKED or ScenePredicates(surroundings, state).collide(first, second):
+            if ScenePredicates(surroundings, state).collide(first, second):
                 return True
         except InputError:
             return True

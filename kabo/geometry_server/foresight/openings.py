@@ -140,7 +140,7 @@ def _is_proven(body: Body, own: Sequence[Constraint], opening: Opening, tool: An
     if direction is None or len(points) > 1 or not solid.insides(points)[0]:
         return False
     hits = _hits(body.mesh, np.eye(4), points[0], direction)
-    ahead, back = float(hits[hits > 0.0].min(initial=0.0)), -float(hits[hits < 0.0].max(initial=0.0))
+    ahead, back = float(hits[hits > 0.0].min(initial=np.inf)), -float(hits[hits < 0.0].max(initial=-np.inf))
     fits_one_way = (ahead <= opening.behind and back <= opening.before) or (
         ahead <= opening.before and back <= opening.behind
     )

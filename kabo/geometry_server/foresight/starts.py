@@ -101,9 +101,12 @@ class _Start:
             pairs = [
                 fault for other in self.things if (fault := self._pair(own, other, carried, done)) is not None
             ]
-            yield from pairs
+            hanging: list[StartFault] = []
             if not carried and not any(fault.kind in ("overlap", "inside") for fault in pairs):
-                yield from self._unsupported(own)
+                hanging = list(self._unsupported(own))
+            above = {fault.things for fault in hanging}
+            yield from (fault for fault in pairs if fault.things not in above)
+            yield from hanging
 
     # --------------------------------------------------------------------------------------------------- pairs
     def _pair(

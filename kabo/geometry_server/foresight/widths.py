@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo.arrays import Array
 
 TURNS = 1440  # rotations about an axis that are tried: every quarter of a degree
+REFINEMENTS, CAP = 8, 200  # searches near the best direction, and directions in each
 DIRECTIONS = 20_000  # directions that are tried where every rotation is permitted
 
 
@@ -71,12 +72,28 @@ def excess_about(points: Array, axis: Array, upright: Array, directions: Array, 
 def excess_at_any(points: Array, rooms: Array) -> Excess:
     """The excess of a body that may be rotated at will: its least width beyond the least room."""
     spread = directions_on_sphere(DIRECTIONS)
-    found = float(widths(points, spread).min())
-    worst = int(np.argmin(rooms))
+    every = widths(points, spread)
+    found, worst = float(every.min()), int(np.argmin(rooms))
     # Every direction is within this angle of one that was tried: the covering radius of the spiral, rounded up.
     angle = 2.5 / np.sqrt(DIRECTIONS)
     diameter = 2.0 * float(np.linalg.norm(points - _middle(points), axis=1).max())
-    return Excess(found, float(rooms[worst]), worst, found - diameter * angle > float(rooms[worst]))
+    proven = found - diameter * angle > float(rooms[worst])
+    return Excess(_refined(points, spread[int(every.argmin())], angle), float(rooms[worst]), worst, proven)
+
+
+def _refined(points: Array, direction: Array, angle: float) -> float:
+    """The least width of points near a direction, searched on ever smaller caps of directions about it."""
+    least = float(widths(points, direction[None])[0])
+    for _ in range(REFINEMENTS):
+        cap = directions_on_sphere(CAP)[:, :2] * angle
+        across = np.linalg.svd(direction[None])[2][1:]
+        near = direction + cap @ across
+        near /= np.linalg.norm(near, axis=1, keepdims=True)
+        found = widths(points, near)
+        if float(found.min()) < least:
+            least, direction = float(found.min()), near[int(found.argmin())]
+        angle *= 0.5
+    return least
 
 
 def directions_on_sphere(count: int) -> Array:

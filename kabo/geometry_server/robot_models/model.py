@@ -13,7 +13,7 @@ from kabo.geometry_server.preparation.preparing import Preparing
 from kabo.geometry_server.robot_models.grippers import GripperModel, measured
 from kabo.geometry_server.robot_models.hands import Hand, Tree, hand_at, hands_of
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
-from kabo.geometry_server.robot_models.self_contacts import SelfContacts, UnenclosedError
+from kabo.geometry_server.robot_models.self_contacts import SelfContacts, UnenclosedError, rounded_within
 from kabo.language.scene_description import (
     ContactPattern,
     GripperDescription,
@@ -39,7 +39,6 @@ HOME_WORDS = (
     "tuck",
 )  # of states tried first
 NOT_CLOSED = "the mesh is not closed"
-DECIMALS = 4  # of joint values that are written [rad or m]
 
 
 @dataclass(frozen=True)
@@ -208,7 +207,7 @@ def _with_hand(
 def _rounded(value: float, robot: Robot, joint: str) -> float:
     """A joint value as it is written: rounded, and within its limits."""
     i = robot.joint_names.index(joint)
-    return float(min(max(round(value, DECIMALS), float(robot.tree.lower[i])), float(robot.tree.upper[i])))
+    return float(rounded_within(np.array([value]), robot.tree.lower[[i]], robot.tree.upper[[i]])[0])
 
 
 def _open_links(robot: Robot) -> dict[str, str]:

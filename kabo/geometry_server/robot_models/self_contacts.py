@@ -21,12 +21,21 @@ from kabo.geometry_server.robot_models.link_pairs import LinkPair, LinkPairs
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 
+DECIMALS = 4  # of joint values that are written [rad or m]
 SAMPLES = 2000  # configurations at which a pair must touch before it counts as always touching
 FIRST_SAMPLES = 16  # of them, tried first: most pairs are free in one of these
 HOME_SAMPLES = 4000  # configurations that are tried as a home
 HOME_MARGINS = (0.05, 0.02, 0.01)  # [m] between links of a home, the widest first; then epsilon
 OFTEN = 0.1  # share of configurations at which covers meet: for such pairs enclosures are worth their time
 FINE_TRIES = 60  # configurations that are tried on the links' enclosures
+
+
+def rounded_within(values: Array, lower: Array, upper: Array) -> Array:
+    """Joint values (…, n), rounded as they are written, within limits (n,)."""
+    unit = 10.0**-DECIMALS
+    low, high = np.ceil(lower / unit) * unit, np.floor(upper / unit) * unit
+    rounded = np.round(np.clip(values, low, high), DECIMALS)
+    return np.asarray(np.where(low <= high, rounded, lower))
 
 
 class UnenclosedError(Exception):
@@ -135,7 +144,7 @@ class SelfContacts:
         """
         given = [np.asarray(each, np.float64) for each in candidates]
         tried = np.concatenate([np.array(given).reshape(-1, self.robot.tree.size), self._around(home)])
-        tried = np.clip(np.round(tried, 4), self.robot.tree.lower, self.robot.tree.upper)
+        tried = rounded_within(tried, self.robot.tree.lower, self.robot.tree.upper)
         outer = [pair for pair in pairs if not self._in_hand(pair)]
         inner = [pair for pair in pairs if self._in_hand(pair)]
         still = ~self.coarse(self.epsilon).any_meeting(tried, inner)

