@@ -73,6 +73,7 @@ PROBLEMS = {
 }
 EPSILONS = (0.02, 0.01, 0.005, 0.002, 0.001)
 USUAL = 0.01  # the epsilon [m] with which times are compared
+_PATH = re.compile(r'"/[^"]*/([^"/]+)"')  # of a file on this machine: its name is enough
 _HULLS = re.compile(r"`hulls: \[([^\]]*)\]`")
 
 
@@ -80,7 +81,10 @@ _HULLS = re.compile(r"`hulls: \[([^\]]*)\]`")
 def ready(only: Sequence[str], epsilon: float) -> list[Table]:
     """Every robot: what it consists of, seconds cold and warm, and what is refused with which cause."""
     title = f"Robots from their URDF alone, epsilon = {1000 * epsilon:g} mm; seconds"
-    table, causes = Table(title), Table("Refused: the findings about a robot's own files, and their remedies")
+    table, causes = (
+        Table(title),
+        Table("Refused for faults of a robot's own files: how many, the first, its remedies"),
+    )
     for name, urdf in ROBOTS.items():
         if not only or name in only:
             table.add(name, **_robot(name, urdf, epsilon, causes))
@@ -91,8 +95,9 @@ def _robot(name: str, urdf: str, epsilon: float, causes: Table) -> dict[str, Any
     with _parts_folder() as folder:
         cold = _measured(urdf, epsilon, "", folder)
         refused = cold.get("refused", [])
-        for finding in refused:
-            causes.add(name, finding=finding["message"], remedy=finding["hint"])
+        if refused:
+            said = _PATH.sub(r'"\1"', refused[0]["message"])
+            causes.add(name, findings=len(refused), first=said, remedy=refused[0]["hint"])
         hulls = _HULLS.search(" ".join(finding["hint"] or "" for finding in refused))
         if hulls is not None:  # as a person would, who pastes the line
             cold = {
@@ -107,6 +112,7 @@ def _robot(name: str, urdf: str, epsilon: float, causes: Table) -> dict[str, Any
         "cold": cold["seconds"],
         "processor": cold["processor"],
         "warm": warm["seconds"],
+        "warm processor": warm["processor"],
         "refused": len(refused),
         "hulls": cold.get("hulls", 0),
     }

@@ -22,6 +22,7 @@ from kabo.planner.result import Progress, invalid_to_json, result_to_json
 
 if TYPE_CHECKING:  # for the same reason
     from kabo.explain.explain import Explanation
+    from kabo.geometry_server import Preparing
     from kabo.verify import Report
 
 MODEL = ".jsonl"  # how models of explorations end
@@ -154,10 +155,11 @@ def explain_file(
         return invalid_explanation(error), error
 
 
-def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
+def check_files(paths: Iterable[Path], preparing: "Callable[[Preparing], None] | None" = None) -> list[Diagnostic]:
     """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs.
 
     Of an exploration that plans a task, the beginning of a trial is planned. Models are known by their ending, `.jsonl`.
+    `preparing` is told while the geometry of scenes is prepared.
     """
     given = list(paths)
     named = [path for path in given if path.suffix.lower() != MODEL]
@@ -168,7 +170,7 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     faulty = {finding.file for finding in found if finding.severity == "error"}
     for path in named:
         if str(path) not in faulty and not is_imported(path):
-            found += _geometry_findings(path)
+            found += _geometry_findings(path, preparing)
             found += _stage_findings(path)
             found += _trial_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
@@ -207,7 +209,7 @@ def _trial_findings(path: Path) -> tuple[Diagnostic, ...]:
     return trial_findings(load_exploration_file(path))
 
 
-def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
+def _geometry_findings(path: Path, preparing: "Callable[[Preparing], None] | None") -> tuple[Diagnostic, ...]:
     """The findings in meshes, URDFs and SRDFs of a scene, or of a problem's scene, and in where its things stand."""
     try:
         description = load_scene_description(path)
@@ -220,4 +222,7 @@ def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
         return found
     from kabo.geometry_server import robot_findings, start_findings  # as above
 
-    return (*found, *robot_findings(description), *start_findings(description))
+    found = (*found, *robot_findings(description))
+    if any(finding.severity == "error" for finding in found):
+        return found
+    return (*found, *start_findings(description, preparing=preparing))

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from kabo.geometry import write_parts
 from kabo.scene import load_mesh
-from scripts.generate_meshes import GEARBOX, MESHES, MILLIMETRES, ROBOTS, THINGS
-from scripts.solids import HIGH, Points
+from scripts.generate_meshes import MESHES, MILLIMETRES
 
 COARSE = 0.004  # how far a part may stick out of its mesh [m]: what epsilon 0.01 leaves to each body
 FINE = 0.003  # for what hands hold, and for hands
@@ -19,17 +18,6 @@ HANDS = ("gripper_wide", "gripper_small", "gripper_slim", "bottle", "cup", "bloc
 def tolerance_of(path: Path) -> float:
     """How far the parts of a mesh may stick out of it [m]."""
     return FINE if path.parent.name in HANDS else COARSE
-
-
-def pieces_of(path: Path) -> tuple[Points, ...]:
-    """The convex pieces that a mesh was made of [m]."""
-    owner, name = path.parent.name, path.stem
-    if owner == "gearbox":
-        return GEARBOX[name](HIGH).pieces
-    if owner in THINGS:
-        return THINGS[owner](HIGH).pieces
-    solid = ROBOTS[owner](HIGH).links[name]
-    return () if solid is None else solid.pieces
 
 
 def parts_file(path: Path) -> Path:
@@ -45,7 +33,7 @@ def main() -> None:
     missing = [path for path in sorted(MESHES.glob("*/*.stl")) if not parts_file(path).exists()]
     for path in options.meshes or missing:
         mesh = load_mesh(path, 0.001 if path.parent.name in MILLIMETRES else 1.0)
-        write_parts(path, mesh.vertices, mesh.faces, tolerance_of(path), pieces=pieces_of(path))
+        write_parts(mesh, tolerance_of(path))
 
 
 if __name__ == "__main__":

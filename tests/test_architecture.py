@@ -124,6 +124,30 @@ def test_files_stay_small():
     assert not {name: length for name, length in lengths.items() if length > 400}
 
 
+MAX_KERNEL_ARGUMENTS = 10
+UNBUNDLED = ("kabo/geometry/bounding/kernels/", "kabo/geometry/triangles/kernels/")  # rooms that still have some
+
+
+def kernels_of(path: Path) -> list[ast.FunctionDef]:
+    """The functions of a file that are compiled: those with a decorator that is called some kind of kernel."""
+    functions = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)]
+    return [one for one in functions if any("kernel" in ast.unparse(each) for each in one.decorator_list)]
+
+
+def test_no_kernel_takes_more_than_ten_arguments():
+    """Arrays that belong together are passed as a NamedTuple of arrays."""
+    found, many = 0, {}
+    for path in SOURCES:
+        for one in kernels_of(path):
+            given = one.args
+            count = len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
+            found += 1
+            if count > MAX_KERNEL_ARGUMENTS and not relative(path).startswith(UNBUNDLED):
+                many[f"{relative(path)}: {one.name}"] = count
+    assert found > 300
+    assert not many
+
+
 def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():
     pattern = re.compile(r"^class (\w+)\(.*\bNamedTuple\b.*,|^class (\w+)\(.*, *NamedTuple\b", re.MULTILINE)
     assert not {relative(path) for path in SOURCES if pattern.search(path.read_text())}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
+from kabo.cli.solving import has_scene
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
 NAME = "check"
@@ -22,12 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
     add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda options: any(map(has_scene, options.files)))
 
 
 def run(options: argparse.Namespace) -> int:
     """Prints every finding and returns the exit code: 2 if at least one finding is an error."""
     with clean_standard_output():
-        found = rooms.check_files(options.files)
+        found = rooms.check_files(options.files, options.surrounding.preparing)
     errors = sum(finding.severity == "error" for finding in found)
     if options.json:
         print_json({"valid": errors == 0, "diagnostics": [rooms.diagnostic_to_json(finding) for finding in found]})

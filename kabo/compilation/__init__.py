@@ -6,6 +6,7 @@ computed again.
 
 from kabo.compilation.cache import cache_folder
 from kabo.compilation.compiling import (
+    brief_kernel,
     kernel,
     leaf_kernel,
     lean_kernel,
@@ -16,6 +17,7 @@ from kabo.compilation.compiling import (
 )
 
 __all__ = [
+    "brief_kernel",
     "cache_folder",
     "kernel",
     "leaf_kernel",

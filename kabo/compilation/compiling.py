@@ -121,6 +121,11 @@ def lean_kernel(function: _Function) -> _Function:
     return _compiled(function, _nrt=False)
 
 
+def brief_kernel(function: _Function) -> _Function:
+    """As `lean_kernel`, but keeps Python's lock: for kernels of a microsecond, of which releasing it is a twentieth."""
+    return _compiled(function, _nrt=False, nogil=False)
+
+
 def leaf_kernel(function: _Function) -> _Function:
     """As `kernel`, for small functions that every caller inlines."""
     inlined: _Function = _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)

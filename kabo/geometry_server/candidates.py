@@ -26,6 +26,7 @@ from kabo.kinematics import (
     rows_of,
     sample,
     stacked,
+    unlimited,
     with_the_same_pose,
 )
 from kabo.kinematics.kernels import rows as columns
@@ -104,20 +105,42 @@ class Stream:
     def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
         """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,).
 
-        With a closed form the pose of the hand is drawn first where the rows allow, else projected.
+        With a closed form on a base that stands, the pose of the hand is drawn first where the rows allow; samples
+        that find none so are projected.
         """
+        made = self._drawn(first, count, along)
+        missing = np.ones(count, np.bool_)
+        if made is not None:
+            missing[made[1]] = False
+        if made is not None and not missing.any():
+            return made
+        found, owner = self._projected(first, count, along, missing)
+        if made is not None:
+            found, owner = np.concatenate([made[0], found]), np.concatenate([made[1], owner])
+        order = np.argsort(owner, kind="stable")
+        return found[order], owner[order]
+
+    def _drawn(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers] | None:
+        """The samples that are drawn pose first, with all branches; None where that is not possible."""
+        structure = self._structure
+        if structure is None or self.robot.drive is not None:
+            return None
+        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+        arm = ClosedArm(self.robot.tree, structure, base)
+        return drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
+
+    def _projected(
+        self, first: int, count: int, along: Array | None, wanted: npt.NDArray[np.bool_]
+    ) -> tuple[Array, Integers]:
+        """The samples that projection of seeds finds, of those `wanted` (count,), as `_branches` gives them."""
         tree, structure = self.robot.tree, self._structure
-        if structure is not None and self.robot.drive is None:
-            base = np.concatenate([np.zeros(self.robot.planned), self.hand])
-            arm = ClosedArm(tree, structure, base)
-            made = drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
-            if made is not None:
-                return made
-        low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
-        found, valid = self._sampled(first, count, along, (low, high))
+        limits = (tree.lower, tree.upper) if structure is None else unlimited(tree, structure)
+        found, valid = self._sampled(first, count, along, limits)
+        chosen = np.flatnonzero(valid & wanted)
         if structure is None:
-            return found[valid], np.arange(int(valid.sum()))
-        return self._same_pose(structure, found[valid])
+            return found[chosen], chosen
+        branches, owner = self._same_pose(structure, found[chosen])
+        return branches, chosen[owner]
 
     def _sampled(
         self, first: int, count: int, along: Array | None, limits: tuple[Array, Array]
@@ -197,16 +220,8 @@ class Stream:
 
 def closed_form_of(robot: Robot) -> Structure | None:
     """The closed form of a robot's inverse kinematics; None if the scene's settings or the axes require projection."""
-    structure = robot.structure if robot.inverse_kinematics == "analytic" else None
+    structure = None if robot.inverse_kinematics == "projection" else robot.structure
     return structure if isinstance(structure, Structure) else None
-
-
-def _unlimited(tree: KinematicTree, structure: Structure) -> tuple[Array, Array]:
-    """The limits, infinite for the joints of a closed form: if a sample exceeds them, another branch may not."""
-    low, high = tree.lower.copy(), tree.upper.copy()
-    turning = [int(tree.source[j]) for i, j in enumerate(structure.joints) if i != structure.lock]
-    low[turning], high[turning] = -np.inf, np.inf
-    return low, high
 
 
 def _distinct(found: Array) -> Array:

@@ -63,11 +63,11 @@ def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles)
             point = roles["tool"].feature(tool.feature or "")
             if point.kind == "point":
                 target = roles[other.owner].feature(other.feature or "")
-                worst = max(worst, _distance_from_base(robot, target) - reach(robot, point))
+                worst = max(worst, base_distance(robot, target) - reach(robot, point))
     return float(worst)
 
 
-def _distance_from_base(robot: Robot, feature: FrameFeature) -> float:
+def base_distance(robot: Robot, feature: FrameFeature) -> float:
     """A lower bound of the distance [m] of a feature from the point of which `reach` speaks, wherever the base may be."""
     drive = robot.drive
     if drive is None:

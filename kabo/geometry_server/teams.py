@@ -185,21 +185,23 @@ class TeamStream:
     def samples(self, first: int, count: int) -> list[Candidate]:
         """The valid ones of `count` samples from index `first` on, in order, from one kernel call.
 
-        Two arms with closed forms are drawn pose first where the rows allow; else seeds are projected.
+        Two arms with closed forms are drawn pose first where the rows allow; samples that find none so are projected.
         """
         tree, arms = self.team.tree, self._arms
-        made = arms and drawn_together(arms, self.team.joined, self.rows, self.key, first, count)
-        if made:
-            return [self.candidate(q) for q in made[0][made[1]]]
+        made = drawn_together(arms, self.team.joined, self.rows, self.key, first, count) if arms else None
+        if made is not None and made[1].all():
+            return [self.candidate(q) for q in made[0]]
         found, valid = sample(
             tree, self.rows, self.key, first, count, tree.lower, tree.upper, self.team.moving, base=self.base
         )
+        if made is not None:
+            found, valid = np.where(made[1][:, None], made[0], found), made[1] | valid
         return [self.candidate(q) for q in found[valid]]
 
     @cached_property
     def _arms(self) -> tuple[ClosedArm, ...]:
-        """The robots as arms with closed forms; empty if one has none, or a body is free."""
-        forms = [closed_form_of(robot) for robot in self.team.robots]
+        """The robots as arms with closed forms; empty if one has none or drives, or a body is free."""
+        forms = [closed_form_of(robot) if robot.drive is None else None for robot in self.team.robots]
         places = self.team.joined.values
         arms = [
             ClosedArm(robot.tree, form, np.ascontiguousarray(self.base[place]))

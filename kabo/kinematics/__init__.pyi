@@ -1,6 +1,7 @@
 from kabo.kinematics.closed_form import OutOfReach as OutOfReach
 from kabo.kinematics.closed_form import Reached as Reached
 from kabo.kinematics.closed_form import joint_poses as joint_poses
+from kabo.kinematics.closed_form import unlimited as unlimited
 from kabo.kinematics.closed_form import with_the_same_pose as with_the_same_pose
 from kabo.kinematics.closed_form import with_turns as with_turns
 from kabo.kinematics.constraints import FrameFeature as FrameFeature

@@ -130,6 +130,14 @@ def chain_of(structure: Structure) -> kernels.Chain:
     return kernels.Chain(s.form, s.placing, s.mirrored, s.backwards, s.lock, s.axes, s.zero, s.joints)
 
 
+def unlimited(tree: KinematicTree, structure: Structure) -> tuple[Array, Array]:
+    """The limits (n,), infinite for the joints of a closed form: if a sample exceeds them, another branch may not."""
+    low, high = tree.lower.copy(), tree.upper.copy()
+    turning = [int(tree.source[j]) for i, j in enumerate(structure.joints) if i != structure.lock]
+    low[turning], high[turning] = -np.inf, np.inf
+    return low, high
+
+
 def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
     """The poses (N, 12) of the structure's last joint at configurations (N, n), by forward kinematics."""
     return joint_poses(tree, structure.end, Q)

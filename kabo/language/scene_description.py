@@ -210,7 +210,7 @@ class RobotDescription:
     urdf: Path
     base: PoseDescription
     joints: tuple[str, ...] | None = None
-    inverse_kinematics: Literal["analytic", "projection"] = "projection"
+    inverse_kinematics: Literal["analytic", "automatic", "projection"] = "automatic"
     gripper: GripperDescription | None = None
     tool_frame: str | None = None
     tool_features: Mapping[str, Feature] = field(default_factory=dict)

@@ -130,13 +130,17 @@ class XmlFile:
         """
         words = text.split()
         wanted = "a number" if count == 1 else f"{count} numbers"
+        hint = (
+            "write it with a point: 0.1" if count == 1 else f"write them with spaces: {' '.join(['0.1'] * count)}"
+        )
         if len(words) != count:
-            raise self.wrong(element, f'{named} must be {wanted}, this is "{shortened(text)}"')
+            raise self.wrong(element, f'{named} must be {wanted}, this is "{shortened(text)}"', hint)
         for word in words:
             if not _NUMBER.fullmatch(word):
-                raise self.wrong(element, f'{named} must be {wanted}, "{shortened(word)}" is none')
+                raise self.wrong(element, f'{named} must be {wanted}, "{shortened(word)}" is none', hint)
             if not abs(float(word)) <= largest:
-                raise self.wrong(element, f"{named} is too large: {shortened(word)}; {largest:g} is the most")
+                said = f"{named} is too large: {shortened(word)}; {largest:g} is the most"
+                raise self.wrong(element, said, "lengths are metres, angles radians")
         return [float(word) for word in words]
 
     def size(self, element: Element, key: str, count: int = 1) -> list[float]:

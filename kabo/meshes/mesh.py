@@ -33,10 +33,10 @@ class Mesh:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
 
     def moved(self, matrix: Array) -> "Mesh":
-        """This mesh moved by a rigid 4x4 transform; `path` is kept only by the identity."""
+        """This mesh moved by a rigid 4x4 transform."""
         if np.array_equal(matrix, np.eye(4)):
             return self
-        return Mesh(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
+        return Mesh(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces, self.path)
 
 
 def merged(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:

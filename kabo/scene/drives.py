@@ -128,13 +128,20 @@ def edges_of(corners: Array) -> tuple[Array, Array]:
 
 
 def polygon_corners(normals: Array, offsets: Array) -> Array:
-    """The corners (V, 2) of all points with normals (E, 2) @ point <= offsets (E,); empty if there are none."""
-    found = []
-    for i in range(len(normals)):
-        for k in range(i + 1, len(normals)):
-            pair = normals[[i, k]]
-            if abs(float(np.linalg.det(pair))) > 1e-9:
-                point = np.linalg.solve(pair, offsets[[i, k]])
-                if np.all(normals @ point <= offsets + 1e-9):
-                    found.append(point)
-    return np.array(found).reshape(-1, 2)
+    """The corners (V, 2) of all points with normals (E, 2) @ point <= offsets (E,); empty if there are none.
+
+    A large square, cut off at one edge after the other [Sutherland, Hodgman 1974].
+    """
+    far = 4.0 * float(np.abs(offsets).max()) + 1.0
+    corners = far * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    for normal, offset in zip(normals, offsets, strict=True):
+        above = corners @ normal - offset
+        following, next_above = np.roll(corners, -1, axis=0), np.roll(above, -1)
+        kept = []
+        for here, there, a, b in zip(corners, following, above, next_above, strict=True):
+            if a <= 0.0:
+                kept.append(here)
+            if (a < 0.0 < b) or (b < 0.0 < a):
+                kept.append(here + a / (a - b) * (there - here))
+        corners = np.array(kept).reshape(-1, 2)
+    return corners

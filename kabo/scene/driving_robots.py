@@ -126,7 +126,7 @@ def on_floor(robot: Robot, description: RobotDescription, outline: Array) -> Rob
 
 
 def _drive(robot: Robot, described: DriveDescription, outline: Array) -> Drive:
-    joint, world_T_floor, floor_T_joint = _planar(robot, described)
+    joint, world_T_floor = _planar(robot, described)
     links = robot.links_on(joint)
     shaped = [robot.links[name] for name in links]
     local = (outline - world_T_floor[:3, 3]) @ world_T_floor[:3, :2]
@@ -134,8 +134,9 @@ def _drive(robot: Robot, described: DriveDescription, outline: Array) -> Drive:
     if len(corners) < 3:
         raise refusal(described.place, f'the floor "{described.within}" has no area seen from above')
     points = [] if links else [np.zeros((1, 3))]
-    for link in shaped:
-        placed, mesh = floor_T_joint @ link.joint_T_link, link.mesh
+    at_zero, floor_T_world = link_poses(robot, [0.0] * len(robot.joint_names)), np.linalg.inv(world_T_floor)
+    for link in shaped:  # those of wheels, on joints that are not planned, too
+        placed, mesh = floor_T_world @ at_zero[link.name], link.mesh
         assert mesh is not None
         points.append(mesh.vertices @ placed[:3, :3].T + placed[:3, 3])
     travel = None if described.travel is None else robot.configurations.get(described.travel)
@@ -145,8 +146,8 @@ def _drive(robot: Robot, described: DriveDescription, outline: Array) -> Drive:
     return Drive(described.within, joint, links or (bare,), world_T_floor, *edges_of(corners), footprint, arm)
 
 
-def _planar(robot: Robot, described: DriveDescription) -> tuple[int, Array, Array]:
-    """The joint that turns the base, the frame of the floor in the world, and the joint's frame in that at zero.
+def _planar(robot: Robot, described: DriveDescription) -> tuple[int, Array]:
+    """The joint that turns the base, and the frame of the floor in the world.
 
     Raises:
         InputError: the three joints do not move the base along x and y and about the vertical, in this order.
@@ -177,7 +178,7 @@ def _planar(robot: Robot, described: DriveDescription) -> tuple[int, Array, Arra
             _joint_pose(robot, joint, pose), floor @ _moved(pose) @ floor_T_joint, atol=UPRIGHT_TOLERANCE
         ):
             raise fault
-    return joint, floor, floor_T_joint
+    return joint, floor
 
 
 def _joint_pose(robot: Robot, joint: int, pose: tuple[float, float, float]) -> Array:

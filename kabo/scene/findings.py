@@ -38,7 +38,7 @@ def _unit_warnings(scene: Scene, description: SceneDescription) -> tuple[Diagnos
     found += [
         units_warning(
             link.mesh,
-            description.robots[name].place,
+            next((each.place for each in link.elements if each.place is not None), description.robots[name].place),
             named=f'link "{link_name}" of robot "{name}"',
             fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
         )

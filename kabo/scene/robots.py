@@ -98,7 +98,7 @@ class Robot:
     tool: Tool | None
     gripper: Gripper | None
     configurations: Mapping[str, tuple[float, ...]]
-    inverse_kinematics: str = "projection"
+    inverse_kinematics: str = "automatic"  # analytic where the axes allow it; or one of both
     hulls: tuple[str, ...] = ()
     acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
     sensors: Mapping[str, Sensor] = field(default_factory=dict)

@@ -200,7 +200,7 @@ def _check_joint(urdf: Urdf, name: str, joint: Element, collected: Collected, *,
     if kind in UNPLANNED_JOINT_TYPES:
         if not drives:
             said = f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one'
-            hint = 'write type="fixed", and say in the scene where the robot stands (`base`)'
+            hint = 'write type="fixed", or for a base that drives, in the scene, base: {moves: {within: REGION}}'
             collected.found.append(urdf.finding(joint, said, hint))
     elif kind not in JOINT_TYPES:
         hint = did_you_mean(kind, JOINT_TYPES) or f"there are {', '.join(JOINT_TYPES)}"

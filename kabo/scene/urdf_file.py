@@ -139,7 +139,8 @@ def _element(
     geometry = tag.find("geometry")
     given = None if geometry is None else next(iter(geometry), None)
     if given is None:
-        raise urdf.wrong(tag, f'robot file "{urdf.path.name}": a link has an empty geometry')
+        hint = f"write one shape in it ({', '.join(SHAPES)}), or leave the <{tag.tag}> out"
+        raise urdf.wrong(tag, f'robot file "{urdf.path.name}": a link has an empty geometry', hint)
     at = Place(str(urdf.path), *urdf.places[given], len(given.tag) + 1)
     if given.tag == "mesh":
         path = _locate(urdf, given, packages, place)

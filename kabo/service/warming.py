@@ -24,6 +24,7 @@ from kabo.finite_domain import (
     breadth_first,
 )
 from kabo.geometry import enclosing_parts
+from kabo.meshes import Mesh
 from kabo.requests import solve_file
 
 PROBLEMS = (
@@ -56,7 +57,7 @@ def plan_once() -> None:
 def prepare_once() -> None:
     """Makes the convex parts of a small body that needs several, whatever is stored."""
     with TemporaryDirectory() as folder:
-        enclosing_parts(_CORNERS, _FACES, 0.01, cache=Path(folder))
+        enclosing_parts(Mesh(_CORNERS, _FACES), 0.01, cache=Path(folder))
 
 
 def _domains() -> Path:

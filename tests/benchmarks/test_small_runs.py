@@ -26,6 +26,8 @@ RUNS = (
     "knowledge --only unix-1 doors-3 --repeat 1 --output out.json",
     "promises --only start-up bartender --seeds 1 --verify 1 --output out.json",
     "quality --only stacked/n5 --seeds 1 --output out.json",
+    "robots ready --only Panda --output out.json",
+    "robots epsilon --only ASSEMBLY --epsilon 0.02 0.01 --output out.json",
     "sampling --samples 200 --peers 2 --rounds 1 --output out.json",
     "service_memory --requests 12 --output out.json",
     "tasks core law --trees 20 --repeat 1 --output out",

@@ -50,7 +50,7 @@ models:
           - height(tool.tcp, this.base) in [0.08, 0.1]
         approach: {{along: tool.approach, distance: [0.05, 0.1]}}
         lift: {{along: world.up, distance: [0.05, 0.1]}}
-        fingers: {{panda_finger_joint1: {radius}}}
+        fingers: {{panda_finger_joint1: {fingers}}}
     placements:
       standing:
         constraints:
@@ -79,7 +79,7 @@ def panda(
 ) -> Path:
     """A can that shall go from the table to a shelf that is flush with the table."""
     (folder / "scene.yaml").write_text(
-        SCENE.format(radius=radius, box=list(box), middle=0.5 * box[2], limits=limits)
+        SCENE.format(radius=radius, fingers=min(radius, 0.04), box=list(box), middle=0.5 * box[2], limits=limits)
     )
     (folder / "domain.yaml").write_text(DOMAIN)
     bodies = f"can: {{model: can, pose: {{position: {list(at)}}}}}" + (f", {more}" if more else "")

@@ -139,21 +139,18 @@ def _mesh(path: Path, number: int) -> None:
 def _parts(path: Path, number: int) -> None:
     from kabo.geometry.bounding import stored_parts
     from kabo.geometry.bounding.verified_parts import are_verified
-    from kabo.geometry.triangles.solids import Solid
 
-    mesh, digest = _tetrahedron(path)
-    for made in stored_parts.read(stored_parts.beside(path), digest).values():
-        are_verified(Solid(*mesh), made.parts, [made.deviation] * len(made.parts))
+    shape = _tetrahedron(path)
+    for made in stored_parts.read(stored_parts.beside(path), shape.digest):
+        are_verified(shape.solid, made)
 
 
 @cache
 def _tetrahedron(path: Path):  # type: ignore[no-untyped-def]
-    from kabo.geometry.bounding import stored_parts
+    from kabo.geometry.bounding.shapes import shape_of
     from kabo.meshes import load_mesh
 
-    mesh = load_mesh(path)
-    arrays = stored_parts.canonical(mesh.vertices, mesh.faces)
-    return arrays, stored_parts.digest_of(*arrays)
+    return shape_of(load_mesh(path))
 
 
 def _plan(path: Path, number: int) -> None:
@@ -214,7 +211,7 @@ def _enclosed(path: Path, number: int) -> None:
     mesh, _ = outwards(load_mesh(path))
     if len(mesh.faces) <= 8 and mesh.diagonal > 0.0:
         cache = path.parent / "parts"
-        enclosing_parts(mesh.vertices, mesh.faces, 0.2 * mesh.diagonal, source=path, cache=cache)
+        enclosing_parts(mesh, 0.2 * mesh.diagonal, cache=cache)
 
 
 def _command(path: Path, number: int) -> None:

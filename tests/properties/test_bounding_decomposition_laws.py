@@ -98,7 +98,7 @@ def test_so_it_is_for_meshes_of_so_many_triangles_that_a_coarser_one_is_decompos
     mesh = mesh_of(solid)
     fine = Mesh(*trimesh.remesh.subdivide(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)))
     epsilon = share * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
-    module = sys.modules["kabo.geometry.bounding.bounding_decomposition"]
+    module = sys.modules["kabo.geometry.bounding.decomposition"]
     with tempfile.TemporaryDirectory() as folder, patch.object(module, "COARSEN_ABOVE_TRIANGLES", 100):
         made = bounding_decomposition(fine, epsilon, cache=Path(folder))
     holds(made, solid, epsilon, seed)

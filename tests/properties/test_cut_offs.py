@@ -23,6 +23,7 @@ from kabo.errors import CutOff, KaboError
 from kabo.explain.explain import explain
 from kabo.geometry import enclosing_parts
 from kabo.language import Problem
+from kabo.meshes import Mesh
 from kabo.plan import plan_to_json
 from kabo.planner.result import Result
 from kabo.planner.solve import solve
@@ -188,10 +189,10 @@ def test_parts_that_are_not_finished_are_not_kept(tmp_path):
     children = children_of(os.getpid())  # of other tests
     for last in (0, 1, 2):
         with pytest.raises(CutOff):
-            enclosing_parts(corners, faces, 0.01, cache=tmp_path, look=Looks(last).look)
+            enclosing_parts(Mesh(corners, faces), 0.01, cache=tmp_path, look=Looks(last).look)
         assert not list(tmp_path.iterdir())
         assert children_of(os.getpid()) == children
-    made = [enclosing_parts(corners, faces, 0.01, cache=tmp_path / name) for name in ("a", "b")]
+    made = [enclosing_parts(Mesh(corners, faces), 0.01, cache=tmp_path / name) for name in ("a", "b")]
     assert len(made[0].parts) > 1
     assert all(np.array_equal(one, other) for one, other in zip(made[0].parts, made[1].parts, strict=True))
 

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from kabo.arrays import Array
-from kabo.geometry.bounding.stored_parts import canonical, digest_of, write
-from kabo.geometry.parts import Enclosure
+from kabo.geometry.bounding.shapes import shape_of
+from kabo.geometry.bounding.stored_parts import Cover, write
 from kabo.meshes import load_mesh
 from kabo.service import pack_problem
 from tests.conftest import PROPERTY_SCALE
@@ -65,8 +65,10 @@ def other_parts(files: dict[str, bytes], draw: random.Random) -> None:
     mesh.write_bytes(files[BLOCK])
     read = load_mesh(mesh)
     grown = read.vertices * (1 + draw.choice((0.005, 0.01, 0.02)))
-    made = Enclosure((grown,), 0.001)
-    write(written, digest_of(*canonical(read.vertices, read.faces)), {0.001: made})
+    shape = shape_of(read)
+    part = (grown - shape.origin) / shape.scale
+    tolerance = shape.lengths(0.001)
+    write(written, shape.digest, [Cover((part,), (tolerance,), tolerance)])
     files[f"{BLOCK}.parts"] = written.read_bytes() if draw.random() < 0.8 else b"none"
 
 

@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -15,10 +14,9 @@ import trimesh
 from kabo.cli.main import main
 from kabo.errors import InputError, MeshError
 from kabo.geometry import enclosing_parts
-from kabo.geometry.bounding import decomposition
 from kabo.geometry_server import GeometryServer
 from kabo.language import load_problem, load_scene_description
-from kabo.meshes import load_mesh
+from kabo.meshes import Mesh, load_mesh
 from kabo.plan import plan_from_json
 from kabo.requests import check_files
 from kabo.scene import Scene, load_scene
@@ -157,7 +155,7 @@ def test_a_closed_box_that_is_inside_out_is_turned_and_told(folder: Path, tmp_pa
     assert trimesh.Trimesh(body.vertices, body.faces, process=False).volume > 0.0
     (warning,) = (each for each in check_files([folder / "scene.yaml"]) if "inside out" in each.message)
     assert warning.severity == "warning" and warning.message == "turned 1 component that was inside out"
-    made = enclosing_parts(np.array(box.vertices), np.array(box.faces), 0.004, cache=tmp_path)
+    made = enclosing_parts(Mesh(np.array(box.vertices), np.array(box.faces)), 0.004, cache=tmp_path)
     assert len(made.parts) == 1
 
 
@@ -256,15 +254,7 @@ def test_faces_that_stand_twice_and_turned_crash_nothing(tmp_path: Path) -> None
     """CoACD ends with a segmentation fault on this box."""
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     faces = np.vstack([box.faces, np.array(box.faces)[:, ::-1]])
-    assert enclosing_parts(np.array(box.vertices), faces, 0.004, cache=tmp_path).deviation <= 0.004
-
-
-def test_a_library_that_dies_proposes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    box = trimesh.creation.box((0.1, 0.1, 0.1))
-    vertices, faces = np.array(box.vertices), np.array(box.faces)
-    assert len(decomposition._hulls(vertices, faces, seed=0)) == 1
-    monkeypatch.setattr(decomposition, "_by_coacd", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
-    assert decomposition._hulls(vertices, faces, seed=0) == []
+    assert enclosing_parts(Mesh(np.array(box.vertices), faces), 0.004, cache=tmp_path).deviation <= 0.004
 
 
 def test_faces_without_area_warn_of_nothing(tmp_path: Path) -> None:
@@ -274,4 +264,4 @@ def test_faces_without_area_warn_of_nothing(tmp_path: Path) -> None:
     middle, new = (vertices[a] + vertices[b]) / 2, len(vertices)
     split = np.vstack([faces[1:], [[a, new, c], [new, b, c], [a, b, new]]])
     with np.errstate(all="raise"):
-        assert len(enclosing_parts(np.vstack([vertices, middle]), split, 0.004, cache=tmp_path).parts) == 1
+        assert len(enclosing_parts(Mesh(np.vstack([vertices, middle]), split), 0.004, cache=tmp_path).parts) == 1

@@ -53,7 +53,9 @@ def run(options: argparse.Namespace) -> int:
     with clean_standard_output():
         name = _name(options.name, urdf)
         wishes = rooms.Wishes(options.tip, options.group)
-        model = rooms.make_robot_model(urdf, srdf, name=name, epsilon=options.epsilon, wishes=wishes)
+        model = rooms.make_robot_model(
+            urdf, srdf, name=name, epsilon=options.epsilon, wishes=wishes, told=options.surrounding.preparing
+        )
         text = rooms.robot_scene_text(model, None if options.output is None else options.output.parent)
         if options.output is not None:
             rooms.write_atomically(options.output, text.encode())

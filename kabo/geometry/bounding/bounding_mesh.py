@@ -8,6 +8,7 @@ every original triangle from the new faces.
 
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding import contraction_state as state
+from kabo.geometry.bounding.component_groups import groups_without_crossings
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
 from kabo.geometry.bounding.kernels.carried_triangles import start
@@ -96,8 +98,8 @@ def bounding_mesh(
     """A mesh of few vertices on one side of `mesh`, proven within `epsilon` of it in both directions.
 
     Args:
-        mesh: a closed, orientable manifold. It may have several components, which are bounded together; where its
-            faces intersect already, they may still do so in the result.
+        mesh: a closed, orientable manifold. It may have several components, which may overlap. Where faces of one
+            component intersect already, they may still do so in an outer result; an inner one is refused.
         epsilon: the greatest permitted distance [m].
         side: "outer" encloses the mesh, "inner" is enclosed by it.
         vertices: contraction stops at this number of vertices.
@@ -127,13 +129,13 @@ def bounding_mesh(
         raise ValueError(
             f"epsilon is {epsilon:g} m, less than rounding allows so far from the origin ({rounding:g} m)"
         )
-    turned = faces if side == "outer" else np.ascontiguousarray(faces[:, ::-1])
     settings = _settings(points, epsilon, limit, vertices or 0, COSTS[cost], certify)
-    locked, start_of_contraction = _on_border(points, turned), time.perf_counter()
-    new, new_faces, counts = _contracted(points, turned, settings, locked)
+    start_of_contraction = time.perf_counter()
+    if side == "outer":
+        new, new_faces, counts = _contracted(points, faces, settings, _on_border(points, faces))
+    else:
+        new, new_faces, counts = _contracted_within(points, faces, settings, getattr(mesh, "path", None))
     contraction_seconds = time.perf_counter() - start_of_contraction
-    if side == "inner":
-        new_faces = np.ascontiguousarray(new_faces[:, ::-1])
     bound = rounding
     if counts["contractions"]:
         bound = hausdorff_bound(points, faces, new, new_faces, ceiling=epsilon - 2.0 * rounding)[1] + rounding
@@ -192,6 +194,29 @@ def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
     locked = np.zeros(len(points), np.bool_)
     locked[different[count == 1]] = True
     return locked
+
+
+def _contracted_within(
+    points: Array, faces: Integers, settings: state.ContractionSettings, path: Path | None
+) -> tuple[Array, Integers, dict[str, int]]:
+    """The vertices and faces within the mesh, and the counts; overlapping components are contracted one by one.
+
+    Raises:
+        MeshError: a component crosses itself.
+    """
+    whole = np.zeros((0, 3)), np.zeros((0, 3), np.int64), dict.fromkeys(COUNTER_NAMES, 0)
+    for group in groups_without_crossings(points, faces, "mesh" if path is None else str(path)):
+        used, index = np.unique(group[:, ::-1], return_inverse=True)
+        own, turned = np.ascontiguousarray(points[used]), np.ascontiguousarray(index.reshape(-1, 3), np.int64)
+        target = -(-settings.vertices * len(used) // len(points))
+        now = settings._replace(vertices=target, alive=len(used))
+        new, new_faces, counts = _contracted(own, turned, now, _on_border(own, turned))
+        whole = (
+            np.vstack([whole[0], new]),
+            np.vstack([whole[1], new_faces[:, ::-1] + len(whole[0])]),
+            {name: whole[2][name] + count for name, count in counts.items()},
+        )
+    return np.ascontiguousarray(whole[0]), np.ascontiguousarray(whole[1]), whole[2]
 
 
 def _contracted(

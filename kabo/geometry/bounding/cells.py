@@ -5,7 +5,7 @@ a plane clips every segment, closes every face that crosses the plane with new s
 those segments again as a new face, the cut. The hull of a cell's points contains all of the solid inside the cell,
 since extreme points of a cut region lie on its border, and all borders are kept. So the hulls of all cells cover
 the solid by construction. Rounding moves points by a few 1e-16 of their size, much less than the margin of
-`kabo.geometry.bounding.enclosing_polytope`.
+`kabo.geometry.bounding.containment`.
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ def cut(cell: Cell, normal: Array, offset: float) -> tuple[Cell, Cell]:
     low, high = segments[crossing, 0], segments[crossing, 1]
     t = height[crossing, 0] / (height[crossing, 0] - height[crossing, 1])
     points = low + t[:, None] * (high - low)
-    border, owner = _borders(points, cell.faces[crossing], normal)
+    border, owner = _borders(points, cell.faces[crossing])
     halves = []
     for side in (False, True):
         clipped = segments[crossing].copy()
@@ -63,6 +63,15 @@ def cut(cell: Cell, normal: Array, offset: float) -> tuple[Cell, Cell]:
             )
         )
     return halves[0], halves[1]
+
+
+def inside_planes(cell: Cell, planes: Array) -> Cell:
+    """What of a cell lies behind all planes (H, 4), n·x <= d."""
+    for plane in planes:
+        if not len(cell.segments):
+            break
+        cell = cut(cell, plane[:3], float(plane[3]))[0]
+    return cell
 
 
 def _in_one_direction(segments: Array) -> Array:
@@ -82,7 +91,7 @@ def _select(cell: Cell, chosen: NDArray[np.bool_]) -> Cell:
     return Cell(cell.segments[chosen], cell.faces[chosen])
 
 
-def _borders(points: Array, owners: Integers, normal: Array) -> tuple[Array, Integers]:
+def _borders(points: Array, owners: Integers) -> tuple[Array, Integers]:
     """The segments in which faces cross the plane: crossing points in order along the line, taken in pairs.
 
     A closed border has an even number of crossings. If rounding made it odd, one segment from the first to the
@@ -106,5 +115,4 @@ def _borders(points: Array, owners: Integers, normal: Array) -> tuple[Array, Int
         first.append(line[0::2])
         second.append(line[1::2])
         owner.append(np.full(len(line) // 2, owners[starts[group]]))
-    del normal
     return np.stack([np.concatenate(first), np.concatenate(second)], axis=1), np.concatenate(owner)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
+from kabo.geometry.bounding.containment import hull_of
 from kabo.geometry.bounding.kernels.depth_octree import between_is_far
 from kabo.geometry.bounding.nearness import (
     HALTON_POINTS,
@@ -38,7 +39,7 @@ class Growth:
         self.solid, self.limit, self._voids = solid, limit, voids
         self.points = [thinned(each, 0.05 * limit) for each in points]
         self._few = [thinned(each, THINNING_SHARE * limit) for each in self.points]
-        self._volumes = [float(ConvexHull(each).volume) for each in self._few]
+        self._volumes = [float(hull_of(each).volume) for each in self._few]
         self._middles = np.array([each.mean(axis=0) for each in self.points])
         self._low = np.array([each.min(axis=0) for each in self.points])
         self._high = np.array([each.max(axis=0) for each in self.points])
@@ -58,7 +59,7 @@ class Growth:
             members = self._grown(seed, nearest, prices)
             if len(members) == 1:
                 break
-            hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+            hull = hull_of(np.vstack([self.points[j] for j in members]))
             far = near_or_witness(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
             if far is None:
                 break
@@ -66,7 +67,7 @@ class Growth:
         return members
 
     def _grown(self, seed: int, nearest: bool, prices: Array | None) -> Members:
-        members, hull = [seed], ConvexHull(self.points[seed])
+        members, hull = [seed], hull_of(self.points[seed])
         compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
         refused = np.zeros(len(self.points), bool)
         known: dict[int, float] = {}  # the empty volume that each cell would add
@@ -86,7 +87,7 @@ class Growth:
             if prices is not None:
                 candidates.sort(key=lambda j: prices[j] <= 0.0)
             for j in candidates:
-                larger = ConvexHull(np.vstack([corners, self.points[j]]))
+                larger = hull_of(np.vstack([corners, self.points[j]]))
                 if self._looks_near(larger):
                     hull = larger
                     members.append(j)
@@ -99,11 +100,11 @@ class Growth:
 
         Estimates from before the hull grew are updated for the best of them only.
         """
-        hull = ConvexHull(np.vstack([self._few[i] for i in members]))
+        hull = hull_of(np.vstack([self._few[i] for i in members]))
         corners = hull.points[hull.vertices]
         best = sorted((j for j in candidates if j in known), key=lambda j: (known[j], candidates.index(j)))
         for j in [j for j in candidates if j not in known] + best[:NEIGHBOURS_REFRESHED]:
-            joined = ConvexHull(np.vstack([corners, self._few[j]]))
+            joined = hull_of(np.vstack([corners, self._few[j]]))
             known[j] = round(1.0 - (hull.volume + self._volumes[j]) / float(joined.volume), 9)
         return sorted(candidates, key=lambda j: (known[j], candidates.index(j)))
 
@@ -147,7 +148,7 @@ class Growth:
                     one, other, HALTON_POINTS[:SIGHT_LINES], self.limit, *known
                 )
             else:
-                hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+                hull = hull_of(np.vstack([self.points[j] for j in members]))
                 self._joints[members] = self._looks_near(hull)
         return self._joints[members]
 
@@ -176,7 +177,7 @@ class Growth:
 
 def thinned(points: Array, tolerance: float) -> Array:
     """Some corners of the points' convex hull, such that every point lies within `tolerance` [m] of their hull."""
-    points = points[np.sort(ConvexHull(points).vertices)]
+    points = points[np.sort(hull_of(points).vertices)]
     axes = np.array(
         [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
     )
@@ -184,7 +185,7 @@ def thinned(points: Array, tolerance: float) -> Array:
     chosen = np.unique(np.r_[heights.argmin(axis=0), heights.argmax(axis=0)])
     while len(chosen) < len(points):
         try:
-            planes = ConvexHull(points[chosen]).equations
+            planes = hull_of(points[chosen]).equations
         except QhullError:  # the extremes lie in a plane
             return points
         beyond = points @ planes[:, :3].T + planes[:, 3]

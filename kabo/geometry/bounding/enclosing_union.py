@@ -6,23 +6,25 @@ part. A part may extend into other cells, since its distance to the whole solid 
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
+from kabo.geometry.bounding.containment import CONTAINMENT_MARGIN, hull_of
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
-from kabo.geometry.bounding.enclosing_polytope import CONTAINMENT_MARGIN
 from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
+from kabo.geometry.bounding.stored_parts import Cover
 from kabo.geometry.triangles.solids import Solid
 
 CELL_SHARE = 0.4  # of epsilon: deviation of a cell's hull
 MANY_CELLS = 200  # above which cells may deviate by COARSE_CELL_SHARE
 COARSE_CELL_SHARE = 0.7  # of epsilon: the same, tried first
 MAX_CELLS_TO_REFINE = 120  # coarse cells above which none are refined
+FEW_PARTS_WORTH = 10.0  # of one part, in corners, above which cells are as large as they may be
+LARGE_CELL_SHARES = 0.95, 0.6  # of epsilon: deviation of such a cell's hull, and of its lines of sight
 # Of epsilon, for hulls of sets, with whether the nearest cells are added first.
 JOINED_SHARES = ((0.8, False), (0.96, False), (0.96, True))
 SINGLE_GROWTH_ABOVE_CELLS = 110  # above which only the last of these is tried
@@ -38,33 +40,47 @@ SPARE_PARTS_RATIO = 1.5  # parts made for each one used, after which no better c
 MAX_CORNER_CUTS = 8  # of a cell whose part has too many corners
 MAX_PROOF_CUTS = 24  # of a cell whose part cannot be proven
 TIGHTER_SHARES = (0.02, 0.25)  # between a part's deviation and epsilon: tried as tighter bounds
-CORNERS_PER_PART = 2.0  # worth of one part, in corners
+CORNERS_PER_PART = 2.0  # worth of one part, in corners, where corners are to be few
 
 
-@dataclass(frozen=True)
-class Union:
-    """Convex parts (V, 3) [m], and for each part a proven upper bound of its points' distance from the solid [m]."""
+class Aims(NamedTuple):
+    """What the parts of a cover shall be like."""
 
-    parts: tuple[Array, ...]
-    deviations: tuple[float, ...]
+    tolerance: float  # [m] the greatest permitted distance of their points from the solid
+    corners: int | None = None  # the desired greatest number of corners of a part; None: no limit
+    strict: bool = False  # whether a part with more corners is worse than any number of parts
+    worth: float = CORNERS_PER_PART  # of one part, in corners
+
+    @property
+    def few_parts(self) -> bool:
+        """Whether few parts matter more than few corners."""
+        return self.worth > FEW_PARTS_WORTH
 
 
 class Undecided(Exception):
     """Raised if a cell cannot be enclosed within epsilon, however small it is cut."""
 
 
-def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
+def cells_of(
+    solid: Solid, aims: Aims, begun: Sequence[HulledCell] | None = None, most: int | None = None
+) -> list[HulledCell]:
     """Cells that together contain the solid, with convex hulls that stay near it as far as samples show.
 
+    Args:
+        begun: cells whose content is to be covered, instead of the whole solid.
+        most: the greatest number of cells; None: a thousand.
+
     Raises:
-        TooManyCells: a thousand cells are not enough.
+        TooManyCells: so many cells are not enough.
     """
-    cells = split_solid(solid, COARSE_CELL_SHARE * epsilon, MAX_CELLS, CELL_SHARE * epsilon)
+    most, epsilon = MAX_CELLS if most is None else most, aims.tolerance
+    if aims.few_parts:
+        share, sight = LARGE_CELL_SHARES
+        return split_solid(solid, share * epsilon, most, sight * epsilon, begun)
+    cells = split_solid(solid, COARSE_CELL_SHARE * epsilon, most, CELL_SHARE * epsilon, begun)
     if len(cells) <= MAX_CELLS_TO_REFINE:
         with suppress(TooManyCells):
-            cells = split_solid(
-                solid, CELL_SHARE * epsilon, min(MANY_CELLS, MAX_CELLS), CELL_SHARE * epsilon, cells
-            )
+            cells = split_solid(solid, CELL_SHARE * epsilon, min(MANY_CELLS, most), CELL_SHARE * epsilon, cells)
     return _shorter(solid, cells, epsilon) if len(cells) > PRICING_ABOVE_CELLS else cells
 
 
@@ -80,27 +96,24 @@ def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[Hull
     return cells
 
 
-def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, corners: int | None) -> Union:
-    """Parts that enclose all cells of a solid, each part proven within `epsilon` [m] of the solid.
-
-    Args:
-        corners: the desired greatest number of corners of a part, reached by cutting cells; None: no limit.
+def enclosing_union(solid: Solid, cells: Sequence[HulledCell], aims: Aims) -> Cover:
+    """Parts that enclose all cells of a solid, each part proven within the tolerance of the solid.
 
     Raises:
         Undecided: a cell cannot be enclosed.
     """
-    cells = list(cells)
+    cells, epsilon = list(cells), aims.tolerance
     voids = Voids(solid)
     sets = _sets(solid, cells, epsilon, voids)
     made: dict[Members, Array | None] = {}
-    chosen = _chosen(solid, cells, sets, made, epsilon, corners, voids)
+    chosen = _chosen(solid, cells, sets, made, aims, voids)
     needed = {members: set(members) for members in chosen}
     parts = {members: part for members in chosen if (part := made[members]) is not None}
     for members in chosen:
-        large = corners is not None and members in parts and len(parts[members]) > corners
+        large = aims.corners is not None and members in parts and len(parts[members]) > aims.corners
         if members not in parts or (large and len(members) == 1):
             parts.pop(members, None)
-            for hulled, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners, voids):
+            for hulled, part in _in_smaller_cells(solid, cells[members[0]], aims, voids):
                 cells.append(hulled)
                 name = (len(cells) - 1,)
                 parts[name], needed[name] = part, set(name)
@@ -110,7 +123,7 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, c
     if not _covers(cells, live, list(parts.values())):
         raise Undecided
     ordered = sorted(parts.values(), key=lambda part: tuple(part.mean(axis=0)))
-    return Union(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered))
+    return Cover(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered), epsilon)
 
 
 def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
@@ -170,7 +183,7 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
     return epsilon
 
 
-def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Union:
+def proven_cover(solid: Solid, around: Cover, away: float, epsilon: float) -> Cover:
     """The parts of `around`, made for another solid at most `away` [m] from `solid`, with deviations proven for `solid`.
 
     Raises:
@@ -183,7 +196,7 @@ def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Un
         if bound is None:
             raise Undecided
         deviations.append(bound)
-    return Union(around.parts, tuple(deviations))
+    return Cover(around.parts, tuple(deviations), epsilon)
 
 
 def _chosen(
@@ -191,8 +204,7 @@ def _chosen(
     cells: list[HulledCell],
     sets: list[Members],
     made: dict[Members, Array | None],
-    epsilon: float,
-    corners: int | None,
+    aims: Aims,
     voids: Voids,
 ) -> list[Members]:
     """The sets that cover all cells with the fewest corners found; writes their parts to `made`."""
@@ -200,14 +212,14 @@ def _chosen(
     best: list[Members] = []
     best_cost = np.inf
     for _ in range(CHOICE_ROUNDS + len(sets)):
-        costs = [_cost(members, made, typical, corners) for members in sets]
+        costs = [_cost(members, made, typical, aims) for members in sets]
         chosen = [sets[i] for i in fewest_sets(len(cells), sets, costs)]
         missing = [members for members in chosen if members not in made]
         for members in missing:
             points = np.vstack([cells[i].points for i in members])
-            made[members] = enclosing_part(solid, points, epsilon, voids)
+            made[members] = enclosing_part(solid, points, aims.tolerance, voids)
         usable = all(made[members] is not None or len(members) == 1 for members in chosen)
-        cost = sum(_cost(members, made, typical, corners) for members in chosen)
+        cost = sum(_cost(members, made, typical, aims) for members in chosen)
         if usable and cost < best_cost:
             best, best_cost = chosen, cost
         known = [len(part) for part in made.values() if part is not None]
@@ -217,27 +229,29 @@ def _chosen(
     return best
 
 
-def _cost(members: Members, made: dict[Members, Array | None], typical: float, corners: int | None) -> float:
+def _cost(members: Members, made: dict[Members, Array | None], typical: float, aims: Aims) -> float:
     """The cost of a set: the corners of its part, a typical number if it is not made yet, a high cost if it has none."""
     if members not in made:
-        return typical + CORNERS_PER_PART + 0.01 * len(members)
+        return typical + aims.worth + 0.01 * len(members)
     part = made[members]
     if part is None:
         return 1e4 if len(members) == 1 else 1e6
-    if corners is not None and len(part) > corners:
+    if aims.corners is not None and len(part) > aims.corners:
         return 1e3 * (1.0 + len(members))
-    return len(part) + CORNERS_PER_PART
+    return len(part) + aims.worth
 
 
 def _in_smaller_cells(
-    solid: Solid, hulled: HulledCell, epsilon: float, corners: int | None, voids: Voids
+    solid: Solid, hulled: HulledCell, aims: Aims, voids: Voids
 ) -> list[tuple[HulledCell, Array]]:
     """The smaller cells, with parts, into which a cell without a part is cut."""
+    epsilon, corners = aims.tolerance, aims.corners
+    deepest = MAX_PROOF_CUTS if aims.strict else MAX_CORNER_CUTS
     work, found = [(hulled, 0)], []
     while work:
         current, depth = work.pop()
         part = enclosing_part(solid, current.points, epsilon, voids)
-        few = corners is None or part is None or len(part) <= corners or depth >= MAX_CORNER_CUTS
+        few = corners is None or part is None or len(part) <= corners or depth >= deepest
         if part is not None and few:
             found.append((current, part))
             continue
@@ -276,7 +290,7 @@ def _shrunk(
 
 def _held(part: Array, cells: list[HulledCell], live: list[int]) -> set[int]:
     """The cells that are proven to lie inside a part, with a margin above rounding."""
-    planes = ConvexHull(part).equations
+    planes = hull_of(part).equations
     return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -CONTAINMENT_MARGIN).all()}
 
 
@@ -285,4 +299,4 @@ def _covers(cells: list[HulledCell], live: list[int], parts: list[Array]) -> boo
     return set(live) == set().union(*(_held(part, cells, live) for part in parts))
 
 
-__all__ = ["TooManyCells", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]
+__all__ = ["Aims", "TooManyCells", "Undecided", "cells_of", "deviation", "enclosing_union", "proven_cover"]

@@ -1,168 +1,156 @@
 """The convex parts that enclose a closed mesh, proven within a tolerance of it: read from a file, or computed once.
 
-Parts are looked up beside the mesh file, then in the cache; otherwise they are computed by
-`kabo.geometry.bounding.decomposition` and stored. Parts from a file are used once their claims are proven
-[kabo.geometry.bounding.verified_parts]. If a scene scales a mesh, parts beside its file are scaled too: those with
-deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
+Parts are looked up beside the mesh file, then in the cache; otherwise they are computed and kept. Parts from a file
+are used once their claims are proven [kabo.geometry.bounding.verified_parts]. Scaled and moved copies of a mesh have
+the same shape [kabo.geometry.bounding.shapes], and thus share files.
 """
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
-from kabo.arrays import Array, Integers
-from kabo.children import never
+from kabo.children import made_in_child, never
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_parts
-from kabo.geometry.bounding.pieces import parts_of_pieces
-from kabo.geometry.bounding.verified_parts import are_verified, record_proof
-from kabo.geometry.parts import Enclosure
-from kabo.geometry.triangles.solids import Solid
-from kabo.meshes import Mesh, load_mesh, outwards, require_closed
+from kabo.geometry.bounding.cover_tree import CoverTree, kept_or_made
+from kabo.geometry.bounding.decomposition import Request, made_cover
+from kabo.geometry.bounding.enclosing_union import Aims, TooManyCells, Undecided
+from kabo.geometry.bounding.shapes import Shape, shape_of
+from kabo.geometry.bounding.stored_parts import Cover
+from kabo.geometry.bounding.verified_parts import are_verified
+from kabo.geometry.parts import COLUMNS, Enclosure
+from kabo.meshes import Mesh
 
-# [m] per unit of a mesh file, for which parts beside it were probably made.
-COMMON_SCALES = (1.0, 1e-3, 1e-2, 0.0254)
+PART_WORTH = 24.0  # of one part, in corners: about what a part costs when collisions are checked
+DIRECT_CELLS = 300  # above which a coarser cover is made, and refined on demand
+NEAR_ENOUGH = 1.5  # a stored cover made for a tolerance finer by this factor has hardly more corners
+SIMPLE_CORNERS = 24  # a single part of at most so many corners serves any coarser tolerance
+COARSEST_ROOTS = 64.0  # a stored cover made for a tolerance coarser by more than this factor is not refined
 
 
 def enclosing_parts(
-    vertices: Array,
-    faces: Integers,
+    mesh: Mesh,
     tolerance: float,
     *,
-    source: Path | None = None,
     cache: Path | None = None,
-    seed: int = 0,
     look: Callable[[], None] = never,
+    coarse: float | None = None,
 ) -> Enclosure:
-    """Convex parts (V <= 24, 3) whose union covers the solid inside a closed mesh.
+    """Convex parts (V <= 64, 3) [m] whose union covers the solid inside a closed mesh, within `tolerance` of it.
 
-    Every point of the parts lies within `deviation` <= `tolerance` of the solid, which is proven, not sampled. The
-    same mesh, tolerance and seed give the same parts, whatever the order of vertices and faces.
+    A proven bound says for each part how far its points may be from the solid; where the tolerance would need very
+    many parts, coarser ones come back, of which `Enclosure.finer` refines one. The same triangles and tolerance give
+    the same parts, whatever the order of vertices and faces, and whatever the cache holds.
 
     Args:
-        vertices: the vertices (V, 3) of the mesh [m].
-        faces: the vertex indices (F, 3) of its triangles.
-        tolerance: the greatest permitted deviation of the parts from the solid [m].
-        source: the mesh file; parts stored beside it are used if they were made for this mesh.
+        mesh: a closed mesh [m], whose components may overlap or be inside out; parts beside its file are used.
+        tolerance: the greatest permitted distance of the finest parts' points from the solid [m].
         cache: the folder of stored parts; None is the folder in kabo's cache.
-        seed: the seed of CoACD.
         look: called repeatedly while parts are computed; an exception ends the computation.
+        coarse: a tolerance [m] for the parts that come back, to be refined to `tolerance`; None: as seems best.
 
     Raises:
         MeshError: the mesh is empty, not finite, open or too fine for the tolerance, or has indices out of range.
+        ValueError: the tolerance is not positive.
     """
-    name = "mesh" if source is None else str(source)
-    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
-    solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
-    if source is not None:
-        beside = stored_parts.read(stored_parts.beside(source), digest) or _scaled(solid, source)
-        stored = _verified(solid, beside, tolerance)
-        if stored is not None:
-            return stored
-    kept = (cache_folder() / "parts" if cache is None else cache) / f"{digest[:32]}-{tolerance:.9g}-{seed}.parts"
-    found = _verified(solid, stored_parts.read(kept, digest), tolerance)
-    if found is not None:
-        return found
-    look()
-    made = _made(solid, tolerance, seed, name, look=look)
-    with suppress(OSError):  # a read-only cache costs time, never an answer
-        stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
-    return made
+    if not tolerance > 0.0:
+        raise ValueError(f"a tolerance of {tolerance:g} m is no positive length")
+    shape, name = shape_of(mesh), name_of(mesh)
+    aims = aims_for(shape, tolerance, name)
+    folder = cache_folder() / "parts" if cache is None else cache
+    cover = None if mesh.path is None else _beside(shape, mesh.path, aims.tolerance)
+    if cover is None:
+        first = aims if coarse is None else aims_for(shape, max(coarse, tolerance), name)
+        cover = kept_cover(shape, Request(first, cells=DIRECT_CELLS), folder, name, look)
+    return CoverTree.of(shape, cover, aims, name, folder).enclosure()
 
 
-def _verified(solid: Solid, stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
-    """The best fitting of stored enclosures whose claims are proven; None if there is none."""
-    left = dict(stored)
-    while (best := stored_parts.fitting(left, tolerance)) is not None:
-        if are_verified(solid, best.parts, [best.deviation] * len(best.parts)):
-            return best
-        left = {key: made for key, made in left.items() if made is not best}
-    return None
+def aims_for(shape: Shape, tolerance: float, name: str) -> Aims:
+    """What parts for collision checks within a tolerance [m] shall be like.
+
+    Raises:
+        MeshError: the tolerance is less than what rounding allows.
+    """
+    length = shape.lengths(tolerance)
+    if not length > 0.0:
+        said = f"{tolerance:g} m is finer than a mesh of {shape.scale:g} m is known"
+        raise MeshError([Diagnostic(name, 1, 1, said, "ask for a larger epsilon")])
+    return Aims(length, corners=COLUMNS, strict=True, worth=PART_WORTH)
 
 
-def _scaled(solid: Solid, source: Path) -> dict[float, Enclosure]:
-    """The enclosures beside a mesh file, scaled along each axis like the mesh; none if the mesh is no scaled copy."""
-    if not stored_parts.beside(source).is_file():
-        return {}
-    for unit in COMMON_SCALES:
-        try:
-            original = load_mesh(source, unit)
-            vertices, faces = _usable(original.vertices, original.faces, source)
-        except MeshError:
-            return {}
-        stored = stored_parts.read(stored_parts.beside(source), stored_parts.digest_of(vertices, faces))
-        sides = np.ptp(vertices, axis=0)
-        if stored and (sides > 0.0).all():
-            factors = np.ptp(solid.vertices, axis=0) / sides
-            grown = float(factors.max()) * (1.0 + 1e-9)
-            return {
-                grown * key: Enclosure(tuple(part * factors for part in made.parts), grown * made.deviation)
-                for key, made in stored.items()
-            }
-    return {}
+def name_of(mesh: Mesh) -> str:
+    """The name of a mesh in errors: its file, if it has one."""
+    return "mesh" if mesh.path is None else str(mesh.path)
 
 
-def write_parts(
-    mesh: Path, vertices: Array, faces: Integers, *tolerances: float, pieces: Sequence[Array] = ()
-) -> None:
-    """Writes the file `<mesh>.parts` with an enclosure of the mesh for each tolerance [m]; keeps stored enclosures.
+def kept_cover(shape: Shape, request: Request, folder: Path, name: str, look: Callable[[], None] = never) -> Cover:
+    """The cover of a shape in a folder, or a new one, which is then kept there.
 
-    Args:
-        mesh: the path of the mesh file.
-        vertices, faces: the mesh as loaded from this file.
-        pieces: convex sets (P, 3) [m] that together contain the mesh; used only if this can be proven.
+    Raises:
+        MeshError: the tolerance cannot be kept.
+    """
+    key = hashlib.sha256(repr((shape.digest, tuple(request.aims), *request[1:])).encode()).hexdigest()
+
+    def made() -> Cover:
+        look()
+        if look is never:
+            return _made(shape, request, name)
+        return made_in_child(lambda: _made(shape, request, name), look)
+
+    return kept_or_made(shape, folder / f"{key[:40]}.parts", None, made)
+
+
+def write_parts(mesh: Mesh, *tolerances: float) -> None:
+    """Writes the file `<mesh>.parts` with parts of the mesh for each tolerance [m]; keeps stored ones.
 
     Raises:
         MeshError: the mesh cannot be enclosed, as in `enclosing_parts`.
         OSError: the folder cannot be written.
+        ValueError: the mesh comes from no file.
     """
-    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
-    solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
-    enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
+    if mesh.path is None:
+        raise ValueError("a mesh without a file has no place for its parts")
+    shape, name, path = shape_of(mesh), name_of(mesh), stored_parts.beside(mesh.path)
+    covers = {each.tolerance: each for each in stored_parts.read(path, shape.digest)}
     for tolerance in tolerances:
-        if tolerance not in enclosures:
-            enclosures[float(tolerance)] = _made(solid, tolerance, 0, str(mesh), pieces)
-    stored_parts.write(stored_parts.beside(mesh), digest, enclosures)
+        aims = aims_for(shape, tolerance, name)
+        if aims.tolerance not in covers:
+            covers[aims.tolerance] = _made(shape, Request(aims, cells=DIRECT_CELLS), name)
+    stored_parts.write(path, shape.digest, list(covers.values()))
 
 
-def _made(
-    solid: Solid,
-    tolerance: float,
-    seed: int,
-    name: str,
-    pieces: Sequence[Array] = (),
-    look: Callable[[], None] = never,
-) -> Enclosure:
-    # Loaded here since stored parts, which most runs use, need no search for cuts (0.1 s).
-    from kabo.geometry.bounding.decomposition import ToleranceTooFine, decompose, proven_deviation
+def _beside(shape: Shape, source: Path, tolerance: float) -> Cover | None:
+    """The proven cover beside a mesh file that suits a tolerance best, or that may be refined to it; None if none."""
+    left = stored_parts.read(stored_parts.beside(source), shape.digest)
+    while left:
+        best = max(left, key=lambda made: (max(made.deviations) <= tolerance, -abs(made.tolerance - tolerance)))
+        if _suits(best, tolerance) and are_verified(shape.solid, best):
+            return best
+        left = [made for made in left if made is not best]
+    return None
 
-    turned, done = outwards(Mesh(solid.vertices, solid.faces))
-    if done is not None:  # inside out it is the same solid, but CoACD makes nothing of it
-        solid = Solid(turned.vertices, turned.faces)
+
+def _suits(cover: Cover, tolerance: float) -> bool:
+    """Whether a stored cover is as good as one made for a tolerance, or can be refined to it."""
+    if max(cover.deviations) > tolerance:
+        return cover.tolerance <= COARSEST_ROOTS * tolerance
+    simple = len(cover.parts) == 1 and len(cover.parts[0]) <= SIMPLE_CORNERS
+    return simple or NEAR_ENOUGH * cover.tolerance >= tolerance
+
+
+def _made(shape: Shape, request: Request, name: str) -> Cover:
     try:
-        parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
-            solid, tolerance, seed, look
+        return made_cover(shape.solid, request)
+    except (TooManyCells, Undecided) as error:
+        why = (
+            "need more than a thousand convex parts"
+            if isinstance(error, TooManyCells)
+            else "are cut by CoACD into hulls that cannot be widened to cover them"
+            if request.engine == "coacd"
+            else "have hollows around which no convex parts could be proven"
         )
-    except ToleranceTooFine as error:
-        raise _unusable(
-            name,
-            f"a mesh of {len(solid.faces)} triangles needs more than {error} convex parts "
-            f"to be enclosed within {tolerance:g} m",
-            "ask for a larger epsilon, or simplify the mesh where it has fine hollows",
-        ) from None
-    made = Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
-    record_proof(solid, made.parts, [made.deviation] * len(made.parts))
-    return made
-
-
-def _usable(vertices: Array, faces: Integers, source: Path | None) -> tuple[Array, Integers]:
-    """The canonical form of a mesh; MeshError unless it is closed."""
-    require_closed(Mesh(vertices, faces, source))
-    return stored_parts.canonical(vertices, faces)
-
-
-def _unusable(name: str, message: str, hint: str | None = None) -> MeshError:
-    return MeshError([Diagnostic(name, 1, 1, message, hint)])
+        within = shape.metres(request.aims.tolerance)
+        said = f"is too fine: its {len(shape.solid.faces)} triangles {why} within {within:g} m"
+        remedy = "ask for a larger epsilon, or simplify the mesh where it has fine hollows"
+        raise MeshError([Diagnostic(name, 1, 1, f"the mesh {said}", remedy)]) from None

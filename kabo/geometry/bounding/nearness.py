@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
+from kabo.geometry.bounding.containment import hull_of
 from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
 from kabo.geometry.triangles.solids import PLANE_TOLERANCE, Solid
@@ -107,7 +108,7 @@ def near_or_witness(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
     """The answer of `proven_near`; if it is False, also a point (3,) of the part that is farther away."""
-    hull = ConvexHull(part)
+    hull = hull_of(part)
     if (far := _far_sample(solid, hull, limit)) is not None:
         return False, far
     if solid.is_convex:  # the distance to a convex set is greatest at a corner

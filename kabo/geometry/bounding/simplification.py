@@ -5,10 +5,10 @@ one [K 4.3]. A corner may lie anywhere near the solid, also where other parts co
 """
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.enclosing_polytope import contains_proven, widened
+from kabo.geometry.bounding.containment import contains_proven, hull_of, widened
 from kabo.geometry.bounding.kernels.depth_octree import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
 from kabo.geometry.bounding.nearness import Voids, faces_near, near_or_witness, proven_near
@@ -17,6 +17,11 @@ from kabo.geometry.triangles.solids import Solid
 BATCH_ABOVE_CORNERS = 24  # above which several edges are contracted in a round
 BATCH_SHARE = 0.25  # of the corners, contracted in such a round
 CORNER_SHARES = (0.99, 0.93, 0.85)  # of the limit, for corners; tried in turn until the result is proven
+MANY_CORNERS = 150  # of a hull, above which contraction begins with a polytope of few planes around it
+LIKE_NORMALS = 0.94  # cosine of the angle below which one of two planes is left out at first
+FEW_PLANES_SHARE = 0.35  # of the limit: how far that polytope may stick out
+FEWER_CORNERS = 0.7  # of the hull's, as which it must have fewer
+MAX_PLANE_ROUNDS = 24  # of adding planes
 MAX_RESUMPTIONS = 8  # after refutations, for each of these shares
 MAX_FACES_AT_EDGE = 256  # edges with more faces around them are not contracted
 
@@ -36,28 +41,89 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
         The corners; None if not even the convex hull of the points can be proven to stay near the solid.
     """
     voids = Voids(solid) if voids is None else voids
-    hull = ConvexHull(points)
-    way = begun = [points[np.sort(hull.vertices)]]
-    asked = False
-    for share in CORNER_SHARES:
-        way = begun
-        for _ in range(MAX_RESUMPTIONS):
-            if voids.meet(hull, limit):
-                return None
-            way = _way(solid, way, share * limit, voids)
-            end = widened(way[-1])
-            near, far = near_or_witness(solid, end, limit)
-            if near and contains_proven(end, points):
-                return end
-            if not asked and (hollow := near_or_witness(solid, begun[0], limit)[1]) is not None:
-                voids.add(hollow, hull)
-                return None
-            asked = True
-            if far is None:
-                break
-            voids.add(far, ConvexHull(end))
-            way = way[: _first_that_meets(way, voids, limit)] or begun
+    hull = hull_of(points)
+    if voids.meet(hull, limit):
+        return None
+    corners = points[np.sort(hull.vertices)]
+    asked = len(corners) > MANY_CORNERS
+    if asked and _is_refuted(solid, corners, hull, limit, voids):
+        return None
+    around = _around(solid, corners, hull, limit, voids) if asked else None
+    for begun in ([corners], [corners, around])[around is not None :: -1]:
+        for share in CORNER_SHARES:
+            way = begun
+            for _ in range(MAX_RESUMPTIONS):
+                way = _way(solid, way, share * limit, voids)
+                end = widened(way[-1])
+                near, far = near_or_witness(solid, end, limit)
+                if near and contains_proven(end, points):
+                    return end
+                if not asked and _is_refuted(solid, corners, hull, limit, voids):
+                    return None
+                asked = True
+                if far is None:
+                    break
+                voids.add(far, hull_of(end))
+                if voids.meet(hull, limit):
+                    return None
+                way = way[: _first_that_meets(way, voids, limit)] or [corners]
     return _last_proven(solid, points, way, limit)
+
+
+def _is_refuted(solid: Solid, corners: Array, hull: ConvexHull, limit: float, voids: Voids) -> bool:
+    """Whether a point of a hull is known to be too far from the solid; this point is then a void."""
+    hollow = near_or_witness(solid, corners, limit)[1]
+    if hollow is not None:
+        voids.add(hollow, hull)
+    return hollow is not None
+
+
+def _around(solid: Solid, corners: Array, hull: ConvexHull, limit: float, voids: Voids) -> Array | None:
+    """The corners of a polytope around a hull, of few planes and near the solid; None if it has hardly fewer corners."""
+    around = _of_few_planes(solid, corners, hull, FEW_PLANES_SHARE * limit)
+    if around is None or len(around) > FEWER_CORNERS * len(corners) or voids.meet(hull_of(around), limit):
+        return None
+    return around
+
+
+def _of_few_planes(solid: Solid, corners: Array, hull: ConvexHull, enough: float) -> Array | None:
+    """The corners of a polytope of some of a hull's planes, none farther than `enough` from the solid.
+
+    None if it is not found soon.
+    """
+    triangles = hull.points[hull.simplices]
+    areas = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+    middle = corners.mean(axis=0)
+    normals = hull.equations[np.argsort(-np.round(areas / areas.max(), 6), kind="stable"), :3]
+    offsets = ((corners - middle) @ normals.T).max(axis=0)
+    left, chosen = np.ones(len(normals), np.bool_), np.zeros(len(normals), np.bool_)
+    while left.any():
+        first = int(np.argmax(left))
+        chosen[first] = True
+        left &= normals @ normals[first] < LIKE_NORMALS
+    for _ in range(MAX_PLANE_ROUNDS):
+        around = _meeting(normals[chosen], offsets[chosen])
+        if around is None:
+            return None
+        beyond = around @ normals.T - offsets
+        far = (solid.outside_distances(around + middle) > enough) & (beyond.max(axis=1) > 0.1 * enough)
+        if not far.any():
+            around = around + middle
+            return np.asarray(around[np.sort(hull_of(around).vertices)])
+        chosen[np.argmax(beyond[far], axis=1)] = True
+    return None
+
+
+def _meeting(normals: Array, offsets: Array) -> Array | None:
+    """The corners (V, 3) of the polytope n·x <= d around the origin; None if it is unbounded."""
+    try:
+        with np.errstate(divide="ignore", invalid="ignore"):  # an unbounded set has corners at infinity
+            found = HalfspaceIntersection(np.column_stack([normals, -offsets]), np.zeros(3))
+    except QhullError:
+        return None
+    if not (found.dual_equations[:, -1] < -1e-9).all():
+        return None
+    return np.unique(np.round(found.intersections, 12), axis=0)
 
 
 def _first_that_meets(way: list[Array], voids: Voids, limit: float) -> int:
@@ -65,7 +131,7 @@ def _first_that_meets(way: list[Array], voids: Voids, limit: float) -> int:
     low, high = 0, len(way) - 1
     while low < high:
         middle = (low + high) // 2
-        if voids.meet(ConvexHull(way[middle]), limit):
+        if voids.meet(hull_of(way[middle]), limit):
             high = middle
         else:
             low = middle + 1
@@ -96,7 +162,7 @@ def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[A
     scratch = _scratch()
     refused: set[tuple[bytes, bytes]] = set()
     while len(points) > 4:
-        hull = ConvexHull(points)
+        hull = hull_of(points)
         if len(hull.vertices) < len(points):
             points = points[np.sort(hull.vertices)]
             continue
@@ -182,7 +248,7 @@ def _contracted(
             continue
         if not many:
             joined = np.vstack([np.delete(points, (a, b), axis=0), places[e]])
-            larger = ConvexHull(joined)
+            larger = hull_of(joined)
             new = (larger.simplices == len(joined) - 1).any(axis=1)
             if not voids.meet(larger, limit) and faces_near(solid, joined[larger.simplices[new]], limit):
                 return joined
@@ -209,4 +275,4 @@ def _meets_between(
     box = np.vstack([points[np.unique(around)], place])
     if not len(voids.between(box.min(axis=0), box.max(axis=0), limit)):
         return False
-    return voids.meet(ConvexHull(np.vstack([np.delete(points, (a, b), axis=0), place])), limit)
+    return voids.meet(hull_of(np.vstack([np.delete(points, (a, b), axis=0), place])), limit)

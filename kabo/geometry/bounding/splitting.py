@@ -4,7 +4,7 @@ Two points of the solid block each other if the line between them leaves it by m
 near the solid holds no such pair. The plane chosen separates many blocked pairs and few others; unlike the volume
 of hulls, this measure also values a first cut through a bore. A cell is cut because some point of its hull is too
 far from the solid; points visible from there are included, so that a small hollow in a large cell is found.
-Candidates are planes along the faces of concave edges, and across the axes of the cell.
+Candidates are planes along the faces of concave edges and of large faces, and across the axes of the cell.
 """
 
 from collections.abc import Sequence
@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.enclosing_polytope import solid_points
+from kabo.geometry.bounding.containment import hull_of, solid_points
 from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
 from kabo.geometry.bounding.nearness import EVEN_DIRECTIONS, near_or_witness
 from kabo.geometry.triangles.solids import Solid
@@ -26,6 +25,7 @@ SIGHT_SHARE = 0.4  # of the limit, by which lines may leave the solid; below 1 s
 MAX_CROSSINGS = 256  # of a line with the surface; further ones are ignored
 CUT_POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # of cutting planes, as shares of a cell along its axes
 MAX_CONCAVE_EDGES = 60  # of a cell that propose planes, the sharpest and longest first
+MAX_FACES_PROPOSED = 40  # of a cell, the largest
 SEEN_PAIR_WEIGHT = 0.5  # of separating a pair that sees each other, if a blocked pair weighs 1
 MIN_THICKNESS_SHARE = 0.2  # of the limit: thinner slices are not cut off
 MAX_POINTS_LOOKED_AT = 4000  # of a cell; of more points only some are used
@@ -148,7 +148,7 @@ def _best_plane(solid: Solid, hulled: HulledCell, limit: float, far: Array) -> A
     points = hulled.points
     sights = _spread(np.unique(np.vstack([points, hulled.cell.points]), axis=0), SIGHT_POINTS)
     blocked = _blocked(solid, sights, limit)
-    planes = np.vstack([_across(points), _along(hulled.concave)])
+    planes = np.vstack([_across(points), _along(hulled.concave), _of_faces(solid, hulled.cell)])
     if not blocked.any():  # too coarse a look
         sights = np.ascontiguousarray(np.vstack([sights, _seen_from(solid, points, far)]))
         blocked = _blocked(solid, sights, SIGHT_SHARE * limit)
@@ -174,7 +174,7 @@ def _blocked(solid: Solid, sights: Array, limit: float) -> Array:
 
 def _seen_from(solid: Solid, points: Array, far: Array) -> Array:
     """The surface points (N, 3) inside a hull of points that are visible from a point of this hull."""
-    hull = ConvexHull(points).equations
+    hull = hull_of(points).equations
     room = np.maximum(-(hull[:, :3] @ far + hull[:, 3]), 0.0)
     nearing = np.maximum(hull[:, :3] @ EVEN_DIRECTIONS.T, 1e-12)  # of each face, in each direction
     steps = np.ascontiguousarray(EVEN_DIRECTIONS * (room[:, None] / nearing).min(axis=0)[:, None])
@@ -213,6 +213,15 @@ def _along(concave: Creases) -> Array:
     normals = np.vstack([left, right, between])
     offsets = (normals * np.tile(concave.middles[chosen], (3, 1))).sum(axis=1)
     return np.column_stack([normals, offsets])
+
+
+def _of_faces(solid: Solid, cell: Cell) -> Array:
+    """The planes of the largest faces of a cell: where components overlap, no edge lies along the concave corner."""
+    own = np.unique(cell.faces)
+    own = own[own < len(solid.faces)]  # others are cuts
+    equations, areas = solid.planes
+    largest = own[np.argsort(-np.round(areas[own], 12), kind="stable")[:MAX_FACES_PROPOSED]]
+    return np.unique(np.round(equations[largest], 9), axis=0)
 
 
 def _spread(points: Array, many: int) -> Array:

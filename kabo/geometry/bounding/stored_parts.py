@@ -1,41 +1,35 @@
 """Convex parts in files: beside a mesh file, to be distributed with it, and in kabo's cache.
 
-Both kinds of files hold a line of JSON, then the vertices of all parts as little-endian float64. A file contains
-the digest of the mesh's triangles in canonical order, so that parts are used only for the surface that they
-enclose.
+A file holds a line of JSON, then for each entry the corners of all parts and their deviations as little-endian
+float64, at the size of the shape [kabo.geometry.bounding.shapes], whose digest it names. What it claims about the
+shape is proven when it is read [kabo.geometry.bounding.verified_parts].
 """
 
 import hashlib
 import json
 import os
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from kabo.arrays import Array, Integers
-from kabo.geometry.parts import COLUMNS, Enclosure
+from kabo.arrays import Array
 
-FORMAT = "kabo-parts/1"
-METHOD_VERSION = 1  # to be incremented when the same mesh and tolerance give other parts
+FORMAT = "kabo-parts/2"
+METHOD_VERSION = 1  # to be incremented when the same shape and tolerance give other parts
 MAX_FILE_BYTES = 64 * 1024**2  # far more than the parts of any mesh need
 MAX_HEADER_BYTES = 1024**2  # of the line of JSON
 
 
-def canonical(vertices: Array, faces: Integers) -> tuple[Array, Integers]:
-    """The vertices and faces of a mesh in canonical order, with equal vertices merged."""
-    merged, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)
-    turned = index.reshape(-1)[faces]
-    turned = np.take_along_axis(turned, (np.argmin(turned, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
-    proper = (turned[:, 0] != turned[:, 1]) & (turned[:, 1] != turned[:, 2]) & (turned[:, 2] != turned[:, 0])
-    turned = turned[proper]
-    return merged, turned[np.lexsort(turned.T[::-1])]
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Convex parts (V, 3) that cover a solid, and for each a proven upper bound of its points' distance from it."""
 
-
-def digest_of(vertices: Array, faces: Integers) -> str:
-    """The SHA-256 of a canonical mesh."""
-    return hashlib.sha256(np.ascontiguousarray(vertices[faces], "<f8").tobytes()).hexdigest()
+    parts: tuple[Array, ...]
+    deviations: tuple[float, ...]
+    tolerance: float  # which no deviation exceeds
 
 
 def beside(mesh: Path) -> Path:
@@ -53,35 +47,53 @@ def digest_beside(mesh: Path | None) -> str | None:
         return None
 
 
-def read(path: Path, digest: str) -> dict[float, Enclosure]:
-    """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged.
-
-    Their claims about the mesh are verified elsewhere [kabo.geometry.bounding.verified_parts].
-    """
-    whole = read_whole(path)
+def read(path: Path, digest: str) -> list[Cover]:
+    """The stored covers of a shape, the coarsest first; none if the file is missing, foreign, old or damaged."""
+    whole = _read_whole(path)
     if whole is None:
-        return {}
+        return []
     header, numbers = whole
     try:
-        if header["format"] != FORMAT or header["method"] != METHOD_VERSION or header["mesh"] != digest:
-            return {}
-        counts = [list(entry["vertices"]) for entry in header["entries"]]
-        sizes = [count for entry in counts for count in entry]
-        if not all(type(count) is int and 4 <= count <= COLUMNS for count in sizes):
-            return {}
-        if 3 * sum(sizes) != len(numbers):
-            return {}
-        parts = iter(np.split(numbers.reshape(-1, 3), np.cumsum(sizes)[:-1]))
-        found = {}
-        for entry, own in zip(header["entries"], counts, strict=True):
-            made = Enclosure(tuple(next(parts).copy() for _ in own), float(entry["deviation"]))
-            found[float(entry["tolerance"])] = made
-        return found
-    except (ValueError, KeyError, TypeError, OverflowError):
-        return {}
+        if header["format"] != FORMAT or header["method"] != METHOD_VERSION or header["shape"] != digest:
+            return []
+        found = [_cover(entry, numbers) for entry in header["entries"]]
+        sizes = [sum(3 * len(part) + 1 for part in made.parts) for made in found]
+        return found if sum(sizes) == len(numbers) else []
+    except (ValueError, KeyError, TypeError, OverflowError, IndexError):
+        return []
 
 
-def read_whole(path: Path) -> tuple[Any, Array] | None:
+def _cover(entry: dict[str, Any], numbers: Array) -> Cover:
+    """One entry of a file, whose numbers begin at `entry["first"]`."""
+    counts, first, tolerance = list(entry["corners"]), entry["first"], float(entry["tolerance"])
+    if not all(type(count) is int and 4 <= count <= len(numbers) for count in counts):
+        raise ValueError("no numbers of corners")
+    end = first + 3 * sum(counts)
+    corners, deviations = numbers[first:end].reshape(-1, 3), numbers[end : end + len(counts)].tolist()
+    if first < 0 or len(deviations) != len(counts) or not max(deviations) <= tolerance:
+        raise ValueError("numbers are missing")
+    parts = np.split(corners, np.cumsum(counts)[:-1])
+    return Cover(tuple(part.copy() for part in parts), tuple(deviations), tolerance)
+
+
+def write(path: Path, digest: str, covers: list[Cover]) -> None:
+    """Writes covers of a shape atomically; the same covers give the same bytes.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    entries, body, first = [], [], 0
+    for made in sorted(covers, key=lambda made: -made.tolerance):
+        numbers = np.concatenate([*(part.reshape(-1) for part in made.parts), np.array(made.deviations)])
+        counts = [len(part) for part in made.parts]
+        entries.append({"tolerance": made.tolerance, "first": first, "corners": counts})
+        body.append(np.ascontiguousarray(numbers, "<f8").tobytes())
+        first += len(numbers)
+    header = {"format": FORMAT, "method": METHOD_VERSION, "shape": digest, "entries": entries}
+    write_whole(path, header, b"".join(body))
+
+
+def _read_whole(path: Path) -> tuple[Any, Array] | None:
     """The JSON header and the numbers of a file written by `write_whole`; None if it is missing, huge or damaged."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
@@ -95,22 +107,6 @@ def read_whole(path: Path) -> tuple[Any, Array] | None:
         return header, np.frombuffer(body, "<f8").astype(np.float64)
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
-
-
-def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
-    """Writes all enclosures of a mesh atomically; the same enclosures give the same bytes.
-
-    Raises:
-        OSError: the folder cannot be written.
-    """
-    ordered = sorted(enclosures.items())
-    entries = [
-        {"tolerance": tolerance, "deviation": made.deviation, "vertices": [len(part) for part in made.parts]}
-        for tolerance, made in ordered
-    ]
-    body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for _, made in ordered for part in made.parts)
-    header = {"format": FORMAT, "method": METHOD_VERSION, "mesh": digest, "entries": entries}
-    write_whole(path, header, body)
 
 
 def write_whole(path: Path, header: dict[str, Any], body: bytes) -> None:
@@ -129,9 +125,3 @@ def write_whole(path: Path, header: dict[str, Any], body: bytes) -> None:
         Path(name).replace(path)
     finally:
         Path(name).unlink(missing_ok=True)
-
-
-def fitting(enclosures: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
-    """The enclosure with the fewest parts among those that deviate by at most the tolerance; None if there is none."""
-    good = [made for made in enclosures.values() if made.deviation <= tolerance]
-    return min(good, key=lambda made: (len(made.parts), -made.deviation), default=None)

@@ -18,35 +18,42 @@ from scipy.spatial import QhullError
 from kabo.arrays import Array
 from kabo.compilation import cache_folder
 from kabo.content_cache import ContentCache
-from kabo.geometry.bounding.enclosing_polytope import hull_planes
+from kabo.geometry.bounding.cells import Cell, cut, inside_planes, whole
+from kabo.geometry.bounding.containment import hull_planes
 from kabo.geometry.bounding.nearness import proven_near
-from kabo.geometry.bounding.pieces import uncovered
+from kabo.geometry.bounding.stored_parts import Cover
 from kabo.geometry.triangles.solids import Solid
 
-PROOF_VERSION = 1  # to be incremented when the proof changes
+PROOF_VERSION = 2  # to be incremented when the proof changes
 MAX_PARTS = 2000  # in a file; decompositions never have more
 PROOFS_FOLDER = "proven"  # in the cache: an empty file for each proof
 
 _PROVEN: ContentCache[bool] = ContentCache(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
 
 
-def are_verified(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
-    """Whether parts (V, 3) [m] are proven to cover a solid, each within its deviation [m] of it.
+def are_verified(solid: Solid, cover: Cover, within: Array | None = None) -> bool:
+    """Whether parts are proven to cover a solid, each within its deviation of it.
 
     False if a proof fails or takes too long; such parts are computed again.
+
+    Args:
+        within: the corners (V, 3) of a convex part: only what lies inside it must be covered; None: all.
     """
-    if not _plausible(solid, parts, deviations):
+    if not _plausible(solid, cover.parts, cover.deviations):
         return False
-    name = _name(solid, parts, deviations)
-    return _PROVEN.get_or_make(
-        name, lambda: _proof_file(name).is_file() or _proven(solid, parts, deviations, name)
-    )
+    name = _name(solid, cover, within)
+    return _PROVEN.get_or_make(name, lambda: _proof_file(name).is_file() or _proven(solid, cover, within, name))
 
 
-def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], name: str) -> bool:
+def _proven(solid: Solid, cover: Cover, within: Array | None, name: str) -> bool:
     try:
-        holds = not uncovered(solid, parts) and all(
-            _near(solid, *each) for each in zip(parts, deviations, strict=True)
+        cell = whole(solid.vertices, solid.faces)
+        if within is not None:
+            cell = inside_planes(cell, hull_planes(within))
+            if not len(cell.segments) and within.tobytes() not in [part.tobytes() for part in cover.parts]:
+                return False  # what lies inside the solid altogether has no segments
+        holds = not uncovered(cell, cover.parts) and all(
+            proven_near(solid, *each) for each in zip(cover.parts, cover.deviations, strict=True)
         )
     except (QhullError, ValueError):  # a flat part encloses nothing
         return False
@@ -55,11 +62,39 @@ def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], n
     return holds
 
 
-def record_proof(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> None:
+def record_proof(solid: Solid, cover: Cover, within: Array | None = None) -> None:
     """Records that parts were proven when they were computed, so that they need no proof when they are read."""
-    name = _name(solid, parts, deviations)
+    name = _name(solid, cover, within)
     _write_proof(name)
     _PROVEN.get_or_make(name, lambda: True)
+
+
+def uncovered(cell: Cell, parts: Sequence[Array]) -> list[Cell]:
+    """The cells of a cell outside all parts (V, 3); an empty list proves that the parts cover the cell."""
+    cells = [cell] if len(cell.segments) else []
+    for part in sorted(parts, key=lambda part: -float(np.prod(np.ptp(part, axis=0)))):
+        planes = hull_planes(part)
+        cells = [left for cell in cells for left in _outside(cell, planes)]
+    return cells
+
+
+def _outside(cell: Cell, planes: Array) -> list[Cell]:
+    """The cells of a cell's solid outside a convex part, given by planes (H, 4); the cell itself if they do not meet."""
+    heights = cell.segments.reshape(-1, 3) @ planes[:, :3].T - planes[:, 3]
+    if (heights.min(axis=0) >= 0.0).any():
+        return [cell]
+    highest = heights.max(axis=0)
+    left: list[Cell] = []
+    inside = cell
+    for row in np.argsort(-highest, kind="stable"):  # first the plane that most lies behind
+        if highest[row] < 0.0:
+            break
+        inside, outside = cut(inside, planes[row, :3], float(planes[row, 3]))
+        if not len(inside.segments):
+            return [cell]
+        if len(outside.segments):
+            left.append(outside)
+    return left
 
 
 def _plausible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
@@ -75,15 +110,11 @@ def _plausible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]
     return bool(((corners >= low) & (corners <= high)).all())  # NaN is outside
 
 
-def _near(solid: Solid, part: Array, deviation: float) -> bool:
-    """Whether a part is proven within its deviation of the solid, by one of two proofs, the quicker one first."""
-    near = proven_near(solid, part, deviation)
-    return solid.proves_within(part, hull_planes(part), deviation) if near is None else near
-
-
-def _name(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> str:
-    digest = hashlib.sha256(repr((PROOF_VERSION, len(solid.faces), [len(part) for part in parts])).encode())
-    for numbers in (solid.vertices[solid.faces], *parts, np.array(deviations)):
+def _name(solid: Solid, cover: Cover, within: Array | None) -> str:
+    sizes = [len(part) for part in cover.parts]
+    digest = hashlib.sha256(repr((PROOF_VERSION, len(solid.faces), sizes, within is None)).encode())
+    inner = np.empty(0) if within is None else within
+    for numbers in (solid.vertices[solid.faces], inner, *cover.parts, np.array(cover.deviations)):
         digest.update(np.ascontiguousarray(numbers, "<f8").tobytes())
     return digest.hexdigest()
 

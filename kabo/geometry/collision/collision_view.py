@@ -33,6 +33,9 @@ from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, 
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
+# A check takes a microsecond, of which looking these up would be a twentieth.
+_contiguous, _FLOAT = np.ascontiguousarray, np.float64
+
 
 @dataclass
 class Counters:
@@ -111,12 +114,19 @@ class CollisionView:
         Raises:
             ValueError: q has the wrong size, is not finite, or lies far outside a prismatic joint's limits.
         """
-        row = np.ascontiguousarray(q, np.float64)
+        row = _contiguous(q, _FLOAT)
+        if self._open or row.ndim != 1:
+            return self._hit(row)
+        found: int = first_hit(row, self._memory)
+        if found < FREE:
+            raise self._refusal(row)
+        return found
+
+    def _hit(self, row: Array) -> int:
+        """`configuration_hit` where parts may have to be divided, or the row is none."""
         if row.ndim != 1:
             raise self._refusal(row)
-        found: int = (
-            self._decided(lambda: first_hit(row, self._memory)) if self._open else first_hit(row, self._memory)
-        )
+        found = self._decided(lambda: first_hit(row, self._memory))
         if found < FREE:
             raise self._refusal(row)
         return found

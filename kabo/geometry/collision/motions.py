@@ -12,7 +12,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry.collision.kernels.boxes import place_groups
-from kabo.geometry.collision.kernels.bundles import DISC, Extents, Hulls, Swept
+from kabo.geometry.collision.kernels.bundles import DISC, EXTENT_COLUMNS, Extents, Hulls, Swept
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
 from kabo.geometry.collision.view_arrays import chain_of, reach, way_of
@@ -26,7 +26,7 @@ class PlacedParts(NamedTuple):
     """The parts of one body in its joint's frame."""
 
     hulls: Hulls
-    extents: Array  # (B, 6) centre and half extents
+    extents: Array  # (B, 8) as in `Extents`
     radii: Array  # (B,) of corners and discs about the joint's origin [m]
     diameters: Array  # (B,) of corners and discs [m]
     far: float  # how far any point is from the joint's origin [m]
@@ -114,7 +114,7 @@ def placed(body: MovingGroup) -> PlacedParts:
         raise ValueError("the pose of a body is not 12 finite numbers")
     count = len(packed.sizes)
     hulls = Hulls(np.zeros(packed.blocks.shape), np.zeros(count, np.int64), np.zeros((count, 5)))
-    extents = Extents(np.empty((count, 6)), np.empty((1, 6)))
+    extents = Extents(np.zeros((count, EXTENT_COLUMNS)), np.zeros((1, EXTENT_COLUMNS)))
     groups = np.array([[0, 0], [0, count], [0, 0], [count, 0]], np.int64)
     far = np.empty((1, 2))
     place_groups(Hulls(packed.blocks, packed.sizes, packed.rounds), groups, pose, hulls, extents, far)

@@ -112,8 +112,10 @@ class Cover:
         )
 
     def is_final(self, place: int, geometry: float) -> bool:
-        """Whether the part at a place of the cover is near enough to decide."""
-        return is_final(known(self.given), self.nodes[place], geometry)
+        """Whether the part at a place of the cover is near enough to decide, or cannot be divided."""
+        now = known(self.given)
+        part = self.nodes[place]
+        return is_final(now, part, geometry) or (now.finer is None and not now.children_of(part))
 
     def divided(self, place: int) -> "Cover":
         """The cover with its children in place of a part.

@@ -294,4 +294,4 @@ def _relative(first: Array, second: Array) -> Array:
 
 def _boxes(extents: Array) -> Array:
     """Boxes (B, 6), lower and upper, from centres and half extents."""
-    return np.concatenate([extents[:, :3] - extents[:, 3:], extents[:, :3] + extents[:, 3:]], axis=1)
+    return np.concatenate([extents[:, :3] - extents[:, 3:6], extents[:, :3] + extents[:, 3:6]], axis=1)

@@ -12,6 +12,7 @@ from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.bundles import (
     CHILD_COUNT,
     COUNTER_PLACES,
+    EXTENT_COLUMNS,
     FIRST_CHILD,
     JOINT,
     PAIRS,
@@ -30,6 +31,7 @@ from kabo.geometry.collision.kernels.bundles import (
     Tree,
     Way,
 )
+from kabo.geometry.collision.kernels.configuration_check import SHORT_SLACK
 from kabo.geometry.collision.kernels.layout import (
     CACHE_LINE_PLACES,
     GROUPS_PER_WORD,
@@ -126,7 +128,10 @@ def bodies_of(
     groups, order = _groups(chain, moving, enclosures, pairs)
     count, parts = len(enclosures), len(source.sizes)
     hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
-    extents, radii = Extents(np.empty((parts, 6)), np.empty((count, 6))), np.empty((count, 2))
+    extents, radii = (
+        Extents(np.zeros((parts, EXTENT_COLUMNS)), np.zeros((count, EXTENT_COLUMNS))),
+        np.empty((count, 2)),
+    )
     place_groups(
         Hulls(source.blocks, source.sizes, source.rounds), groups, poses_of(moving, fixed), hulls, extents, radii
     )
@@ -192,9 +197,10 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     columns = made.packed.blocks.shape[2]
     world_T = np.zeros((joints, 12))
     world_T[0, [0, 4, 8]] = 1.0
-    rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE)
+    rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE, np.float32)
     # Fixed groups lie in the world already: their boxes are made once.
-    centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:].T
+    centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:6].T
+    half = half + SHORT_SLACK * (np.abs(centre) + half)
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
     roots = made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS]
     listed = np.zeros(max(1, int(roots[:-1].max(initial=1))), np.int64)
@@ -203,7 +209,16 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head = np.zeros(HEAD_PLACES, np.int64)
     whole = [head, np.zeros(COUNTER_PLACES, np.int64), chain.joints, made.bodies.groups, sizes, made.children]
     whole += [np.zeros((parts + 1, 2), np.int64), made.bodies.pairs, made.bodies.allowed, listed]
-    numbers = [*chain[1:], *made.extents, made.packed.diameters, world_T, rows, np.zeros(12), np.zeros(3)]
+    numbers = [
+        *chain[1:],
+        *made.extents,
+        made.packed.diameters,
+        world_T,
+        np.zeros((3, joints)),
+        rows.view(np.float64),  # two short numbers in the place of one
+        np.zeros(12),
+        np.zeros(3),
+    ]
     numbers += [np.zeros((4, 3)), np.zeros((4, 3)), rounds]
     arrays = [*whole, *numbers, made.packed.blocks]
     starts = list(accumulate((array.size for array in arrays), _in_python(after), initial=0))
@@ -212,7 +227,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_ROWS, columns
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, made.offset
     memory = _laid_out(arrays, starts, room=SWEEP_POOL_ROWS * 3 * columns)
-    *_, diameters, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
+    *_, diameters, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
     counters, _, _, sizes, children, stack, *_ = _in_python(whole_numbers_of)(memory)
     search = Search(made.offset, axis, simplex, points, counters)
     return memory, Hulls(blocks, sizes, rounds), Tree(children, diameters, stack), search
@@ -269,7 +284,7 @@ def sweep_of(chain: Chain, made: Arrays, tracks: Tracks) -> Sweep:
     """Allocates the scratch arrays for sweeps; most pages are never written, and so use no memory."""
     count, parts, joints = tracks.tracks.shape[1], len(made.packed.sizes), chain.joints.shape[1]
     boxes, extents = np.empty((parts + SWEEP_POOL_ROWS, 6)), made.extents.parts
-    boxes[:parts, :3], boxes[:parts, 3:] = extents[:, :3] - extents[:, 3:], extents[:, :3] + extents[:, 3:]
+    boxes[:parts, :3], boxes[:parts, 3:] = extents[:, :3] - extents[:, 3:6], extents[:, :3] + extents[:, 3:6]
     most = int((made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS])[:-1].max(initial=1))
     nodes = Nodes(
         poses=np.empty((count * COARSE_NODES, 12)),

@@ -1,4 +1,4 @@
-"""A closed mesh as a solid: distances to it, winding numbers, and how far convex parts stick out of it."""
+"""A closed mesh as a solid: distances to it, and winding numbers."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.triangles.kernels.solids import insides, sticks_out, surface_distances, winding_number
+from kabo.geometry.triangles.kernels.solids import insides, surface_distances, winding_number
 from kabo.geometry.triangles.triangle_trees import tree_of
 
 PLANE_TOLERANCE = 1e-9  # [m] of rounding in the planes of a convex mesh
 MAX_CONVEXITY_WORK = 20_000_000  # faces times vertices: above, convexity is not tested
 MAX_OCTREE_NODES = 1_000_000  # of the depth octree
-MAX_PROOF_BOXES = 80_000  # after which a proof is given up: some tenths of a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +21,10 @@ class Solid:
 
     vertices: Array  # (V, 3) [m]
     faces: Integers  # (F, 3)
+
+    def __getstate__(self) -> dict[str, object]:
+        """What is sent to another process: the mesh, but not what was computed from it."""
+        return {"vertices": self.vertices, "faces": self.faces}
 
     @cached_property
     def tree(self) -> tuple[Array, Integers, Array]:
@@ -60,6 +63,20 @@ class Solid:
         """The winding number of the mesh around a point (3,)."""
         return float(winding_number(self.tree[2], float(point[0]), float(point[1]), float(point[2])))
 
+    @property
+    def diagonal(self) -> float:
+        """The length of the bounding box's diagonal [m]."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+    @cached_property
+    def planes(self) -> tuple[Array, Array]:
+        """The planes (F, 4) of the faces, n·x = d, and their areas (F,) [m2]; zeros for faces without area."""
+        corners = self.vertices[self.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1)
+        normals = normals / np.maximum(lengths, 1e-300)[:, None]
+        return np.column_stack([normals, np.einsum("ij,ij->i", normals, corners[:, 0])]), 0.5 * lengths
+
     @cached_property
     def is_convex(self) -> bool:
         """Whether the solid is convex: no vertex lies in front of any face by more than `PLANE_TOLERANCE`."""
@@ -74,14 +91,3 @@ class Solid:
         normals = normals[area] / lengths[area, None]
         heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[area, 0])[:, None]
         return bool(np.nanmax(heights) <= PLANE_TOLERANCE)
-
-    def proves_within(self, part: Array, planes: Array, limit: float) -> bool:
-        """Whether all points of a convex part are proven within `limit` [m] of the solid.
-
-        The part is given by both its vertices (V, 3) and its planes (H, 4).
-        """
-        if self.is_convex:  # the distance to a convex set is greatest at a corner
-            return bool((self.outside_distances(part) <= limit - 10 * PLANE_TOLERANCE).all())
-        low, high = part.min(axis=0), part.max(axis=0)
-        scratch = np.zeros(64, np.int64), np.empty((256, 7))
-        return int(sticks_out(planes, low, high, limit, *self.tree, *scratch, MAX_PROOF_BOXES)) == 0

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Iterator, Sequence
 
 from kabo.children import never
-from kabo.errors import Diagnostic
+from kabo.errors import Diagnostic, MeshError
 from kabo.geometry_server.foresight.contacts import idle_contacts
 from kabo.geometry_server.foresight.measures import Measure
 from kabo.geometry_server.foresight.openings import too_wide
 from kabo.geometry_server.foresight.regions import uncontained
 from kabo.geometry_server.foresight.starts import StartFault, start_faults
+from kabo.geometry_server.preparation.preparing import Preparing, prepare
 from kabo.geometry_server.server import GeometryServer
 from kabo.language.formulas import Place
 from kabo.language.scene_description import SceneDescription
@@ -19,10 +20,11 @@ def start_findings(
     description: SceneDescription,
     scene: Scene | None = None,
     stop: Callable[[], bool] = lambda: False,
+    preparing: Callable[[Preparing], None] | None = None,
     *,
     parts: bool = True,
 ) -> list[Diagnostic]:
-    """Warnings about a scene that loads, whatever is planned in it: nothing here keeps kabo from planning.
+    """Warnings about a scene that loads, whatever is planned in it; or errors of meshes that cannot be enclosed.
 
     Objects that overlap, stand inside others, are too near or hang in the air at the start; regions that can contain
     none of the objects; objects that no gripper can open for; permitted contacts that are never needed.
@@ -31,6 +33,7 @@ def start_findings(
         description: the scene as described in its file, with what a problem adds.
         scene: the loaded scene; None loads it.
         stop: called while convex parts are made; True ends that.
+        preparing: told while convex parts are made.
         parts: whether convex parts may be made; without them nothing is said of things that are near, or of contacts.
 
     Raises:
@@ -38,6 +41,11 @@ def start_findings(
     """
     loaded = load_scene(description, never) if scene is None else scene
     server = GeometryServer(loaded, description.epsilon, 0, False, stop)
+    if parts:
+        try:
+            prepare(server.surroundings.enclosures, told=preparing)
+        except MeshError as error:
+            return list(error.diagnostics)
     faults = start_faults(server.surroundings, parts=parts)
     found = [*_at_the_start(description, faults), *_regions(description, loaded), *_grippers(description, loaded)]
     idle = idle_contacts(description, server.surroundings) if parts else iter(())

@@ -1,6 +1,7 @@
 """The convex parts of the links and bodies of a scene: unions of what encloses their elements, each computed once."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 from kabo import geometry
 from kabo.children import never
@@ -86,8 +87,9 @@ class SceneEnclosures:
             )
         return self._made[digest]
 
-    def keep(self, mesh: Mesh, made: Enclosure) -> None:
-        """Keeps parts of a mesh that were made elsewhere."""
+    def keep(self, mesh: Mesh, made: Enclosure, refinable: bool) -> None:
+        """Keeps parts of a mesh that were made in another process; if `refinable`, they are refined in this one."""
+        made = replace(made, finer=_Refinement(mesh, self.tolerance)) if refinable else made
         self._made[mesh.digest] = _ENCLOSURES.get_or_make(self._key(mesh), lambda: made)
 
     def known(self, element: Element) -> bool:
@@ -98,9 +100,27 @@ class SceneEnclosures:
         return mesh.digest, geometry.digest_beside(mesh.path), self.tolerance
 
 
+@dataclass(frozen=True)
+class _Refinement:
+    """Refines the parts of a mesh, which it reads when this is first asked for: a tree is large, and is asked seldom."""
+
+    mesh: Mesh
+    tolerance: float
+    read: list[Enclosure] = field(default_factory=list)
+
+    def __call__(self, part: int) -> Enclosure:
+        """The enclosure in which a part has children."""
+        if not self.read:
+            self.read.append(made_parts(self.mesh, self.tolerance))
+        finer = self.read[0].finer
+        if finer is None:
+            raise ValueError(f"part {part} of an enclosure has no finer one")
+        return finer(part)
+
+
 def exact_enclosure(element: Element) -> Enclosure | None:
     """The enclosure of a primitive shape, which is that shape: one part; None for a mesh."""
-    if element.corners is None or element.rounding is not None:  # certificates do not know round parts yet
+    if element.corners is None:
         return None
     return Enclosure((element.corners,), 0.0, () if element.rounding is None else (element.rounding,))
 
@@ -111,4 +131,4 @@ def made_parts(mesh: Mesh, tolerance: float, look: Callable[[], None] = never) -
     Raises:
         MeshError: the mesh cannot be enclosed.
     """
-    return geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
+    return geometry.enclosing_parts(mesh, tolerance, look=look)

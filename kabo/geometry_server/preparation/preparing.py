@@ -3,11 +3,12 @@
 import os
 from collections.abc import Callable
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 
 from kabo.children import made_in_children, never
+from kabo.compilation import usual_kernels_compiled
 from kabo.errors import CutOff, MeshError
 from kabo.geometry import Budget, Enclosure
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures, made_parts
@@ -18,6 +19,7 @@ from kabo.scene import Scene
 
 SHOWN_MISSING = 6  # things that are not prepared, named when preparation is cut off
 SHOWN_NEXT = 3  # likewise, while it goes on
+SMALL_TRIANGLES = 5_000  # of a mesh whose parts are read in some milliseconds
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,12 @@ class _Made:
 
     enclosure: Enclosure
     seconds: float
+    refinable: bool
+
+    @classmethod
+    def of(cls, made: Enclosure, seconds: float) -> "_Made":
+        """Parts as they are sent: without the tree that refines them, which may be large."""
+        return cls(replace(made, finer=None), seconds, made.finer is not None)
 
 
 class _NotStored(Exception):
@@ -142,7 +150,8 @@ class _Preparation:
     def run(self, processes: int) -> list[PreparedThing]:
         self._finish_ready()
         try:
-            self._in_children(_stored, processes)
+            self._read_small()
+            self._in_children(_stored, list(self.meshes), processes)
             self._raise_failures()
             if self.meshes:
                 self._make(processes)
@@ -156,7 +165,9 @@ class _Preparation:
         began, missing = perf_counter(), len(self.missing)
         some = f"of {missing} of {self.total}" if missing < self.total else f"of all {self.total}"
         self._tell(f"preparing geometry: the convex parts {some} links and bodies; they are kept for later runs")
-        self._in_children(_made, processes)
+        if not usual_kernels_compiled():  # else each process compiles the same ones
+            self._in_children(_made, [min(self.meshes, key=self._size)], 1)
+        self._in_children(_made, list(self.meshes), processes)
         self._raise_failures()
         parts = counted(sum(each.parts for each in self.prepared.values()), "part")
         vertices = counted(sum(each.vertices for each in self.prepared.values()), "vertex", "vertices")
@@ -178,14 +189,27 @@ class _Preparation:
         self.missing[name] = {each.mesh.digest for each in unknown}
         self.meshes.update((each.mesh.digest, each.mesh) for each in unknown)
 
-    def _in_children(self, make: Callable[[Mesh, float], _Made], processes: int) -> None:
-        """Takes the parts of all meshes that have none yet from processes; large meshes begin first."""
-        ordered = sorted(self.meshes.items(), key=lambda item: (-len(item[1].faces), item[0]))
-        makes = [partial(make, mesh, self.enclosures.tolerance) for _, mesh in ordered]
+    def _read_small(self) -> None:
+        """Takes the stored parts of small meshes in this process, which is as quick as to start another one."""
+        for digest in [digest for digest, mesh in self.meshes.items() if len(mesh.faces) <= SMALL_TRIANGLES]:
+            self.enclosures.look()
+            with suppress(_NotStored):
+                try:
+                    self._take(digest, _stored(self.meshes[digest], self.enclosures.tolerance))
+                except MeshError as error:
+                    self._take(digest, error)
+
+    def _in_children(self, make: Callable[[Mesh, float], _Made], digests: list[str], processes: int) -> None:
+        """Takes the parts of meshes from processes; large meshes begin first."""
+        ordered = sorted(digests, key=self._size, reverse=True)
+        makes = [partial(make, self.meshes[digest], self.enclosures.tolerance) for digest in ordered]
         with closing(made_in_children(makes, processes, self.enclosures.look)) as found:
             for index, made in found:
                 if not isinstance(made, _NotStored):
-                    self._take(ordered[index][0], made)
+                    self._take(ordered[index], made)
+
+    def _size(self, digest: str) -> tuple[int, str]:
+        return len(self.meshes[digest].faces), digest
 
     def _take(self, digest: str, made: "_Made | Exception") -> None:
         mesh = self.meshes.pop(digest)
@@ -195,7 +219,7 @@ class _Preparation:
             raise made
         else:
             self.seconds[digest] = made.seconds
-            self.enclosures.keep(mesh, made.enclosure)
+            self.enclosures.keep(mesh, made.enclosure, made.refinable)
         for missing in self.missing.values():
             missing.discard(digest)
         self._finish_ready()
@@ -248,13 +272,14 @@ def _stored(mesh: Mesh, tolerance: float) -> _Made:
     def refuse() -> None:
         raise _NotStored
 
-    return _Made(made_parts(mesh, tolerance, refuse), 0.0)
+    return _Made.of(made_parts(mesh, tolerance, refuse), 0.0)
 
 
 def _made(mesh: Mesh, tolerance: float) -> _Made:
     """The parts of a mesh, computed now."""
     began = perf_counter()
-    return _Made(made_parts(mesh, tolerance), perf_counter() - began)
+    made = made_parts(mesh, tolerance)
+    return _Made.of(made, perf_counter() - began)
 
 
 def _few(names: tuple[str, ...], shown: int = SHOWN_MISSING) -> str:

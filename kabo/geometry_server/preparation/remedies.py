@@ -26,13 +26,20 @@ def findings(scene: Scene, failures: Sequence[Failure]) -> list[Diagnostic]:
         robot, dot, link = failure.thing.partition(".")
         owner = f'link "{link}" of robot "{robot}"' if dot else f'body "{failure.thing}"'
         for finding in failure.error.diagnostics:
-            said = finding.message.replace("the mesh ", f'mesh file "{failure.element.path}" ', 1)
-            if failure.element.path is not None and finding.message.startswith("mesh file "):
-                said = finding.message.replace(failure.element.path.name, str(failure.element.path), 1)
+            said = _with_path(finding.message, failure.element.path)
             ways = list(_ways(failure, finding, hulls.get(robot) if dot else None))
             told = replace(finding, message=f"{owner}: {said}", hint="; or ".join(ways) or finding.hint)
             found.append(_at_its_place(told, failure.element))
     return found
+
+
+def _with_path(message: str, path: Path | None) -> str:
+    """A message about a mesh with the whole path of its file, where it says `the mesh` or the file's name."""
+    if path is None:
+        return message
+    return message.replace(f'mesh file "{path.name}"', f'mesh file "{path}"', 1).replace(
+        "the mesh ", f'mesh file "{path}" ', 1
+    )
 
 
 def _at_its_place(finding: Diagnostic, element: Element) -> Diagnostic:
@@ -81,7 +88,7 @@ def _ways(failure: Failure, finding: Diagnostic, hulls: str | None) -> Iterator[
     path = failure.element.path
     name = "the mesh" if path is None else path.name
     if _closes(failure.element.mesh):
-        yield f"use finer cuts: {finding.hint}" if finding.hint else "ask for a larger epsilon"
+        yield finding.hint or "ask for a larger epsilon"
         return
     done = _repair(failure.element.mesh)
     if done is not None:

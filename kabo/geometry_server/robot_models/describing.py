@@ -34,8 +34,8 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
     for pair in model.always:
         how = "proven" if pair.depth is not None else "sampled"
         yield f"  {pair.first} and {pair.second} touch always ({how}): allowed"
-    for link, why in model.hulls.items():
-        yield f"  {link} is taken as its hull: {why}"
+    for why, links in model.hull_reasons.items():
+        yield f"  taken as {counted(len(links), 'hull')}, {why}: {', '.join(links)}"
     if model.others:
         yield f"  other arms stand still; choose one by --tip: {', '.join(each.tool for each in model.others)}"
 

@@ -138,6 +138,8 @@ def _jaw(
     ends = [_fingers(robot, hand, each, (link,)).points[link][tip] for each in (nearly, closed, half)]
     if float(np.linalg.norm(ends[1] - ends[0])) < STILL:
         return _unmeasured(opened, closed, (link, hand.mount), both[0], "its jaw does not move")
+    if min(gaps) > 0.5 * max(gaps):
+        return _unmeasured(opened, closed, (link, hand.mount), both[0], "its one jaw does not come near the hand")
     closing = _snapped(ends[1] - ends[0])
     met = body[int(np.argmin(np.linalg.norm(body - ends[1], axis=1)))]
     approach = _approach(np.array([ends[1], ends[2]]), body, closing)

@@ -9,10 +9,11 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import Diagnostic, InputError, MeshError, did_you_mean
+from kabo.geometry_server.preparation.preparing import Preparing
 from kabo.geometry_server.robot_models.grippers import GripperModel, measured
 from kabo.geometry_server.robot_models.hands import Hand, Tree, hand_at, hands_of
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
-from kabo.geometry_server.robot_models.self_contacts import SelfContacts
+from kabo.geometry_server.robot_models.self_contacts import SelfContacts, UnenclosedError, rounded_within
 from kabo.language.scene_description import (
     ContactPattern,
     GripperDescription,
@@ -37,7 +38,7 @@ HOME_WORDS = (
     "folded",
     "tuck",
 )  # of states tried first
-DECIMALS = 4  # of joint values that are written [rad or m]
+NOT_CLOSED = "the mesh is not closed"
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,14 @@ class RobotModel:
     hulls: Mapping[str, str]
     visual: tuple[str, ...]
 
+    @property
+    def hull_reasons(self) -> dict[str, list[str]]:
+        """The links that are replaced by their hulls, by reason."""
+        reasons: dict[str, list[str]] = {}
+        for link, why in self.hulls.items():
+            reasons.setdefault(why, []).append(link)
+        return reasons
+
 
 @dataclass(frozen=True)
 class Wishes:
@@ -96,6 +105,7 @@ def make_robot_model(
     epsilon: float,
     wishes: Wishes | None = None,
     look: Callable[[], None] = never,
+    told: Callable[[Preparing], None] | None = None,
 ) -> RobotModel:
     """The model of a robot.
 
@@ -106,6 +116,7 @@ def make_robot_model(
         epsilon: the accuracy [m] with which links are checked.
         wishes: what the user chose.
         look: called now and then; it may raise.
+        told: called with what is prepared.
 
     Raises:
         InputError: a file has errors: all of them; or what the user chose does not exist.
@@ -124,8 +135,7 @@ def make_robot_model(
         raise InputError([_nothing_moves(urdf)])
     description, gripper = _with_hand(description, hands[0], tree, epsilon, look)
     hulls = _open_links(_scene(description, epsilon, look).robots[name])
-    description, contacts, always = _checked(description, hulls, epsilon, look)
-    home, margin = _home(contacts, gripper)
+    contacts, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
     robot = contacts.robot
     return RobotModel(
         name, urdf, srdf, epsilon, robot, hands[0], tuple(hands[1:]), gripper, home, margin,
@@ -197,7 +207,7 @@ def _with_hand(
 def _rounded(value: float, robot: Robot, joint: str) -> float:
     """A joint value as it is written: rounded, and within its limits."""
     i = robot.joint_names.index(joint)
-    return float(min(max(round(value, DECIMALS), float(robot.tree.lower[i])), float(robot.tree.upper[i])))
+    return float(rounded_within(np.array([value]), robot.tree.lower[[i]], robot.tree.upper[[i]])[0])
 
 
 def _open_links(robot: Robot) -> dict[str, str]:
@@ -209,29 +219,44 @@ def _open_links(robot: Robot) -> dict[str, str]:
                 if element.kind == "mesh":
                     require_closed(element.mesh)
             except MeshError:
-                name = "" if element.mesh.path is None else f" ({element.mesh.path.name})"
-                found[link.name] = f"its mesh is not closed{name}"
+                found[link.name] = NOT_CLOSED
     return found
 
 
 def _checked(
-    description: RobotDescription, hulls: dict[str, str], epsilon: float, look: Callable[[], None]
-) -> tuple[RobotDescription, SelfContacts, list[tuple[str, str]]]:
-    """The description with its hulls and the pairs that always touch; `hulls` gets the links that cannot be enclosed."""
+    description: RobotDescription, hulls: dict[str, str], gripper: GripperModel | None, asked: "_Asked"
+) -> tuple[SelfContacts, list[tuple[str, str]], tuple[Array | None, float]]:
+    """The robot's self-contacts, the pairs that always touch, and a home; `hulls` gets links that cannot be enclosed."""
     while True:
         described = replace(description, hulls=tuple(hulls))
-        contacts = SelfContacts(_scene(described, epsilon, look), description.name, epsilon, look)
         try:
-            always = contacts.always()
-        except MeshError as error:
-            failed = contacts.failing()
-            if failed is None or failed in hulls:
-                raise
-            hulls[failed] = error.diagnostics[0].message
-            continue
-        patterns = tuple(ContactPattern(*pair) for pair in always)
-        described = replace(described, contacts=patterns)
-        return described, SelfContacts(_scene(described, epsilon, look), description.name, epsilon, look), always
+            always = asked.contacts(described).always()
+            described = replace(described, contacts=tuple(ContactPattern(*pair) for pair in always))
+            contacts = asked.contacts(described)
+            return contacts, always, _home(contacts, gripper)
+        except UnenclosedError as error:
+            if set(error.links) <= set(hulls):
+                raise InputError([_no_hull(description.urdf, *item) for item in error.links.items()]) from None
+            hulls.update(error.links)
+
+
+def _no_hull(urdf: Path, link: str, why: str) -> Diagnostic:
+    hint = "give the link a box, a cylinder or a sphere, or a mesh with an inside"
+    return Diagnostic(str(urdf), 1, 1, f'link "{link}" cannot be enclosed, nor its hull: {why}', hint)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """The accuracy [m], and who is told of what is done."""
+
+    epsilon: float
+    look: Callable[[], None]
+    told: Callable[[Preparing], None] | None
+
+    def contacts(self, description: RobotDescription) -> SelfContacts:
+        """The self-contacts of a robot."""
+        scene = _scene(description, self.epsilon, self.look)
+        return SelfContacts(scene, description.name, self.epsilon, self.look, self.told)
 
 
 def _home(contacts: SelfContacts, gripper: GripperModel | None) -> tuple[Array | None, float]:

@@ -4,7 +4,7 @@ Covers answer first, in microseconds; only pairs and configurations that they le
 enclosures, which may take seconds to make.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,17 +14,49 @@ from kabo.children import never
 from kabo.errors import MeshError
 from kabo.geometry import Budget
 from kabo.geometry_server.answers import GeometryStatistics
+from kabo.geometry_server.preparation.enclosures import SceneEnclosures
+from kabo.geometry_server.preparation.preparing import Preparing, prepare
 from kabo.geometry_server.robot_models.covers import CoverSurroundings
 from kabo.geometry_server.robot_models.link_pairs import LinkPair, LinkPairs
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 
+DECIMALS = 4  # of joint values that are written [rad or m]
 SAMPLES = 2000  # configurations at which a pair must touch before it counts as always touching
 FIRST_SAMPLES = 16  # of them, tried first: most pairs are free in one of these
 HOME_SAMPLES = 4000  # configurations that are tried as a home
 HOME_MARGINS = (0.05, 0.02, 0.01)  # [m] between links of a home, the widest first; then epsilon
 OFTEN = 0.1  # share of configurations at which covers meet: for such pairs enclosures are worth their time
 FINE_TRIES = 60  # configurations that are tried on the links' enclosures
+
+
+def rounded_within(values: Array, lower: Array, upper: Array) -> Array:
+    """Joint values (…, n), rounded as they are written, within limits (n,)."""
+    unit = 10.0**-DECIMALS
+    low, high = np.ceil(lower / unit) * unit, np.floor(upper / unit) * unit
+    rounded = np.round(np.clip(values, low, high), DECIMALS)
+    return np.asarray(np.where(low <= high, rounded, lower))
+
+
+class UnenclosedError(Exception):
+    """Links that have no enclosure, each with the reason."""
+
+    def __init__(self, links: Mapping[str, str]) -> None:
+        super().__init__(", ".join(links))
+        self.links = dict(links)
+
+
+class _Chosen(SceneEnclosures):
+    """The enclosures of some links alone."""
+
+    def __init__(self, scene: Scene, tolerance: float, chosen: Sequence[str]) -> None:
+        super().__init__(scene, tolerance)
+        self.chosen = list(chosen)
+
+    @property
+    def things(self) -> list[str]:
+        """The chosen links."""
+        return self.chosen
 
 
 @dataclass
@@ -35,6 +67,7 @@ class SelfContacts:
     name: str
     epsilon: float
     look: Callable[[], None] = never
+    told: Callable[[Preparing], None] | None = None
     _coarse: dict[float, LinkPairs] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -54,15 +87,27 @@ class SelfContacts:
         open_pairs = self.coarse(self.epsilon).meeting(q, pairs)
         return [pair for pair in open_pairs if self.fine.meets(pair, q)]
 
-    def failing(self) -> str | None:
-        """The first link whose enclosure cannot be made; None if all that were asked for can."""
-        asked = {name for pair in self._always_on_covers(self.samples(SAMPLES)) for name in pair}
-        for name in sorted(asked):
-            try:
-                self.fine.surroundings.enclosure(f"{self.name}.{name}")
-            except MeshError:
-                return name
-        return None
+    def _prepare(self, pairs: Iterable[LinkPair]) -> None:
+        """Makes the enclosures of the links of pairs, in parallel.
+
+        Raises:
+            UnenclosedError: some links have none.
+        """
+        wanted = dict.fromkeys(f"{self.name}.{link}" for pair in pairs for link in pair)
+        chosen = _Chosen(self.scene, self.fine.surroundings.budget.geometry, tuple(wanted))
+        chosen.look = self.look
+        try:
+            prepare(chosen, told=self.told)
+        except MeshError as error:
+            failed = {}
+            for name in wanted:
+                link = name.partition(".")[2]
+                own = [each for each in error.diagnostics if f'"{link}"' in each.message]
+                if own and not all(chosen.known(each) for each in chosen.elements(name)):
+                    failed[link] = own[0].message.rpartition('": ')[2]
+            if not failed:
+                raise
+            raise UnenclosedError(failed) from None
 
     def samples(self, count: int, seed: int = 0) -> Array:
         """Configurations (count, n) between the joints' limits, with the gripper's joints as well."""
@@ -73,11 +118,9 @@ class SelfContacts:
     def always(self) -> list[LinkPair]:
         """The pairs that may touch at every one of `SAMPLES` configurations."""
         configurations = self.samples(SAMPLES)
-        return [
-            pair
-            for pair in self._always_on_covers(configurations)
-            if self._touches(self.fine, pair, configurations)
-        ]
+        candidates = self._always_on_covers(configurations)
+        self._prepare(candidates)
+        return [pair for pair in candidates if self._touches(self.fine, pair, configurations)]
 
     def _always_on_covers(self, configurations: Array) -> list[LinkPair]:
         covers = self.coarse(self.epsilon)
@@ -101,7 +144,7 @@ class SelfContacts:
         """
         given = [np.asarray(each, np.float64) for each in candidates]
         tried = np.concatenate([np.array(given).reshape(-1, self.robot.tree.size), self._around(home)])
-        tried = np.clip(np.round(tried, 4), self.robot.tree.lower, self.robot.tree.upper)
+        tried = rounded_within(tried, self.robot.tree.lower, self.robot.tree.upper)
         outer = [pair for pair in pairs if not self._in_hand(pair)]
         inner = [pair for pair in pairs if self._in_hand(pair)]
         still = ~self.coarse(self.epsilon).any_meeting(tried, inner)
@@ -129,10 +172,12 @@ class SelfContacts:
                 often[pair] = often.get(pair, 0) + 1
         stubborn = [pair for pair, count in often.items() if count > OFTEN * len(every)]
         others = [pair for pair in pairs if pair not in stubborn]
+        self._prepare(stubborn)
         apart = ~covers.any_meeting(tried, others)
         for group in (tried[apart], tried[:FINE_TRIES]):
             free = np.flatnonzero(~self.fine.any_meeting(group, stubborn)) if len(group) else ()
             for q in group[free][:FINE_TRIES] if len(group) else ():
+                self._prepare(covers.meeting(q.tolist(), pairs))
                 if not self.meeting(q.tolist(), pairs):
                     return q, clearance
         return None

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.robot_models.model import DECIMALS, AlwaysPair, RobotModel
+from kabo.geometry_server.robot_models.model import AlwaysPair, RobotModel
 from kabo.geometry_server.robot_models.self_contacts import SAMPLES
 from kabo.language.packages import SCHEME
 
@@ -63,8 +63,8 @@ def _geometry(model: RobotModel) -> Iterator[str]:
             f"These links have no collision geometry; their visual one is used: {', '.join(model.visual)}."
         )
     if model.hulls:
-        for link, why in model.hulls.items():
-            yield from _comment(f"{link}: {why}.")
+        for why, links in model.hull_reasons.items():
+            yield from _comment(f"Taken as hulls, {why}: {', '.join(links)}.")
         yield from _comment("Hollows of hulls count as filled; close a mesh to have it taken as it is.")
         yield from _list("hulls", list(model.hulls))
 
@@ -174,7 +174,7 @@ def _wrapped(begin: str, rest: str) -> list[str]:
 
 
 def _vector(values: Array) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
+    return tuple(round(float(value), 6) for value in values)
 
 
 def _numbers(values: Sequence[float]) -> str:
@@ -182,4 +182,4 @@ def _numbers(values: Sequence[float]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{round(value, DECIMALS + 2) + 0.0:.10g}"
+    return f"{value + 0.0:.10g}"

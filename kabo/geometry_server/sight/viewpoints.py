@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import Candidate, Stream, base_position, from_home
+from kabo.geometry_server.candidates import Candidate, Stream, from_home
+from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame
-from kabo.geometry_server.reachability import reach
+from kabo.geometry_server.reachability import base_distance, reach
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.kinematics import FrameFeature, rows_of, stacked
@@ -43,7 +44,7 @@ class ViewpointStream:
         if self.middle.joint:
             return -np.inf
         robot = self.stream.robot
-        far = float(np.linalg.norm(base_position(robot) - np.array(self.middle.origin)))
+        far = base_distance(robot, self.middle)
         return far - reach(robot, sensor_frame(robot, self.sensor).moved(_AXIS)) - self.sensor.far
 
 
@@ -72,8 +73,8 @@ def viewpoints(
     ]
     numbers = [float(v) for v in np.round(place.joint_T_frame[:3], 9).ravel()]
     key = stream_key(seed, "look", robot.name, sensor.name, name, place.joint, *numbers)
-    hand = tuple(situation.configuration(robot.name)[robot.planned :])
-    return ViewpointStream(Stream(robot, stacked(parts), key, hand), sensor, middle)
+    hand, standing = tuple(situation.configuration(robot.name)[robot.planned :]), standing_of(surroundings, robot)
+    return ViewpointStream(Stream(robot, stacked(parts), key, hand, standing), sensor, middle)
 
 
 def _middle(body: Body) -> tuple[Feature, float]:

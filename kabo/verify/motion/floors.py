@@ -17,7 +17,6 @@ from kabo.verify.motion.limits import LIMIT_TOLERANCE
 from kabo.verify.report import Finding
 
 BASE_JOINTS = 3  # the first values of a configuration: two slides and a turn
-FLAT = 1e-9  # of the vertical part of a normal below which a wall counts as upright
 
 
 @dataclass(frozen=True)
@@ -50,20 +49,18 @@ def _value(arm: Arm, joint: int) -> int:
 
 
 def _shadow(region: Region) -> tuple[Array, Array]:
-    """The half-planes of a region seen from above: its half-spaces without z [Fourier, Motzkin]."""
-    normals = region.normals @ region.world_T_region[:3, :3].T
-    offsets = region.offsets + normals @ region.world_T_region[:3, 3]
-    z = normals[:, 2]
-    walls, above, below = np.abs(z) < FLAT, z >= FLAT, z <= -FLAT
-    # From n z <= ... above and -m z <= ... below: m times the one and n times the other have no z left.
-    up, down = z[above][:, None], -z[below][None, :]
-    mixed = normals[above][:, None, :2] * down[..., None] + normals[below][None, :, :2] * up[..., None]
-    bounds = offsets[above][:, None] * down + offsets[below][None, :] * up
-    every = np.concatenate([normals[walls][:, :2], mixed.reshape(-1, 2)])
-    limits = np.concatenate([offsets[walls], bounds.ravel()])
-    length = np.linalg.norm(every, axis=1)
-    kept = length > FLAT
-    return every[kept] / length[kept, None], limits[kept] / length[kept]
+    """The half-planes of a region seen from above: of the hull of its corners, which are met by its half-spaces."""
+    from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+    spaces = np.column_stack([region.normals, -region.offsets])
+    # The middle of the greatest ball inside: normals @ x + r <= offsets.
+    rows = np.column_stack([region.normals, np.ones(len(region.normals))])
+    ball = linprog([0, 0, 0, -1], A_ub=rows, b_ub=region.offsets, bounds=[(None, None)] * 4)
+    corners = HalfspaceIntersection(spaces, ball.x[:3]).intersections
+    corners = corners @ region.world_T_region[:3, :3].T + region.world_T_region[:3, 3]
+    equations = np.unique(ConvexHull(corners[:, :2]).equations.round(14), axis=0)
+    return equations[:, :2], -equations[:, 2]
 
 
 def _outline(arm: Arm, joint: int) -> Array:

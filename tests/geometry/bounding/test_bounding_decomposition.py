@@ -13,8 +13,9 @@ from scipy.spatial import ConvexHull
 
 from kabo.errors import MeshError
 from kabo.geometry import bounding_decomposition
-from kabo.geometry.bounding import enclosing_union, stored_decompositions
+from kabo.geometry.bounding import enclosing_union, stored_parts
 from kabo.geometry.bounding.bounding_decomposition import Decomposition
+from kabo.geometry.bounding.stored_parts import Cover
 from kabo.meshes import Mesh
 
 EPSILON = 0.008
@@ -83,15 +84,10 @@ def test_targets_that_nothing_can_reach_are_refused(targets: dict[str, int], tmp
         bounding_decomposition(bracket(), 0.01, cache=tmp_path, **targets)
 
 
-def test_an_open_mesh_is_refused_and_one_that_is_too_fine_names_its_triangles(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_open_mesh_is_refused(tmp_path: Path) -> None:
     angle = bracket()
     with pytest.raises(MeshError, match="not closed"):
         bounding_decomposition(Mesh(angle.vertices, angle.faces[1:]), 0.01, cache=tmp_path)
-    monkeypatch.setattr(enclosing_union, "MAX_CELLS", 1)
-    with pytest.raises(MeshError, match="too fine: its 24 triangles"):
-        bounding_decomposition(angle, 1e-3, cache=tmp_path)
 
 
 def test_hollows_that_no_part_can_be_proven_to_avoid_are_said(
@@ -132,7 +128,7 @@ def test_processes_that_make_the_same_at_once_get_the_same(tmp_path: Path) -> No
     for maker in makers:
         maker.join()
     assert found == {as_bytes(bounding_decomposition(bracket(), 1e-3, cache=tmp_path))}
-    assert all(file.suffix == ".decomposition" for file in tmp_path.iterdir()), "no temporary file is left"
+    assert all(file.suffix == ".parts" for file in tmp_path.iterdir()), "no temporary file is left"
 
 
 NAME = "0" * 64
@@ -144,7 +140,8 @@ def _corners(seed: int) -> NDArray[np.float64]:
 
 def _write_for_ever(folder: Path) -> None:
     for seed in range(10**9):
-        stored_decompositions.write(folder, NAME, (_corners(seed % 7),), (float(seed % 7),))
+        made = Cover((_corners(seed % 7),), (float(seed % 7),), 7.0)
+        stored_parts.write(folder / "file.parts", NAME, [made])
 
 
 def test_a_writer_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
@@ -153,16 +150,14 @@ def test_a_writer_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
     seen = 0
     until = time.monotonic() + 120.0
     while seen < 50 and time.monotonic() < until:
-        found = stored_decompositions.read(tmp_path, NAME)
-        if found is not None:
-            assert np.array_equal(found[0][0], _corners(int(found[1][0])))
+        for found in stored_parts.read(tmp_path / "file.parts", NAME):
+            assert np.array_equal(found.parts[0], _corners(int(found.deviations[0])))
             seen += 1
     os.kill(writer.pid or 0, 9)
     writer.join()
     assert seen == 50
-    after = stored_decompositions.read(tmp_path, NAME)
-    assert after is not None
-    assert np.array_equal(after[0][0], _corners(int(after[1][0])))
+    (after,) = stored_parts.read(tmp_path / "file.parts", NAME)
+    assert np.array_equal(after.parts[0], _corners(int(after.deviations[0])))
 
 
 def hollow_block(radius: float) -> Mesh:

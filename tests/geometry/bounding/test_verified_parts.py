@@ -20,7 +20,9 @@ from kabo.geometry import (
     enclosing_parts,
     write_parts,
 )
-from kabo.geometry.bounding import enclosure, stored_decompositions, stored_parts, verified_parts
+from kabo.geometry.bounding import stored_parts, verified_parts
+from kabo.geometry.bounding.shapes import shape_of
+from kabo.geometry.bounding.stored_parts import Cover
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, load_mesh
 from kabo.scene.transforms import flat
@@ -41,30 +43,35 @@ def angle(tmp_path: Path) -> Mesh:
     path = tmp_path / "angle.off"
     trimesh.util.concatenate(plates).export(path)
     mesh = load_mesh(path)
-    write_parts(path, mesh.vertices, mesh.faces, TOLERANCE)
+    write_parts(mesh, TOLERANCE)
     return mesh
 
 
 def digest(mesh: Mesh) -> str:
-    return stored_parts.digest_of(*stored_parts.canonical(mesh.vertices, mesh.faces))
+    return shape_of(mesh).digest
 
 
 def forge(mesh: Mesh, parts: list[np.ndarray], deviation: float = TOLERANCE) -> None:
-    """Writes a whole file with the right digest and these parts."""
+    """Writes a whole file with the right digest and these parts [m]."""
     assert mesh.path is not None
-    body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for part in parts)
-    entries = [{"tolerance": TOLERANCE, "deviation": deviation, "vertices": [len(part) for part in parts]}]
-    header = {"format": stored_parts.FORMAT, "method": stored_parts.METHOD_VERSION, "mesh": digest(mesh)}
-    stored_parts.write_whole(stored_parts.beside(mesh.path), {**header, "entries": entries}, body)
+    shape = shape_of(mesh)
+    with np.errstate(over="ignore"):
+        numbers = [((part - shape.origin) / shape.scale).reshape(-1) for part in parts]
+    body = np.concatenate([*numbers, np.full(len(parts), deviation / shape.scale)]).astype("<f8").tobytes()
+    entry = {"tolerance": shape.lengths(TOLERANCE), "first": 0, "corners": [len(part) for part in parts]}
+    header = {"format": stored_parts.FORMAT, "method": stored_parts.METHOD_VERSION, "shape": shape.digest}
+    stored_parts.write_whole(stored_parts.beside(mesh.path), {**header, "entries": [entry]}, body)
 
 
 def stored(mesh: Mesh) -> list[np.ndarray]:
     assert mesh.path is not None
-    return list(stored_parts.read(stored_parts.beside(mesh.path), digest(mesh))[TOLERANCE].parts)
+    shape = shape_of(mesh)
+    (cover,) = stored_parts.read(stored_parts.beside(mesh.path), shape.digest)
+    return [shape.placed(part) for part in cover.parts]
 
 
 def loaded(mesh: Mesh, cache: Path) -> Enclosure:
-    return enclosing_parts(mesh.vertices, mesh.faces, TOLERANCE, source=mesh.path, cache=cache)
+    return enclosing_parts(mesh, TOLERANCE, cache=cache)
 
 
 def covers(mesh: Mesh, made: Enclosure) -> bool:
@@ -120,7 +127,7 @@ def test_damaged_files_are_as_if_there_were_none(angle: Mesh, tmp_path: Path, da
     whole = path.read_bytes()
     head, _, body = whole.partition(b"\n")
     header = json.loads(head)
-    header["entries"][0]["vertices"][0] = 2**62
+    header["entries"][0]["corners"][0] = 2**62
     path.write_bytes(
         {
             "cut off": whole[:-24],
@@ -132,14 +139,14 @@ def test_damaged_files_are_as_if_there_were_none(angle: Mesh, tmp_path: Path, da
             "text": b"parts\n",
         }[damage]
     )
-    assert stored_parts.read(path, digest(angle)) == {}
+    assert stored_parts.read(path, digest(angle)) == []
     assert covers(angle, loaded(angle, tmp_path / "cache"))
 
 
 def test_a_huge_file_is_not_read(angle: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     assert angle.path is not None
     monkeypatch.setattr(stored_parts, "MAX_FILE_BYTES", 100)
-    assert stored_parts.read(stored_parts.beside(angle.path), digest(angle)) == {}
+    assert stored_parts.read(stored_parts.beside(angle.path), digest(angle)) == []
 
 
 def test_parts_of_another_mesh_are_not_taken(angle: Mesh, tmp_path: Path) -> None:
@@ -156,7 +163,7 @@ def test_a_forged_file_in_the_cache_is_made_anew(angle: Mesh, tmp_path: Path) ->
     whole = kept.read_bytes()
     forge(angle, [BOX * 0.001 + 5.0])
     header = json.loads(stored_parts.beside(angle.path).read_bytes().partition(b"\n")[0])
-    assert header["mesh"] == json.loads(whole.partition(b"\n")[0])["mesh"]
+    assert header["shape"] == json.loads(whole.partition(b"\n")[0])["shape"]
     shutil.move(stored_parts.beside(angle.path), kept)
     again = loaded(angle, tmp_path)
     assert [part.tobytes() for part in again.parts] == [part.tobytes() for part in first.parts]
@@ -168,7 +175,7 @@ def test_a_forged_decomposition_in_the_cache_is_made_anew(angle: Mesh, tmp_path:
     first = bounding_decomposition(angle, TOLERANCE, cache=cache)
     for file in cache.iterdir():
         header = json.loads(file.read_bytes().partition(b"\n")[0])
-        stored_decompositions.write(cache, header["name"], (BOX * 0.001 + 5.0,), (TOLERANCE,))
+        stored_parts.write(file, header["shape"], [Cover((BOX * 0.001 + 5.0,), (TOLERANCE,), TOLERANCE)])
     again = bounding_decomposition(angle, TOLERANCE, cache=cache)
     assert [part.tobytes() for part in again.parts] == [part.tobytes() for part in first.parts]
 
@@ -187,8 +194,8 @@ def test_true_parts_beside_a_mesh_are_used_as_they_are(angle: Mesh, tmp_path: Pa
     assert not (tmp_path / "cache").exists()
 
 
-@pytest.mark.parametrize("scale", [0.95, 0.9, (0.9, 1.0, 0.8)])
-def test_parts_are_scaled_with_their_mesh(angle: Mesh, tmp_path: Path, scale: float | tuple[float, ...]) -> None:
+@pytest.mark.parametrize("scale", [0.95, 0.7])
+def test_parts_are_scaled_with_their_mesh(angle: Mesh, tmp_path: Path, scale: float) -> None:
     assert angle.path is not None
     scaled = load_mesh(angle.path, scale)
     made = loaded(scaled, tmp_path / "cache")
@@ -197,32 +204,46 @@ def test_parts_are_scaled_with_their_mesh(angle: Mesh, tmp_path: Path, scale: fl
     assert made.deviation <= TOLERANCE
 
 
-@pytest.mark.parametrize("scale", [100.0, (-1.0, 1.0, 0.9)])
-def test_parts_that_stick_out_too_far_or_are_mirrored_are_made_anew(
-    angle: Mesh, tmp_path: Path, scale: float | tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("scale", [1.2, (-1.0, 1.0, 0.9), (0.9, 1.0, 0.8)])
+def test_parts_that_stick_out_too_far_or_are_mirrored_or_stretched_are_made_anew(
+    angle: Mesh, tmp_path: Path, scale: float | tuple[float, ...]
 ) -> None:
     assert angle.path is not None
-    monkeypatch.setattr(enclosure, "_made", lambda *_, **__: Enclosure((BOX,), 0.0))
-    assert loaded(load_mesh(angle.path, scale), tmp_path / "cache").parts == (BOX,)
+    scaled = load_mesh(angle.path, scale)
+    made = loaded(scaled, tmp_path / "cache")
+    assert covers(scaled, made)
+    assert made.deviation <= TOLERANCE or made.finer is not None
+
+
+def test_scaled_and_moved_copies_share_the_cache(angle: Mesh, tmp_path: Path) -> None:
+    own = Mesh(angle.vertices, angle.faces)
+    first = enclosing_parts(own, TOLERANCE, cache=tmp_path)
+    copy = Mesh(own.vertices * 0.31 + [3.0, -2.0, 7.0], own.faces)
+    again = enclosing_parts(copy, 0.31 * TOLERANCE, cache=tmp_path)
+    assert len(list(tmp_path.iterdir())) == 1
+    assert again.deviation <= 0.31 * TOLERANCE
+    for one, other in zip(first.parts, again.parts, strict=True):
+        np.testing.assert_allclose(one * 0.31 + [3.0, -2.0, 7.0], other, atol=1e-12)
 
 
 def test_a_proof_is_remembered_by_content(angle: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    solid = Solid(angle.vertices, angle.faces)
-    parts = stored(angle)
-    assert verified_parts.are_verified(solid, parts, [TOLERANCE] * len(parts))
+    assert angle.path is not None
+    shape = shape_of(angle)
+    (cover,) = stored_parts.read(stored_parts.beside(angle.path), shape.digest)
+    assert verified_parts.are_verified(shape.solid, cover)
     monkeypatch.setattr(verified_parts, "uncovered", lambda *_: pytest.fail("asked again"))
-    assert verified_parts.are_verified(solid, parts, [TOLERANCE] * len(parts))
-    assert not verified_parts.are_verified(solid, [part + 1.0 for part in parts], [TOLERANCE] * len(parts))
+    assert verified_parts.are_verified(shape.solid, cover)
+    moved = Cover(tuple(part + 1.0 for part in cover.parts), cover.deviations, cover.tolerance)
+    assert not verified_parts.are_verified(shape.solid, moved)
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_shipped_parts_are_believed(path: Path) -> None:
     mesh = load_mesh(path.with_suffix(""), 0.001 if path.name.startswith("bottle") else 1.0)
-    vertices, faces = stored_parts.canonical(mesh.vertices, mesh.faces)
-    enclosures = stored_parts.read(path, stored_parts.digest_of(vertices, faces))
-    assert enclosures
-    for made in enclosures.values():
-        assert verified_parts.are_verified(Solid(vertices, faces), made.parts, [made.deviation] * len(made.parts))
+    shape = shape_of(mesh)
+    covers = stored_parts.read(path, shape.digest)
+    assert covers
+    assert all(verified_parts.are_verified(shape.solid, cover) for cover in covers)
 
 
 def test_the_digest_of_the_body_is_no_proof(angle: Mesh) -> None:
@@ -232,4 +253,4 @@ def test_the_digest_of_the_body_is_no_proof(angle: Mesh) -> None:
     head, _, body = stored_parts.beside(angle.path).read_bytes().partition(b"\n")
     header: dict[str, Any] = json.loads(head)
     assert header["body"] == hashlib.sha256(body).hexdigest()
-    assert header["mesh"] == digest(angle)
+    assert header["shape"] == digest(angle)

@@ -81,7 +81,7 @@ def test_a_scene_holds_what_its_files_say(kitchen: Kitchen) -> None:
     robot = scene.robots["left"]
     assert robot.urdf == kitchen.folder / "arm.urdf"
     assert robot.base.position == (0.0, 0.5, 0.0)
-    assert robot.inverse_kinematics == "projection"
+    assert robot.inverse_kinematics == "automatic"
     assert robot.configurations["home"] == (0.0, -math.pi / 2, 0.5)
     assert robot.tool_features["approach"] == Feature("line", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0))
     assert robot.gripper is not None

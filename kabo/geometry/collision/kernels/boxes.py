@@ -3,7 +3,7 @@
 import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
-from kabo.geometry.collision.kernels.bundles import AXIS, DISC, PARTS, RADIUS, ROOTS_END
+from kabo.geometry.collision.kernels.bundles import AXIS, BALL_OF_BOX, DISC, DISC_OF_BOX, PARTS, RADIUS, ROOTS_END
 
 BOX_SLACK = 1e-12  # [m] added to boxes against rounding
 
@@ -110,6 +110,10 @@ def place_groups(packed, groups, poses, hulls, extents, radii):
             for r in range(3):
                 extents.parts[p, r] -= rounding_along(hulls.rounds, p, r)
                 extents.parts[p, 3 + r] += rounding_along(hulls.rounds, p, r)
+            extents.parts[p, BALL_OF_BOX], extents.parts[p, DISC_OF_BOX] = (
+                hulls.rounds[p, RADIUS],
+                hulls.rounds[p, DISC],
+            )
             if p < groups[ROOTS_END, g]:
                 for r in range(3):
                     extents.groups[g, r] = min(extents.groups[g, r], extents.parts[p, r])

@@ -14,6 +14,7 @@ JOINT, PARTS, PAIRS, ROOTS_END = 0, 1, 2, 3
 PARTNER, NUMBER = 0, 1
 # Columns of `Hulls.rounds`: the radii of the ball and of the disc, and the disc's axis.
 RADIUS, DISC, AXIS = 0, 1, 2
+EXTENT_COLUMNS, BALL_OF_BOX, DISC_OF_BOX = 8, 6, 7  # of `Extents`
 # Columns of `Tree.children`, and the number of children of a part that `Enclosure.finer` would divide.
 FIRST_CHILD, CHILD_COUNT, OPEN = 0, 1, -1
 # Places of `Search.counters`.
@@ -47,10 +48,10 @@ class Bodies(NamedTuple):
 
 
 class Extents(NamedTuple):
-    """Boxes as centre and half extents, in the joint's frame."""
+    """Boxes as centre and half extents, in the joint's frame; a row of eight is a line of the processor's cache."""
 
-    parts: Array  # (B, 6)
-    groups: Array  # (G, 6)
+    parts: Array  # (B, 8) the box, and the radii of ball and disc
+    groups: Array  # (G, 8) the box
 
 
 class Tree(NamedTuple):
@@ -147,7 +148,7 @@ class Swept(NamedTuple):
 
     poses: Array  # (N + 1, 12) of its joint, at the nodes
     hulls: Hulls
-    extents: Array  # (B, 6) centre and half extents
+    extents: Array  # (B, 8) as in `Extents`
     bounds: Array  # (B, 3) deviation, angle * diameter / 4, diameter / 4
 
 

@@ -5,11 +5,12 @@ Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layo
 
 import numpy as np
 
-from kabo.compilation import lean_kernel, window
-from kabo.geometry.collision.kernels.boxes import place_part
+from kabo.compilation import brief_kernel, lean_kernel, window
+from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
 from kabo.geometry.collision.kernels.bundles import (
+    BALL_OF_BOX,
     CHECKS,
-    DISC,
+    DISC_OF_BOX,
     FREE,
     JOINT,
     NUMBER,
@@ -28,7 +29,9 @@ from kabo.geometry.collision.kernels.descent import FINAL, put_children
 from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
 from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
-from kabo.scene.kernels.poses import forward_kinematics
+from kabo.geometry.collision.kernels.sines import frames_of
+
+SHORT_SLACK = 4e-7  # of a coordinate, for rounding it and sums with it to 24 bits
 
 
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
@@ -40,9 +43,9 @@ def usable(q, bound):
     return good
 
 
-@lean_kernel  # (J, 12) f8, i8, (G,) i8, (G, 6) f8 -> writes (6, padded groups) f8
+@lean_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
 def _group_boxes(world_T, moving, joint, group_extents, rows):
-    """Writes the world boxes of all moving groups as columns of `rows`."""
+    """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
     for g in range(moving):
         j = joint[g]
         x, y, z = group_extents[g, 0], group_extents[g, 1], group_extents[g, 2]
@@ -50,23 +53,25 @@ def _group_boxes(world_T, moving, joint, group_extents, rows):
         for r in range(3):
             a, b, c = world_T[j, 3 * r], world_T[j, 3 * r + 1], world_T[j, 3 * r + 2]
             middle = a * x + b * y + c * z + world_T[j, 9 + r]
-            half = abs(a) * ex + abs(b) * ey + abs(c) * ez + 1e-12
-            rows[r, g], rows[3 + r, g] = middle - half, middle + half
+            half = abs(a) * ex + abs(b) * ey + abs(c) * ez
+            half += SHORT_SLACK * (abs(middle) + half) + BOX_SLACK
+            rows[r, g], rows[3 + r, g] = np.float32(middle - half), np.float32(middle + half)
 
 
-@lean_kernel  # (6, 32 W) f8, i8, i8, f8 -> i8
+@lean_kernel  # (6, 32 W) f4, i8, i8, f8 -> i8
 def _near_groups(rows, g, word, margin):
-    """The groups among 32 whose boxes are near group g's, a bit for each, in one vectorised pass."""
-    x0, y0, z0 = rows[0, g] - margin, rows[1, g] - margin, rows[2, g] - margin
-    x1, y1, z1 = rows[3, g] + margin, rows[4, g] + margin, rows[5, g] + margin
-    near = np.int64(0)
+    """The groups among 32 whose boxes are near group g's, a bit for each, in one vectorised pass of short numbers."""
+    short = np.float32(margin)
+    x0, y0, z0 = rows[0, g] - short, rows[1, g] - short, rows[2, g] - short
+    x1, y1, z1 = rows[3, g] + short, rows[4, g] + short, rows[5, g] + short
+    near = np.int32(0)
     for i in range(GROUPS_PER_WORD):
         h = GROUPS_PER_WORD * word + i
         x = (x0 <= rows[3, h]) & (x1 >= rows[0, h])
         y = (y0 <= rows[4, h]) & (y1 >= rows[1, h])
         z = (z0 <= rows[5, h]) & (z1 >= rows[2, h])
-        near |= np.int64(x & y & z) << i
-    return near
+        near = np.int32(near | (np.int32(x & y & z) << np.int32(i)))
+    return np.int64(near) & np.int64(0xFFFFFFFF)
 
 
 @lean_kernel  # i8 -> i8
@@ -85,16 +90,17 @@ def _number_of(groups, pairs, g, h):
 
 
 @lean_kernel
-def _posed_apart(hulls, a, b, pose, margin, search):
+def _posed_apart(part_extents, hulls, a, b, pose, margin, search):
     """The result of `posed_apart` for parts of any kind; the last row of the hulls is for those with a disc."""
-    if not hulls.rounds[a, DISC] + hulls.rounds[b, DISC] > 0.0:
-        return posed_apart(hulls, a, b, pose, margin, search)
+    if not part_extents[a, DISC_OF_BOX] + part_extents[b, DISC_OF_BOX] > 0.0:
+        balls = part_extents[a, BALL_OF_BOX] + part_extents[b, BALL_OF_BOX]
+        return posed_apart(hulls, a, b, pose, margin, balls, search)
     row = hulls.sizes.shape[0] - 1
     place_part(window(pose, 0, (1, 12)), 0, hulls, b, hulls, row)
     return apart(hulls, a, a, row, row, margin, search)
 
 
-@lean_kernel  # (12,) f8, (B, 6) f8, i8, i8 -> writes (3,) f8
+@lean_kernel  # (12,) f8, (B, 8) f8, i8, i8 -> writes (3,) f8
 def _between(pose, extents, a, b, axis):
     """Writes the vector from the centre of box b to that of box a, as a first axis."""
     x, y, z = extents[b, 0], extents[b, 1], extents[b, 2]
@@ -111,7 +117,7 @@ def _descend(a, b, pose, extents, hulls, tree, margin, search):
         a, b = tree.stack[top, 0], tree.stack[top, 1]
         if faces_near(pose, extents.parts, a, extents.parts, b, margin):
             _between(pose, extents.parts, a, b, search.axis)
-            if not _posed_apart(hulls, a, b, pose, margin, search):
+            if not _posed_apart(extents.parts, hulls, a, b, pose, margin, search):
                 top = put_children(tree, a, b, top)
     return FREE if top == 0 else 0 if top == FINAL else top
 
@@ -134,14 +140,14 @@ def _parts_hit(g, h, pose, groups, listed, extents, hulls, tree, margin, search)
             if not faces_near(pose, extents.parts, a, extents.parts, b, margin):
                 continue
             _between(pose, extents.parts, a, b, search.axis)
-            if not _posed_apart(hulls, a, b, pose, margin, search):
+            if not _posed_apart(extents.parts, hulls, a, b, pose, margin, search):
                 found = _descend(a, b, pose, extents, hulls, tree, margin, search)
                 if found != FREE:
                     return found
     return FREE
 
 
-@lean_kernel  # (n,) f8, (M,) f8 -> i8
+@brief_kernel  # (n,) f8, (M,) f8 -> i8
 def first_hit(q, memory):
     """The index of the first pair, by group, not proven farther apart at q than the margin minus rounding.
 
@@ -149,8 +155,8 @@ def first_hit(q, memory):
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, diameters, world_T, rows, pose, axis, simplex, points,
-        rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, diameters, world_T, angles, rows, pose, axis, simplex,
+        points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]
@@ -163,7 +169,7 @@ def first_hit(q, memory):
     counters[CHECKS] += 1
     if not usable(q, bound):
         return UNUSABLE
-    forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
+    frames_of(q, joints, factors, placement, angles, world_T)
     _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
     for g in range(moving):
         for word in range(allowed.shape[1]):

@@ -8,7 +8,7 @@ it.
 import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, window
-from kabo.geometry.collision.kernels.bundles import COUNTER_PLACES
+from kabo.geometry.collision.kernels.bundles import COUNTER_PLACES, EXTENT_COLUMNS
 
 # Places of whole numbers in the head: how many there are of what, and where numbers and blocks begin.
 JOINTS, VALUES, MOVING, GROUPS, PARTS, PAIRS, LARGEST, NUMBERS, BLOCKS, ROOM, COLUMNS = range(11)
@@ -34,10 +34,10 @@ def words_for(groups):
 def numbers_of(memory):
     """The floating-point arrays in a memory: of `Chain`, `Extents`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
-    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 6) and groups (G, 6), diameters (B,), world_T
-    (J, 12), rows (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3), rounds
-    (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that sweeps
-    place.
+    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), diameters (B,), world_T
+    (J, 12), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3),
+    rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that
+    sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
@@ -45,11 +45,18 @@ def numbers_of(memory):
     factors, start = window(memory, start, (2, joints)), after(start, 2 * joints)
     placement, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
     bound, start = window(memory, start, (whole[VALUES],)), after(start, whole[VALUES])
-    part_extents, start = window(memory, start, (whole[PARTS], 6)), after(start, 6 * whole[PARTS])
-    group_extents, start = window(memory, start, (whole[GROUPS], 6)), after(start, 6 * whole[GROUPS])
+    part_extents, start = (
+        window(memory, start, (whole[PARTS], EXTENT_COLUMNS)),
+        after(start, EXTENT_COLUMNS * whole[PARTS]),
+    )
+    group_extents, start = (
+        window(memory, start, (whole[GROUPS], EXTENT_COLUMNS)),
+        after(start, EXTENT_COLUMNS * whole[GROUPS]),
+    )
     diameters, start = window(memory, start, (whole[PARTS],)), after(start, whole[PARTS])
     world_T, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
-    rows, start = window(memory, start, (6, columns)), after(start, 6 * columns)
+    angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
+    rows, start = window(memory.view(np.float32), 2 * start, (6, columns)), after(start, 3 * columns)
     pose, start = window(memory, start, (12,)), after(start, 12)
     axis, start = window(memory, start, (3,)), after(start, 3)
     simplex, start = window(memory, start, (4, 3)), after(start, 12)
@@ -57,8 +64,8 @@ def numbers_of(memory):
     rounds = window(memory, start, (rows_of_hulls, 5))
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
-        factors, placement, bound, part_extents, group_extents, diameters, world_T, rows, pose, axis, simplex, points,
-        rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, diameters, world_T, angles, rows, pose, axis, simplex,
+        points, rounds, blocks,
     )  # fmt: skip
 
 

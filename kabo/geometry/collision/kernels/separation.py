@@ -185,18 +185,17 @@ def apart(hulls, a0, a1, b0, b1, margin, search):
 
 
 @lean_kernel
-def posed_apart(hulls, a, b, pose, margin, search):
+def posed_apart(hulls, a, b, pose, margin, balls, search):
     """The result of `apart` for row `a` and row `b` moved by `pose` (12,), computed in the frame of `a`.
 
     Corners stay in their own frames and only farthest ones are transformed, since few rounds decide most pairs.
     Of `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth. Neither
-    row has a disc.
+    row has a disc; `balls` is the sum of their balls' radii.
     """
     axis, simplex, counters, offset, blocks = (
         search.axis, search.simplex, search.counters, search.offset, hulls.blocks
     )  # fmt: skip
     count_a, count_b = hulls.sizes[a], hulls.sizes[b]
-    balls = hulls.rounds[a, RADIUS] + hulls.rounds[b, RADIUS]
     margin += balls
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0

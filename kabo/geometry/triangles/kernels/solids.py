@@ -1,4 +1,4 @@
-"""Distance to a triangle mesh through a box tree, winding numbers, and a proven bound of how far a polytope sticks out."""
+"""Distance to a triangle mesh through a box tree, and winding numbers."""
 
 import numpy as np
 
@@ -116,55 +116,6 @@ def inside(boxes, children, triangles, px, py, pz, stack):
             elif sign == -3 and far < 0.0:
                 turns -= 1
     return turns != 0
-
-
-@lean_kernel
-def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
-    """0 if all points of a polytope are proven within `limit` of the solid, 1 if some point is not, 2 if undecided.
-
-    The polytope (planes (H, 4): n.x <= d) is covered by boxes, halved until the whole box is outside the polytope,
-    inside the solid, or within `limit` of the surface. The search is given up after `most` boxes.
-    """
-    for r in range(3):
-        cells[0, r], cells[0, 3 + r] = 0.5 * (low[r] + high[r]), 0.5 * (high[r] - low[r])
-    cells[0, 6] = 0.0  # 1: known to be outside the solid, and so is every half of it
-    top = 1
-    for _ in range(most):
-        if top == 0:
-            return 0
-        top -= 1
-        x, y, z = cells[top, 0], cells[top, 1], cells[top, 2]
-        hx, hy, hz = cells[top, 3], cells[top, 4], cells[top, 5]
-        worst, cleared = -np.inf, False
-        for k in range(planes.shape[0]):
-            value = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z - planes[k, 3]
-            worst = max(worst, value)
-            if value > abs(planes[k, 0]) * hx + abs(planes[k, 1]) * hy + abs(planes[k, 2]) * hz:
-                cleared = True
-                break
-        if cleared:
-            continue
-        radius = np.sqrt(hx * hx + hy * hy + hz * hz)
-        distance = surface_distance(boxes, children, triangles, x, y, z, limit - radius, stack)
-        if distance + radius <= limit:
-            continue
-        if distance > radius:  # the whole box is on one side of the surface
-            if cells[top, 6] == 0.0 and abs(winding_number(triangles, x, y, z)) > 0.5:
-                continue
-            cells[top, 6] = 1.0
-            if worst <= 0.0 and distance > limit:
-                return 1
-        if top + 2 > cells.shape[0]:
-            return 2
-        longest = 0 if hx >= hy and hx >= hz else 1 if hy >= hz else 2
-        half = 0.5 * cells[top, 3 + longest]
-        middle = cells[top, longest]
-        for r in range(7):
-            cells[top + 1, r] = cells[top, r]
-        cells[top, 3 + longest], cells[top + 1, 3 + longest] = half, half
-        cells[top, longest], cells[top + 1, longest] = middle - half, middle + half
-        top += 2
-    return 2
 
 
 @lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) f8

@@ -3,6 +3,7 @@
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
 from kabo.language.yaml.documents import Mapping, Scalar, YamlNode
@@ -44,7 +45,7 @@ class RobotReader:
         group = read_group(reader, node, semantics)
         joints = None if isinstance(node, Scalar) and not node.empty else self._words(node, "joint")
         node = mapping.get("inverse_kinematics")
-        word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
+        word = "automatic" if node is None else self._word_of_kinematics(node)
         analytic = None if node is None or word != "analytic" else node.place
         hulls = self._words(mapping.get("hulls"), "link") or ()
         gripper = self._gripper(mapping.get("gripper"))
@@ -54,12 +55,16 @@ class RobotReader:
         self.tools[name] = Owner(name, features)
         configurations = self._configurations(mapping.get("configurations"), joints, drives=drive is not None)
         return RobotDescription(
-            name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
+            name, urdf or Path(), base, joints, word, gripper, frame,
             sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
             analytic, hulls, self._accelerations(mapping.get("acceleration")),
             read_sensors(reader, mapping.get("sensors")), drive, semantics, group,
             read_own_contacts(reader, mapping.get("allowed_contacts")),
         )  # fmt: skip
+
+    def _word_of_kinematics(self, node: YamlNode) -> Literal["analytic", "automatic", "projection"]:
+        word = self.reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
+        return "analytic" if word == "analytic" else "projection"
 
     def _words(self, node: YamlNode | None, what: str) -> tuple[str, ...] | None:
         """Names that other programs gave, each once; None if absent."""

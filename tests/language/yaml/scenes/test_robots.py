@@ -54,7 +54,7 @@ WRONG_ROBOTS = [
         "urdf: arm.urdf",
         "urdf: «package://meshes/arm.urdf»",
         'unknown package "meshes"',
-        "declare it: packages: {NAME: folder}",
+        "declare it: packages: {meshes: folder}",
     ),
     (
         "    urdf: arm.urdf\n",

@@ -1,0 +1,172 @@
+"""Robots as `kabo robot` finds them: covers enclose, grippers are measured, homes are free, proofs hold, files load."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from kabo.geometry import Solid
+from kabo.geometry_server import GeometryServer, make_robot_model, robot_findings, robot_scene_text
+from kabo.geometry_server.robot_models.covers import covers_of
+from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
+from kabo.geometry_server.robot_models.self_contacts import SelfContacts, rounded_within
+from kabo.language import load_scene_description
+from kabo.language.yaml.paths import installed_folder
+from kabo.meshes import Mesh
+from kabo.scene import Scene, load_scene
+from tests.support.small_robots import write_arm
+
+# Two links that overlap whatever the two joints between them do: both are balls around the joints' common centre.
+KNOT = """<robot name="knot">
+  <link name="base"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+  <link name="ring"/>
+  <link name="core"><collision><geometry><box size="0.06 0.06 0.06"/></geometry></collision></link>
+  <link name="tool"/>
+  <joint name="a" type="revolute"><parent link="base"/><child link="ring"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+  <joint name="b" type="revolute"><parent link="ring"/><child link="core"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+  <joint name="c" type="fixed"><parent link="core"/><child link="tool"/></joint>
+</robot>
+"""
+
+
+def solids() -> list[trimesh.Trimesh]:
+    tall = trimesh.creation.cylinder(0.05, 0.6)
+    turned = tall.copy()
+    turned.apply_transform(trimesh.transformations.random_rotation_matrix(np.array([0.1, 0.7, 0.3])))
+    return [
+        trimesh.creation.icosphere(radius=0.2),
+        trimesh.creation.annulus(0.05, 0.1, 0.3),
+        turned,
+        trimesh.util.concatenate([trimesh.creation.box([0.1] * 3), trimesh.creation.torus(0.3, 0.02)]),
+    ]
+
+
+@pytest.mark.parametrize("solid", solids())
+def test_every_point_of_a_solid_lies_in_one_of_its_covers(solid: trimesh.Trimesh) -> None:
+    mesh = Mesh(np.ascontiguousarray(solid.vertices, float), np.ascontiguousarray(solid.faces, np.int64))
+    covers = covers_of(mesh)
+    assert len(covers) > 1
+    rng = np.random.default_rng(3)
+    low, high = solid.bounds
+    points = low + rng.random((4000, 3)) * (high - low)
+    points = np.concatenate([points[Solid(mesh.vertices, mesh.faces).insides(points)], solid.vertices])
+    hulls = [trimesh.PointCloud(cover).convex_hull for cover in covers]
+    normals = [
+        (hull.face_normals, np.einsum("ij,ij->i", hull.face_normals, hull.triangles[:, 0])) for hull in hulls
+    ]
+    within = np.zeros(len(points), dtype=bool)
+    for directions, offsets in normals:
+        within |= (points @ directions.T <= offsets + 1e-9).all(axis=1)
+    assert within.all()
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Scene:
+    return _scene(
+        tmp_path, write_arm(tmp_path), "gripper: {joints: [finger], open: {finger: 0.04}, closed: {finger: 0}}"
+    )
+
+
+def _scene(folder: Path, urdf: Path, *entries: str) -> Scene:
+    text = "\n    ".join([f"urdf: {urdf.name}", *entries])
+    (folder / "scene.yaml").write_text(f"scene: s\nepsilon: 0.01\nrobots:\n  r:\n    {text}\n")
+    return load_scene(load_scene_description(folder / "scene.yaml"))
+
+
+def test_the_pairs_that_meet_are_those_of_the_geometry_server(arm: Scene) -> None:
+    contacts, server = SelfContacts(arm, "r", 0.01), GeometryServer(arm)
+    kinds = set()
+    for q in contacts.samples(60, seed=5):
+        hit = server.collides("r", q.tolist())
+        assert hit == bool(contacts.meeting(q.tolist()))
+        kinds.add(hit)
+    assert kinds == {True, False}
+
+
+def test_a_configuration_that_is_found_is_free_for_the_geometry_server(arm: Scene) -> None:
+    contacts = SelfContacts(arm, "r", 0.01)
+    opened = contacts.samples(200, seed=5)
+    opened[:, 3] = 0.04
+    blocked = next(q for q in opened if contacts.meeting(q.tolist()))
+    found = contacts.free_configuration([blocked], contacts.fine.pairs, blocked)
+    assert found is not None
+    q, margin = found
+    assert not GeometryServer(arm).collides("r", q.tolist()) and margin > 0.0
+
+
+def test_links_that_overlap_everywhere_are_proven_to(tmp_path: Path) -> None:
+    (tmp_path / "knot.urdf").write_text(KNOT)
+    scene = _scene(tmp_path, tmp_path / "knot.urdf")
+    assert SelfContacts(scene, "r", 0.01).always() == [("base", "core")]
+    depth = always_overlap(scene.robots["r"], ("base", "core"))
+    assert depth is not None and 0.0 < depth < 0.05
+
+
+def test_links_that_part_somewhere_are_not_proven_to_overlap(tmp_path: Path) -> None:
+    far = KNOT.replace('<link name="core"><collision>', '<link name="core"><collision><origin xyz="0.06 0 0"/>')
+    (tmp_path / "knot.urdf").write_text(far)
+    scene = _scene(tmp_path, tmp_path / "knot.urdf")
+    robot = scene.robots["r"]
+    ends = [np.array([a, b]) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    contacts = SelfContacts(scene, "r", 0.01)
+    assert always_overlap(robot, ("base", "core")) is None or all(contacts.meeting(q.tolist()) for q in ends)
+
+
+def test_a_gripper_is_measured_on_its_meshes(tmp_path: Path) -> None:
+    """The fingers are 0.01 m wide, slide by q and 2 q + 0.001: their surfaces are 3 q + 0.001 - 0.01 apart."""
+    model = make_robot_model(write_arm(tmp_path), None, name="small", epsilon=0.01)
+    assert model.hand.arm == ("shoulder", "elbow", "turn") and model.hand.joints == ("finger",)
+    assert model.gripper is not None and model.gripper.opening is not None
+    assert model.gripper.open == {"finger": 0.04} and model.gripper.closed == {"finger": 0.0}
+    assert model.gripper.opening == pytest.approx((0.111, -0.009), abs=1e-9)
+    assert np.abs(model.gripper.closing) == pytest.approx([1.0, 0.0, 0.0])
+
+
+def test_what_is_written_loads_without_a_finding_and_is_the_same_each_time(tmp_path: Path) -> None:
+    texts = []
+    for _ in range(2):
+        model = make_robot_model(write_arm(tmp_path), None, name="small", epsilon=0.01)
+        texts.append(robot_scene_text(model, tmp_path))
+    assert texts[0] == texts[1]
+    (tmp_path / "written.yaml").write_text(texts[0])
+    description = load_scene_description(tmp_path / "written.yaml")
+    assert robot_findings(description) == []
+    assert description.robots["small"].joints == ("shoulder", "elbow", "turn")
+
+
+def test_a_home_in_collision_is_an_error_with_the_depth(tmp_path: Path) -> None:
+    write_arm(tmp_path)
+    (tmp_path / "scene.yaml").write_text(
+        "scene: s\nepsilon: 0.01\nrobots:\n  r:\n    urdf: small.urdf\n"
+        "    configurations: {home: [0, 0, 0, 0], bent: [0, 1, 0, 0]}\n"
+    )
+    found = robot_findings(load_scene_description(tmp_path / "scene.yaml"))
+    said = 'configuration "{}" of robot "r": "r.left" and "r.right" overlap by at least'
+    for name, severity in (("home", "error"), ("bent", "warning")):
+        (told,) = [each for each in found if each.message.startswith(said.format(name))]
+        assert (told.line, told.severity) == (5, severity)
+        assert "allowed_contacts: [[left, right]]" in (told.hint or "")
+
+
+def test_values_are_rounded_into_their_limits() -> None:
+    lower, upper = np.array([-1.0471975, 0.00001, -1.0]), np.array([0.0, 0.00002, 1.0])
+    got = rounded_within(np.array([[-2.0, 0.0, 0.123456]]), lower, upper)
+    assert got.tolist() == [[-1.0471, 0.00001, 0.1235]]
+    assert (got >= lower).all() and (got <= upper).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("urdf", ["panda_description/urdf/panda.urdf", "ur_description/urdf/ur5_gripper.urdf"])
+def test_a_foreign_robot_is_ready(tmp_path: Path, urdf: str) -> None:
+    folder = installed_folder("example-robot-data")
+    assert folder is not None
+    model = make_robot_model(folder / "robots" / urdf, None, name="robot", epsilon=0.01)
+    assert model.home is not None
+    (tmp_path / "written.yaml").write_text(robot_scene_text(model, tmp_path))
+    description = load_scene_description(tmp_path / "written.yaml")
+    assert robot_findings(description) == []
+    scene = load_scene(description)
+    assert not GeometryServer(scene).collides("robot", list(scene.start.robots["robot"]))
