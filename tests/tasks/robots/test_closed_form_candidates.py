@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from kabo.geometry_server import GeometryServer, candidate, grasp_stream, tool_frame
-from kabo.kinematics import satisfied
+from kabo.geometry_server.candidates import closed_form_of
+from kabo.geometry_server.frames import WORLD
+from kabo.kinematics import rows_of, satisfied
 from kabo.scene import Scene
 from kabo.tasks.core import Result, Solution, State
 from kabo.tasks.robots import TaskScene
@@ -51,6 +53,26 @@ def test_a_sample_of_a_grasp_gives_all_branches_with_the_hand_at_its_place(start
         assert np.all((tree.lower <= at.q) & (at.q <= tree.upper))
     again = closed.samples(0, 8)
     assert [at.q.tobytes() for at in again] == [at.q.tobytes() for at in found]
+
+
+def test_a_scene_that_says_nothing_gets_the_closed_form(start: TaskScene, scene: Scene) -> None:
+    described = first(BARTENDER).context.scene.robots["right"]
+    assert described.inverse_kinematics == "automatic"
+    assert closed_form_of(described) is not None
+    assert closed_form_of(replace(described, inverse_kinematics="projection")) is None
+
+
+def test_a_sample_that_is_not_found_pose_first_is_projected(start: TaskScene, scene: Scene) -> None:
+    """A tilt within a narrow interval is nothing that a family aims at: few of its poses fulfil it."""
+    closed = streams(start, scene)[1]
+    tool = tool_frame(scene.robots["right"])
+    narrow = rows_of("angle", tool.feature("approach"), WORLD.feature("up"), 1.0, 1.02)
+    stream = replace(closed, rows=narrow)
+    found = stream.samples(0, 30)
+    assert stream._drawn(0, 30, None) is not None
+    assert len(stream._drawn(0, 30, None)[1]) < len(found)
+    tree = scene.robots["right"].tree
+    assert all(satisfied(narrow, at.q, tree, 2e-6) for at in found)
 
 
 def test_of_each_sample_the_branch_nearest_to_home_is_tried_first(start: TaskScene, scene: Scene) -> None:
