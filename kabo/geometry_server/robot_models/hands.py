@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.scene.semantics import JointEnds
 
+LEAST_ARM = 4  # joints of an arm without a gripper
 HAND_WORDS = re.compile(r"gripper|finger|hand|jaw|thumb|knuckle|claw|pinch", re.IGNORECASE)
 ARM_WORDS = re.compile(r"wrist|arm|elbow|shoulder|roll|pitch|yaw", re.IGNORECASE)
 TOOL_WORDS = re.compile(r"tcp|grasp|tool|eef?$|end_?effector", re.IGNORECASE)
@@ -29,6 +30,11 @@ class Hand:
     moved: tuple[str, ...]
     mount: str
     tool: str
+
+    @property
+    def is_arm(self) -> bool:
+        """Whether it holds something, or has joints enough to reach: no wheel, no head."""
+        return bool(self.joints) or len(self.arm) >= LEAST_ARM
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def make_robot_model(
     contacts, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
     robot = contacts.robot
     return RobotModel(
-        name, urdf, srdf, epsilon, robot, hands[0], tuple(hands[1:]), gripper, home, margin,
+        name, urdf, srdf, epsilon, robot, hands[0], tuple(each for each in hands[1:] if each.is_arm), gripper, home, margin,
         tuple(AlwaysPair(*pair, always_overlap(robot, pair)) for pair in always), hulls, file.visual,
     )  # fmt: skip
 
