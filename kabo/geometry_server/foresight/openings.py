@@ -136,6 +136,12 @@ def _is_proven(body: Body, own: Sequence[Constraint], opening: Opening, tool: An
     balls = np.where(solid.insides(points), solid.surface_distances(points), 0.0)
     if float(balls.min()) - 0.5 * spacing > min(opening.before, opening.behind):
         return True
+    axis = _axis_across(body, own, opening, tool)
+    # Discs about both ends are within a convex body, hence so are those about all points between.
+    ends = (points[0], points[-1]) if axis is not None and solid.is_convex else ()
+    discs = [_disc(body.mesh, end, axis) for end in ends if axis is not None]
+    if discs and min(discs) > min(opening.before, opening.behind):
+        return True
     direction = _held_direction(body, own, opening, tool)
     if direction is None or len(points) > 1 or not solid.insides(points)[0]:
         return False
@@ -171,6 +177,30 @@ def _held_points(body: Body, own: Sequence[Constraint]) -> Array | None:
     first, last = (through + along * ((height - normal @ (through - foot)) / rise) for height in ends[1:])
     count = min(MAX_POINTS, 2 + int(np.linalg.norm(last - first) / SPACING))
     return np.linspace(first, last, count)
+
+
+def _axis_across(body: Body, own: Sequence[Constraint], opening: Opening, tool: Any) -> Array | None:
+    """A direction of the body that is across the closing line in every grasp; None if no constraint makes one so."""
+    for c in own:
+        first, this = (c.first, c.second) if c.first.owner == "tool" else (c.second, c.first)
+        ours, theirs = _unit(tool.get(first.feature or "")), _unit(body.features.get(this.feature or ""))
+        across = ours is not None and abs(float(ours @ opening.direction)) < SAME_DIRECTION
+        if c.kind in ("parallel", "aligned", "opposed") and across and theirs is not None:
+            return theirs
+    return None
+
+
+def _disc(mesh: Mesh, middle: Array, axis: Array) -> float:
+    """The radius of the greatest disc about a point, across an axis, within a convex mesh [m]; negative outside."""
+    corners = mesh.vertices[mesh.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    normals = normals[lengths > 0.0] / lengths[lengths > 0.0, None]
+    room = np.einsum("ij,ij->i", normals, corners[lengths > 0.0, 0] - middle)
+    across = np.linalg.norm(normals - np.outer(normals @ axis, axis), axis=1)
+    if float(room.min()) < 0.0:
+        return -1.0
+    return float((room[across > SAME_DIRECTION] / across[across > SAME_DIRECTION]).min())
 
 
 def _held_direction(body: Body, own: Sequence[Constraint], opening: Opening, tool: Any) -> Array | None:

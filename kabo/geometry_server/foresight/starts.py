@@ -143,10 +143,10 @@ class _Start:
         depth = max(float(ours.max()), float(theirs.max()))
         if depth <= TOUCHING and self._hangs_on(own, other):
             return None
-        first, second = (own, other) if not (theirs > 0.0).all() else (other, own)
+        first, second = (own, other) if not (theirs > -TOUCHING).all() else (other, own)
         things = first.name, second.name
         hint = "a pose is in the frame that its `frame` names, by default the world: move one of them"
-        if (_depths(first, second) > 0.0).all():
+        if ((ours if first is own else theirs) > -TOUCHING).all():
             said = f"{first.name} begins inside {second.name}, up to {millimetres(depth)} deep, proven"
             return StartFault("inside", things, said, hint, depth)
         said = f"{first.name} and {second.name} overlap at the start, by up to {millimetres(depth)}, proven"
