@@ -1,10 +1,10 @@
 """The two scenes of `kernel.py` as arrays: kabo's two-arm bar, and two Pandas from example-robot-data."""
 
-import re
 import sysconfig
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import numpy.typing as npt
@@ -12,17 +12,16 @@ import trimesh
 
 import kabo
 from kabo.arrays import Array
-from kabo.errors import MeshError
-from kabo.geometry import Enclosure, FixedGroup, MovingGroup, enclosing_parts
-from kabo.meshes import hull_of, load_mesh
-from kabo.scene import REVOLUTE, KinematicTree, Mesh, load_scene, world_T
+from kabo.geometry import Budget, Enclosure, FixedGroup, MovingGroup
+from kabo.geometry_server.preparation.enclosures import SceneEnclosures
+from kabo.language.scene_description import SceneDescription
+from kabo.language.yaml.loading import load_scene_description
+from kabo.scene import KinematicTree, load_scene, world_T
 
 Triangles = tuple[Array, npt.NDArray[np.int64]]
 
 ROOT = Path(__file__).resolve().parent.parent
 PANDA = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots/panda_description"
-PANDA_LINKS = (*(f"panda_link{i}" for i in range(8)), "panda_hand", "panda_leftfinger", "panda_rightfinger")
-PANDA_TOLERANCE = 0.004  # metres: what epsilon = 1 cm leaves to each body
 
 
 @dataclass(frozen=True)
@@ -108,140 +107,82 @@ def joined(first: KinematicTree, second: KinematicTree) -> KinematicTree:
     )
 
 
-# The bar ------------------------------------------------------------------------------------------------------------
+# Scenes ---------------------------------------------------------------------------------------------------------------
 
 
 def bar() -> Arrangement:
-    """BARTENDER with four bottles: all links and bodies, parts for its own epsilon."""
-    scene = load_scene(kabo.load_problem(ROOT / "domains" / "bartender" / "four_bottles.yaml").scene)
-    geometry = 0.4 * scene.epsilon
-    made: dict[str, Enclosure] = {}
-    left, right = scene.robots.values()
-    things, hands = [], []
-    for robot, shift in ((left, 0), (right, len(left.tree.parent) - 1)):
-        for link in robot.links.values():
-            joint = link.joint + shift if link.joint else 0
-            if link.mesh is not None:
-                name = f"{robot.name}.{link.name}"
-                things.append(_thing(name, joint, link.joint_T_link, link.mesh, geometry, made))
-        tool = robot.links[robot.tool.frame]
-        hands.append((tool.joint + shift, (tool.joint_T_link @ [0.0, 0.0, 0.13, 1.0])[:3]))
-    for name, body in scene.bodies.items():
-        things.append(_thing(name, 0, world_T(scene, scene.start, name), body.mesh, geometry, made))
-    return _arrange(
-        "bar with two arms",
-        joined(left.tree, right.tree),
-        things,
-        lambda a, b: not scene.never_collide(a, b),
-        hands=tuple(hands),
-        front=-0.3,
-        swept=np.arange(left.planned),
-        geometry=geometry,
-    )
+    """BARTENDER with four bottles."""
+    problem = kabo.load_problem(ROOT / "domains" / "bartender" / "four_bottles.yaml")
+    return _of_scene("bar with two arms", problem.scene, [0.0, 0.0, 0.13], front=-0.3)
 
 
-def _thing(name: str, joint: int, pose: Array, mesh: Mesh, tolerance: float, made: dict[str, Enclosure]) -> Thing:
-    if mesh.digest not in made:
-        made[mesh.digest] = enclosing_parts(mesh, tolerance)
-    return Thing(name, joint, pose, made[mesh.digest], (mesh.vertices, mesh.faces))
-
-
-# Two Pandas ---------------------------------------------------------------------------------------------------------
+PANDAS = """scene: pandas
+epsilon: 0.01
+packages: {{example-robot-data: installed}}
+robots:
+  left: {{model: panda, base: {{position: [0, -0.45, 0]}}}}
+  right: {{model: panda, base: {{position: [0, 0.45, 0]}}}}
+robot_models:
+  panda:
+    urdf: package://example-robot-data/robots/panda_description/urdf/panda.urdf
+    srdf: package://example-robot-data/robots/panda_description/srdf/panda.srdf
+    joints: [panda_joint1, panda_joint2, panda_joint3, panda_joint4, panda_joint5, panda_joint6, panda_joint7]
+    tool: {{frame: panda_hand}}
+objects:
+{objects}"""
 
 
 def pandas() -> Arrangement:
-    """Two Pandas on a table with six objects, as a scene has them: the links' collision meshes, hulls of open ones.
+    """Two Pandas of example-robot-data on a table with six objects, as a scene loads them.
 
     Raises:
         FileNotFoundError: the extra `robots` is not installed.
     """
     if not PANDA.is_dir():
         raise FileNotFoundError("the Pandas come with example-robot-data: pip install '.[robots]'")
-    model = _panda_model()
-    trees = [_tree(model, np.array([0.0, y, 0.0])) for y in (-0.45, 0.45)]
-    links = {name: _panda_link(name) for name in PANDA_LINKS}
+    with TemporaryDirectory() as folder:
+        lines = []
+        for name, mesh in _objects().items():
+            mesh.export(Path(folder) / f"{name}.stl")
+            lines.append(f"  {name}: {{mesh: {name}.stl}}\n")
+        path = Path(folder) / "pandas.yaml"
+        path.write_text(PANDAS.format(objects="".join(lines)))
+        return _of_scene("two Pandas", load_scene_description(path), [0.0, 0.0, 0.1], front=0.0)
+
+
+def _of_scene(name: str, description: SceneDescription | None, tool: Sequence[float], front: float) -> Arrangement:
+    """All links and bodies of a scene with two robots, with the parts that planning would use."""
+    assert description is not None
+    scene = load_scene(description)
+    enclosures = SceneEnclosures(scene, Budget.share(scene.epsilon).geometry)
+    left, right = scene.robots.values()
     things, hands = [], []
-    for side, shift in (("L", 0), ("R", model.njoints - 1)):
-        base = np.eye(4)
-        base[1, 3] = -0.45 if side == "L" else 0.45
-        for name, (enclosure, mesh) in links.items():
-            frame = model.frames[model.getFrameId(name)]
-            pose = frame.placement.homogeneous if frame.parentJoint else base @ frame.placement.homogeneous
-            joint = frame.parentJoint + shift if frame.parentJoint else 0
-            things.append(Thing(f"{side}.{name}", joint, pose, enclosure, mesh))
-        hand = model.frames[model.getFrameId("panda_hand")]
-        hands.append((hand.parentJoint + shift, (hand.placement.homogeneous @ [0.0, 0.0, 0.1, 1.0])[:3]))
-    things += [Thing(name, 0, np.eye(4), *made) for name, made in _objects().items()]
-    disabled = set()
-    for a, b in re.findall(
-        r'disable_collisions link1="(\w+)" link2="(\w+)"', (PANDA / "srdf/panda.srdf").read_text()
-    ):
-        disabled |= {(a, b), (b, a)}
-
-    def checked(first: str, second: str) -> bool:
-        side, _, link = first.partition(".")
-        other, dot, other_link = second.partition(".")
-        return not dot or side != other or (link, other_link) not in disabled
-
+    for robot, shift in ((left, 0), (right, len(left.tree.parent) - 1)):
+        for link in robot.links.values():
+            joint = link.joint + shift if link.joint else 0
+            if link.mesh is not None:
+                own = f"{robot.name}.{link.name}"
+                mesh = link.mesh.vertices, link.mesh.faces
+                things.append(Thing(own, joint, link.joint_T_link, enclosures.of(own), mesh))
+        held = robot.links[robot.tool.frame]
+        hands.append((held.joint + shift, (held.joint_T_link @ [*tool, 1.0])[:3]))
+    for own, body in scene.bodies.items():
+        mesh = body.mesh.vertices, body.mesh.faces
+        things.append(Thing(own, 0, world_T(scene, scene.start, own), enclosures.of(own), mesh))
     return _arrange(
-        "two Pandas",
-        joined(*trees),
+        name,
+        joined(left.tree, right.tree),
         things,
-        checked,
+        lambda a, b: not scene.never_collide(a, b),
         hands=tuple(hands),
-        front=0.0,
-        swept=np.arange(trees[0].size),
-        geometry=PANDA_TOLERANCE,
+        front=front,
+        swept=np.arange(left.planned),
+        geometry=enclosures.tolerance,
     )
 
 
-def _panda_model():  # type: ignore[no-untyped-def]
-    import pinocchio as pin
-
-    model = pin.buildModelFromUrdf(str(PANDA / "urdf/panda.urdf"))
-    q = pin.neutral(model)
-    q[7:] = 0.04
-    fingers = [model.getJointId(f"panda_finger_joint{i}") for i in (1, 2)]
-    return pin.buildReducedModel(model, fingers, q)
-
-
-def _tree(model, base: Array) -> KinematicTree:  # type: ignore[no-untyped-def]
-    """The tree of a model whose joints all turn about z."""
-    count = model.njoints
-    placement = np.array([np.concatenate([m.rotation.ravel(), m.translation]) for m in model.jointPlacements])
-    placement[0] = np.concatenate([np.eye(3).ravel(), np.zeros(3)])
-    placement[1, 9:] += base
-    ratio = np.ones(count)
-    ratio[0] = 0.0
-    return KinematicTree(
-        np.array(list(model.parents), np.int64),
-        np.full(count, REVOLUTE, np.int64),
-        np.array([0, *range(count - 1)], np.int64),
-        ratio,
-        np.zeros(count),
-        placement,
-        model.lowerPositionLimit.copy(),
-        model.upperPositionLimit.copy(),
-        model.velocityLimit.copy(),
-    )
-
-
-def _panda_link(name: str) -> tuple[Enclosure, Triangles]:
-    file = name.removeprefix("panda_").replace("left", "").replace("right", "")
-    mesh = load_mesh(PANDA / "meshes/collision" / f"{file}.stl")
-    try:
-        made = enclosing_parts(mesh, PANDA_TOLERANCE)
-    except MeshError:  # it is open, and has no inside
-        made = enclosing_parts(hull_of(mesh), PANDA_TOLERANCE)
-    return made, (mesh.vertices, mesh.faces)
-
-
-def _triangles(mesh: trimesh.Trimesh) -> Triangles:
-    return np.ascontiguousarray(mesh.vertices, np.float64), np.ascontiguousarray(mesh.faces, np.int64)
-
-
-def _objects() -> dict[str, tuple[Enclosure, Triangles]]:
-    """Six objects and the table, as they stand in the world."""
+def _objects() -> dict[str, trimesh.Trimesh]:
+    """The meshes of six objects and the table, as they stand in the world."""
     box, cylinder, annulus = (getattr(trimesh.creation, name) for name in ("box", "cylinder", "annulus"))
     pieces = {
         "bearing": ([annulus(0.02, 0.045, 0.03, sections=96)], (0.55, -0.25, 0.016)),
@@ -271,9 +212,7 @@ def _objects() -> dict[str, tuple[Enclosure, Triangles]]:
     for name, (meshes, position) in pieces.items():
         for mesh, shift in zip(meshes, shifts.get(name, ((0, 0, 0),)), strict=True):
             mesh.apply_translation(np.add(position, shift))
-        whole = trimesh.util.concatenate(meshes)
-        triangles = _triangles(whole)
-        made[name] = enclosing_parts(Mesh(*triangles), PANDA_TOLERANCE), triangles
+        made[name] = trimesh.util.concatenate(meshes)
     return made
 
 

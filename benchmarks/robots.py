@@ -112,6 +112,7 @@ def _robot(name: str, urdf: str, epsilon: float, causes: Table) -> dict[str, Any
         "cold": cold["seconds"],
         "processor": cold["processor"],
         "warm": warm["seconds"],
+        "warm processor": warm["processor"],
         "refused": len(refused),
         "hulls": cold.get("hulls", 0),
     }

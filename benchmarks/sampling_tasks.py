@@ -1,16 +1,18 @@
 """The three constraints of `sampling.py` on Panda arms: as rows of kabo, and as plain cost functions for its peers."""
 
+import sysconfig
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kernel_scenes import _panda_model, _tree
 
 from kabo.arrays import Array
 from kabo.kinematics import ClosedArm, FrameFeature, JoinedTree, Rows, joined, rows_of, stacked
-from kabo.scene import KinematicTree, Structure, structure_of
+from kabo.scene import REVOLUTE, KinematicTree, Structure, structure_of
 
+PANDA = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots/panda_description"
 LEVER = 0.15  # metres per radian, as in kabo's rows
 REACH = 0.1034  # from the Panda's hand to between its finger tips [m]
 CENTRE, RADIUS, RIM = (
@@ -52,6 +54,38 @@ class Task:
     def tree(self) -> KinematicTree:
         """The tree of all arms."""
         return self.joined.tree
+
+
+def _panda_model() -> Any:
+    """Pinocchio's model of the arm, its fingers held open."""
+    import pinocchio as pin
+
+    model = pin.buildModelFromUrdf(str(PANDA / "urdf/panda.urdf"))
+    q = pin.neutral(model)
+    q[7:] = 0.04
+    fingers = [model.getJointId(f"panda_finger_joint{i}") for i in (1, 2)]
+    return pin.buildReducedModel(model, fingers, q)
+
+
+def _tree(model: Any, base: Array) -> KinematicTree:
+    """The tree of a model whose joints all turn about z."""
+    count = model.njoints
+    placement = np.array([np.concatenate([m.rotation.ravel(), m.translation]) for m in model.jointPlacements])
+    placement[0] = np.concatenate([np.eye(3).ravel(), np.zeros(3)])
+    placement[1, 9:] += base
+    ratio = np.ones(count)
+    ratio[0] = 0.0
+    return KinematicTree(
+        np.array(list(model.parents), np.int64),
+        np.full(count, REVOLUTE, np.int64),
+        np.array([0, *range(count - 1)], np.int64),
+        ratio,
+        np.zeros(count),
+        placement,
+        model.lowerPositionLimit.copy(),
+        model.upperPositionLimit.copy(),
+        model.velocityLimit.copy(),
+    )
 
 
 @dataclass(frozen=True)

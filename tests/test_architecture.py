@@ -39,7 +39,9 @@ REMEMBERED = {
     "kabo/geometry/bounding/verified_parts.py": {"_PROVEN"},  # by content
     "kabo/geometry/collision/exact_view.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
+    "kabo/geometry/collision/part_trees.py": {"_REFINED"},  # as long as the enclosure is there
     "kabo/geometry/collision/sight_lines.py": {"_icosphere"},  # constants
+    "kabo/geometry/parts.py": {"ball_around"},  # a constant
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
     "kabo/geometry_server/open_turns.py": {"_TURNS"},  # by content
     "kabo/geometry_server/preparation/enclosures.py": {"_ENCLOSURES"},  # by content

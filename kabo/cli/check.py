@@ -5,6 +5,7 @@ from pathlib import Path
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
+from kabo.cli.solving import has_scene
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
 NAME = "check"
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
     add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda options: any(map(has_scene, options.files)))
 
 
 def run(options: argparse.Namespace) -> int:

@@ -20,7 +20,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--vertices-per-part", type=meshing.at_least(4), metavar="N", help="aim at N vertices a part"
     )
     parser.add_argument(
-        "--seed", type=natural, default=0, metavar="N", help="the seed of all random choices (default: 0)"
+        "--engine",
+        choices=("kabo", "coacd"),
+        default="kabo",
+        help="what cuts the mesh: kabo, or CoACD, whose hulls are widened to cover it (default: kabo)",
+    )
+    parser.add_argument(
+        "--seed", type=natural, default=0, metavar="N", help="the seed of CoACD's random choices (default: 0)"
     )
     add_limits(parser)
 
@@ -33,7 +39,12 @@ def run(options: argparse.Namespace) -> int:
         import numpy as np
 
         made = rooms.bounding_decomposition(
-            mesh, epsilon, parts=options.parts, vertices_per_part=options.vertices_per_part, seed=options.seed
+            mesh,
+            epsilon,
+            parts=options.parts,
+            vertices_per_part=options.vertices_per_part,
+            engine=options.engine,
+            seed=options.seed,
         )
         hulls = [(np.asarray(part), rooms.hull_faces(np.asarray(part))) for part in made.parts]
         rooms.write_pieces(options.output, [(f"part_{number}", *hull) for number, hull in enumerate(hulls)])

@@ -20,8 +20,8 @@ from kabo.geometry_server import robot_summary as robot_summary
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
 from kabo.language.names import proper_name as proper_name
-from kabo.language.packages import package_folder as package_folder
-from kabo.language.packages import searched_places as searched_places
+from kabo.language.robot_files.packages import package_folder as package_folder
+from kabo.language.robot_files.packages import searched_places as searched_places
 from kabo.language.yaml.paths import installed_folder as installed_folder
 from kabo.meshes import Mesh as Mesh
 from kabo.meshes import hull_faces as hull_faces

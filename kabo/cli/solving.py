@@ -50,10 +50,13 @@ def add_options(parser: argparse.ArgumentParser, command: str, **defaults: objec
 
 def has_geometry(options: argparse.Namespace) -> bool:
     """Whether the problem of a command has a scene whose geometry is asked."""
-    if options.geometry == "none":
-        return False
+    return options.geometry != "none" and has_scene(options.problem)
+
+
+def has_scene(path: Path) -> bool:
+    """Whether a file is a scene, or a problem with one, without errors."""
     try:
-        rooms.load_scene_description(options.problem)
+        rooms.load_scene_description(path)
     except (InputError, OSError):  # no scene, or errors that the command reports
         return False
     return True

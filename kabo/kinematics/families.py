@@ -28,6 +28,7 @@ START_TOLERANCE = 1e-12  # [m or rad] of rows at the start of a component
 FAMILY_TOLERANCE = 1e-9  # [m or rad] of rows at other poses of a family
 RANK_CUTOFF = 1e-6  # [m/rad, m/m] of singular values
 SAME_POSE = 1e-5  # [m, or of a direction] within which poses belong to one component
+ROWS_DECIMALS = 12  # of rows, within which two sets of rows have one family
 MIN_GAIN = 0.3  # of the unit normal of a plane that lies along translations still free
 _SPREAD = 0.5  # [m] of the seeds about the origin
 _ANYWHERE = np.full(FREE_BODY.size, np.inf)
@@ -70,9 +71,46 @@ def family_of(rows: Rows, free: Rows | None = None) -> Family | None:
         rows: (R, W) from `between_frames`, which must hold.
         free: rows that the parameters are spread along, and that need not hold.
     """
-    spread = np.empty((0, columns.WIDTH)) if free is None else free
-    key = rows.tobytes(), spread.tobytes()
-    return _FAMILIES.get_or_make(key, lambda: _found(rows, spread))
+    every = np.array(rows) if free is None else stacked([rows, free])
+    origin = next((row[at].copy() for row in every for at in _origins(row)), np.zeros(3))
+    _shift(every, -origin)
+    # Rounded, so that things alike at different places share their family: a family moves along with frame 0.
+    known = np.round(every, ROWS_DECIMALS) + 0.0
+    key = known.tobytes(), len(rows)
+    family = _FAMILIES.get_or_make(key, lambda: _found(known[: len(rows)], known[len(rows) :]))
+    return None if family is None else _moved(family, origin)
+
+
+def _origins(row: Array) -> list[slice]:
+    """Where a row has points of frame 0."""
+    kind, found = row[columns.KIND], []
+    for column, direction in ((columns.FIRST, columns.ALIGNED), (columns.SECOND, columns.AZIMUTH)):
+        if row[column] == 0 and kind != direction:
+            found.append(slice(column + 1, column + 4))
+    return found
+
+
+def _shift(rows: Rows, by: Array) -> None:
+    """Moves all points of frame 0 in place."""
+    for row in rows:
+        for at in _origins(row):
+            row[at] += by
+
+
+def _moved(family: Family, by: Array) -> Family:
+    """The family with everything in frame 0 moved."""
+    moved = family._replace(
+        starts=family.starts.copy(),
+        axes=family.axes.copy(),
+        aimed=family.aimed.copy(),
+        checked=family.checked.copy(),
+        azimuths=family.azimuths.copy(),
+    )
+    moved.starts[:, 9:] += by
+    moved.axes[:, 3:] += by
+    for part in (moved.aimed, moved.checked, moved.azimuths):
+        _shift(part, by)
+    return moved
 
 
 def _found(rows: Rows, free: Rows) -> Family | None:

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
-from kabo.language.packages import SCHEME, package_folder
 from kabo.language.problem import Problem
+from kabo.language.robot_files.packages import SCHEME, package_folder
 from kabo.language.scene_description import SceneDescription
 
 

@@ -116,6 +116,7 @@ class GeometricRounds:
         self.geometry: RefusalTable | EagerGeometry = EagerGeometry(server) if eager else self.refusals
         self._failed_skeletons = 0
         self._begun = False
+        self._branches = False  # whether the last skeleton did
 
     @property
     def _is_lazy(self) -> bool:
@@ -131,7 +132,7 @@ class GeometricRounds:
             self._record_proofs()
         self._begun = True
         adaptive = self._run.options.geometry_order == "adaptive"
-        if self._is_lazy and adaptive and self._task.branchings and self.refusals.fails_too_often():
+        if self._is_lazy and adaptive and self._branches and self.refusals.fails_too_often():
             self.geometry = EagerGeometry(self._server)  # branches multiply what finished plans ask for nothing
         self._report_progress("searching")
 
@@ -141,11 +142,12 @@ class GeometricRounds:
         If the plan branches, repaired versions of the skeleton are tried as well.
         """
         self._report_progress("moving")
+        self._branches = any(node.on is not None for node in skeleton.nodes())
         for _ in range(1 + tuning.MAX_REPAIRS):
             evaluation = self._evaluated(skeleton)
             if not evaluation.refused:
                 return evaluation.variants
-            may_repair = bool(self._task.branchings) and self._is_lazy
+            may_repair = self._branches and self._is_lazy
             other = repaired(skeleton, evaluation.refused, self.refusals) if may_repair else None
             if other is None:
                 break

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from xml.etree import ElementTree  # noqa: S405  what is parsed was written by `urdf_text`
+from xml.etree import ElementTree  # noqa: S405  what is parsed was written by `urdf_files`
 
 import numpy as np
 

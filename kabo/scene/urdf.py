@@ -13,7 +13,6 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import DriveDescription, RobotDescription
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
-from kabo.scene.native_messages import names_in, with_messages
 from kabo.scene.robot_semantics import with_groups, with_semantics
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.semantics import Groups
@@ -21,6 +20,7 @@ from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
+from kabo.scene.urdf_files.native_messages import names_in, with_messages
 
 V = TypeVar("V")
 

@@ -5,22 +5,22 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element as Tag  # noqa: S405  for types; what is read is checked by `urdf_text`
+from xml.etree.ElementTree import Element as Tag  # noqa: S405  for types; what is read is checked by `urdf_files`
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.language.formulas import Place
-from kabo.language.packages import SCHEME, known_packages, package_folder, searched_places
+from kabo.language.robot_files.packages import SCHEME, known_packages, package_folder, searched_places
+from kabo.language.robot_files.xml_files import Collected
 from kabo.language.scene_description import Shape
-from kabo.language.xml_files import Collected
 from kabo.meshes import load_mesh, outwards
 from kabo.scene.elements import Element
 from kabo.scene.semantics import JointEnds
 from kabo.scene.shapes import element_of
-from kabo.scene.urdf_checks import check
-from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_elements
+from kabo.scene.urdf_files.checks import check
+from kabo.scene.urdf_files.elements import Urdf, kinematics, mimic_of, named, origin_of, read_elements
 
 SHAPES = ("mesh", "box", "cylinder", "sphere", "capsule")
 

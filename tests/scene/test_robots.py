@@ -8,7 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.errors import InputError
-from kabo.language.scene_description import GripperDescription, PoseDescription, RobotDescription
+from kabo.language.scene_description import (
+    GripperDescription,
+    PoseDescription,
+    RobotDescription,
+    SensorDescription,
+)
 from kabo.scene import Robot, link_poses
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import transform, unflat
@@ -101,6 +106,14 @@ def test_only_what_no_moving_joint_carries_stands(robot: Robot) -> None:
         ({"configurations": {"home": (0.0, 3.0, 0.0)}}, "elbow = 3 is outside its limits"),
         ({"gripper": GripperDescription(joints=("finger",), open={"fingr": 0.1})}, 'unknown joint "fingr"'),
         ({"gripper": GripperDescription(joints=("finger",), touch_links=("lft",))}, 'unknown link "lft"'),
+        (
+            {"sensors": {"eye": SensorDescription("eye", "hnd", (1.0,), (0.1, 1.0))}},
+            'unknown link "hnd" of robot "r", in its sensor "eye"',
+        ),
+        (
+            {"sensors": {"eye": SensorDescription("eye", "hand", (1.0,), (0.1, 1.0), allowed=("lft",))}},
+            'unknown link "lft" of robot "r", in its sensor "eye"',
+        ),
     ],
 )
 def test_what_the_urdf_does_not_have_is_refused_by_name(

@@ -7,7 +7,7 @@ them: what is refined on demand elsewhere is refined here at once.
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -61,6 +61,7 @@ def bounding_decomposition(
     *,
     parts: int | None = None,
     vertices_per_part: int | None = None,
+    engine: Literal["kabo", "coacd"] = "kabo",
     seed: int = 0,
     cache: Path | None = None,
 ) -> Decomposition:
@@ -73,7 +74,8 @@ def bounding_decomposition(
         epsilon: the greatest permitted distance of any point of the parts from the solid [m].
         parts: the desired number of parts; more are made if epsilon requires it.
         vertices_per_part: the desired greatest number of vertices of a part; exceeded where it cannot be kept.
-        seed: of random choices, of which the method makes none: the parts do not depend on it.
+        engine: "coacd" cuts with CoACD instead; its hulls are widened until they are proven to cover the solid.
+        seed: of CoACD; kabo's own method makes no random choices.
         cache: the folder of stored decompositions; None is the folder in kabo's cache.
 
     Raises:
@@ -85,11 +87,15 @@ def bounding_decomposition(
         raise ValueError(f"epsilon is {epsilon:g} m, which is not a positive length")
     if (parts is not None and parts < 1) or (vertices_per_part is not None and vertices_per_part < 4):
         raise ValueError("a decomposition has at least one part, and a part at least four vertices")
+    if engine not in ("kabo", "coacd"):
+        raise ValueError(f"the engine is kabo or coacd, not {engine}")
     folder = cache_folder() / "parts" if cache is None else cache
     own = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), getattr(mesh, "path", None))
     shape, name = shape_of(own), name_of(own)
     aims = Aims(aims_for(shape, epsilon, name).tolerance, corners=vertices_per_part)
-    cover = kept_cover(shape, Request(aims, parts=parts, cells=MAX_CELLS), folder, name)
+    cover = kept_cover(
+        shape, Request(aims, parts, MAX_CELLS, engine, seed if engine == "coacd" else 0), folder, name
+    )
     tree = CoverTree.of(shape, cover, aims, name, folder)
     following = 0
     while following < len(tree.nodes):

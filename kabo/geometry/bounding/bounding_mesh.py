@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding import contraction_state as state
-from kabo.geometry.bounding.component_groups import groups_without_crossings
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
 from kabo.geometry.bounding.kernels.carried_triangles import start
 from kabo.geometry.bounding.kernels.star import MIN_COORDINATE, prepare
+from kabo.geometry.triangles.component_groups import groups_without_crossings
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
 from kabo.meshes import Mesh, require_solid

@@ -142,10 +142,9 @@ class Growth:
         """Whether the hull of some cells appears near the solid, or did when last tested; for two cells, along lines."""
         if members not in self._joints:
             if len(members) == 2:
-                known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))
                 one, other = (self.points[j] for j in members)
                 self._joints[members] = not between_is_far(
-                    one, other, HALTON_POINTS[:SIGHT_LINES], self.limit, *known
+                    one, other, HALTON_POINTS[:SIGHT_LINES], self.limit, self.solid.arrays
                 )
             else:
                 hull = hull_of(np.vstack([self.points[j] for j in members]))

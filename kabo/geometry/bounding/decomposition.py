@@ -6,13 +6,14 @@ made, whose parts can be refined one by one: each is replaced by parts that cove
 """
 
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from kabo.arrays import Array
 from kabo.errors import MeshError
 from kabo.geometry.bounding import enclosing_union
 from kabo.geometry.bounding.bounding_mesh import bounding_mesh
 from kabo.geometry.bounding.cells import inside_planes, whole
+from kabo.geometry.bounding.coacd_engine import coacd_cover
 from kabo.geometry.bounding.containment import hull_planes, solid_points
 from kabo.geometry.bounding.enclosing_union import Aims, TooManyCells, Undecided, cells_of, proven_cover
 from kabo.geometry.bounding.nearness import proven_near
@@ -24,6 +25,10 @@ from kabo.meshes import Mesh
 COARSEN_ABOVE_TRIANGLES = 5_000  # above which a coarser bounding mesh is decomposed instead
 COARSE_MESH_SHARE = 0.1  # of the tolerance: how far that bounding mesh may deviate
 TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of the tolerance: tried in turn to reach a target number of parts
+FINEST_ROOTS = (
+    0.002  # of a solid's diagonal: the least tolerance that is tried for a whole solid, if parts are to be few
+)
+FEW_TRIANGLES = 200  # up to which any tolerance is tried
 LEVEL_RATIO = 4.0  # of the tolerances of a part and its children, in a tree of parts
 
 
@@ -33,6 +38,8 @@ class Request(NamedTuple):
     aims: Aims
     parts: int | None = None  # the desired number of parts; more are made if the tolerance requires it
     cells: int | None = None  # above which a coarser cover is made; None: a thousand, and none is
+    engine: Literal["kabo", "coacd"] = "kabo"  # what cuts the solid into pieces
+    seed: int = 0  # of CoACD, which alone makes random choices
 
 
 def made_cover(solid: Solid, request: Request) -> Cover:
@@ -42,6 +49,11 @@ def made_cover(solid: Solid, request: Request) -> Cover:
         TooManyCells, Undecided: there is no such cover.
     """
     tolerance = request.aims.tolerance
+    if request.engine == "coacd":
+        return coacd_cover(solid, request.aims, request.seed)
+    if request.aims.few_parts and len(solid.faces) > FEW_TRIANGLES:
+        while tolerance < FINEST_ROOTS * solid.diagonal:  # finer ones would need very many cells
+            tolerance *= LEVEL_RATIO
     while True:
         aims = request.aims._replace(tolerance=tolerance)
         try:

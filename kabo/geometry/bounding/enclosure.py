@@ -146,6 +146,8 @@ def _made(shape: Shape, request: Request, name: str) -> Cover:
         why = (
             "need more than a thousand convex parts"
             if isinstance(error, TooManyCells)
+            else "are cut by CoACD into hulls that cannot be widened to cover them"
+            if request.engine == "coacd"
             else "have hollows around which no convex parts could be proven"
         )
         within = shape.metres(request.aims.tolerance)

@@ -66,8 +66,7 @@ def surface_samples(hull: ConvexHull) -> Array:
 def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
     """A sample (3,) of a hull's surface or interior that is too far from the solid; None if there is none."""
     at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
-    known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
-    far = hull_is_far(hull.points, hull.simplices, HALTON_POINTS, SURFACE_SAMPLES, sums, at, limit, *known)
+    far = hull_is_far(hull.points, hull.simplices, HALTON_POINTS, SURFACE_SAMPLES, sums, at, limit, solid.arrays)
     return at if far else None
 
 
@@ -117,15 +116,15 @@ def near_or_witness(
         return (True, None) if distances[worst] <= limit - 10 * PLANE_TOLERANCE else (False, part[worst])
     if (far := _far_summit(solid, hull, limit)) is not None:
         return False, far
-    stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
-    corner = int(first_far(np.ascontiguousarray(part), limit, *solid.depths, *solid.tree, stack))
+    arrays, limit = solid.arrays, limit * (1 - 1e-9)
+    corner = int(first_far(np.ascontiguousarray(part), limit, arrays))
     if corner >= 0:
         return False, part[corner]
     corners = part[hull.simplices]
     cells = np.zeros((len(corners) + SPARE_STACK_ROWS, 14))
     cells[: len(corners), :9] = corners.reshape(-1, 9)
     cells[: len(corners), 9:12] = part[hull.vertices].mean(axis=0)
-    answer = int(reaches_beyond(cells, len(corners), limit, *solid.depths, *solid.tree, stack, most))
+    answer = int(reaches_beyond(cells, len(corners), limit, arrays, most))
     return {0: (True, None), 1: (False, cells[0, :3].copy())}.get(answer, (None, None))
 
 
@@ -133,10 +132,8 @@ def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
     """Whether a short proof shows that triangles (N, 3, 3) are within `limit` [m] of the solid; False refutes nothing."""
     cells = np.zeros((len(faces) + SPARE_STACK_ROWS, 11))
     cells[: len(faces), :9] = faces.reshape(-1, 9)
-    stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
-    answer = faces_reach_beyond(
-        cells, len(faces), limit, *solid.depths, *solid.tree, stack, MAX_FACE_PIECES * len(faces)
-    )
+    limit *= 1 - 1e-9
+    answer = faces_reach_beyond(cells, len(faces), limit, solid.arrays, MAX_FACE_PIECES * len(faces))
     return int(answer) == 0
 
 

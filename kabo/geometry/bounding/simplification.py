@@ -4,6 +4,8 @@ An edge is contracted to a point beyond the planes of all faces around it, so ea
 one [K 4.3]. A corner may lie anywhere near the solid, also where other parts cover the solid.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
@@ -25,7 +27,28 @@ MAX_PLANE_ROUNDS = 24  # of adding planes
 MAX_RESUMPTIONS = 8  # after refutations, for each of these shares
 MAX_FACES_AT_EDGE = 256  # edges with more faces around them are not contracted
 
-Scratch = tuple[Array, Array, Array, Array]
+
+class HullArrays(NamedTuple):
+    """A hull for kernels; the faces at corner v are around[starts[v]:starts[v + 1]]."""
+
+    points: Array  # (V, 3) [m]
+    simplices: Integers  # (F, 3)
+    equations: Array  # (F, 4) n·x <= d
+    areas: Array  # (F,) twice the areas
+    edges: Integers  # (E, 2)
+    starts: Integers  # (V + 1,)
+    around: Integers  # (3F,)
+
+
+class ContractionScratch(NamedTuple):
+    """Room for the planes around an edge, and for finding the point beyond all of them."""
+
+    planes: Array  # (R, 4)
+    weights: Array  # (R,)
+    rows: Array  # (R, 4)
+    found: Array  # (3,)
+    trial: Array  # (3,)
+    held: Integers  # (4,)
 
 
 def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | None = None) -> Array | None:
@@ -175,17 +198,20 @@ def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[A
     return way
 
 
-def _scratch() -> Scratch:
-    return (
-        np.empty((MAX_FACES_AT_EDGE, 4)),
-        np.empty(MAX_FACES_AT_EDGE),
-        np.empty((MAX_FACES_AT_EDGE, 4)),
-        np.empty((2, 3)),
+def _scratch() -> ContractionScratch:
+    most = MAX_FACES_AT_EDGE
+    return ContractionScratch(
+        np.empty((most, 4)),
+        np.empty(most),
+        np.empty((most, 4)),
+        np.empty(3),
+        np.empty(3),
+        np.zeros(4, np.int64),
     )
 
 
 def _contractions(
-    solid: Solid, points: Array, hull: ConvexHull, limit: float, scratch: Scratch
+    solid: Solid, points: Array, hull: ConvexHull, limit: float, scratch: ContractionScratch
 ) -> tuple[Integers, Array, Array]:
     """The edges (E, 2) of a hull, the cost of contracting each, and the point it would be contracted to."""
     faces = hull.simplices.astype(np.int64)
@@ -196,23 +222,8 @@ def _contractions(
     order = np.argsort(faces.reshape(-1), kind="stable")
     starts = np.searchsorted(faces.reshape(-1)[order], np.arange(len(points) + 1))
     costs, places = np.empty(len(edges)), np.zeros((len(edges), 3))
-    held, stack = np.zeros(4, np.int64), np.zeros(64, np.int64)
-    contractions(
-        points,
-        faces,
-        planes,
-        areas,
-        edges,
-        starts,
-        order // 3,
-        limit,
-        *solid.tree,
-        *scratch,
-        held,
-        stack,
-        costs,
-        places,
-    )
+    arrays = HullArrays(points, faces, planes, areas, edges, starts, order // 3)
+    contractions(arrays, limit, solid.arrays, scratch, costs, places)
     return edges, costs, places
 
 
@@ -235,7 +246,6 @@ def _contracted(
     cheap = set(good[: max(1, len(good) // 3)].tolist())
     touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
     made: list[Array] = []
-    stack = np.zeros(64, np.int64)
     for e in good:
         if made and e not in cheap:  # dear ones only where no cheap one can be had
             break
@@ -243,7 +253,7 @@ def _contracted(
         name = points[a].tobytes(), points[b].tobytes()
         if touched[a] or touched[b] or name in refused:
             continue
-        if star_is_far(points, hull.simplices, a, b, places[e], limit, *solid.depths, *solid.tree, stack):
+        if star_is_far(points, hull.simplices, a, b, places[e], limit, solid.arrays):
             refused.add(name)
             continue
         if not many:

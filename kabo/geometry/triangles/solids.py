@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,18 @@ from kabo.geometry.triangles.triangle_trees import tree_of
 PLANE_TOLERANCE = 1e-9  # [m] of rounding in the planes of a convex mesh
 MAX_CONVEXITY_WORK = 20_000_000  # faces times vertices: above, convexity is not tested
 MAX_OCTREE_NODES = 1_000_000  # of the depth octree
+
+
+class SolidArrays(NamedTuple):
+    """What kernels ask of a solid: its box tree, its depth octree, and a stack."""
+
+    boxes: Array  # (N, 6) [m]
+    children: Integers  # (N, 2)
+    triangles: Array  # (T, 3, 3) [m] in the order of leaves
+    frame: Array  # (5,) of the octree: centre, half its side, number of nodes
+    depths: Array  # (M,) [m], NaN where not computed yet
+    firsts: Integers  # (M,) first child of a node
+    stack: Integers  # (64,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +51,11 @@ class Solid:
         frame = np.r_[0.5 * (low + high), 0.55 * float((high - low).max()), 1.0]
         return frame, np.full(MAX_OCTREE_NODES, np.nan), np.zeros(MAX_OCTREE_NODES, np.int64)
 
+    @property
+    def arrays(self) -> SolidArrays:
+        """The arrays that kernels ask, with a stack of their own."""
+        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64))
+
     def outside_distances(self, points: Array) -> Array:
         """The distance of each point (N, 3) from the solid (N,) [m]; 0 inside."""
         boxes, children, triangles = self.tree
@@ -62,6 +80,11 @@ class Solid:
     def winding_number(self, point: Array) -> float:
         """The winding number of the mesh around a point (3,)."""
         return float(winding_number(self.tree[2], float(point[0]), float(point[1]), float(point[2])))
+
+    @property
+    def diagonal(self) -> float:
+        """The length of the bounding box's diagonal [m]."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     @cached_property
     def planes(self) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import Diagnostic, InputError, MeshError
-from kabo.geometry import Budget, FixedGroup
+from kabo.geometry import Budget, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.robot_models.covers import CoverSurroundings
@@ -117,7 +117,7 @@ class _Configurations:
     ) -> Iterator[Diagnostic]:
         poses = {f"{robot.name}.{link}": pose for link, pose in link_poses(robot, q).items()}
         poses.update(self.scene.fixed_poses)
-        met = [pair for pair in self._pairs(robot) if self._touch(pair, poses)]
+        met = [pair for pair in self._pairs(robot) if self._touch(robot, pair, poses, q)]
         at = _place_of(robot, described, named)
         for pair in met[:SHOWN_PAIRS]:
             yield self._finding(robot, named, pair, at, q)
@@ -132,15 +132,32 @@ class _Configurations:
         apart = self.scene.never_collide
         return [(a, b) for i, a in enumerate(links) for b in others[i + 1 :] if not apart(a, b)]
 
-    def _touch(self, pair: tuple[str, str], poses: Mapping[str, Array]) -> bool:
+    def _touch(self, robot: Robot, pair: tuple[str, str], poses: Mapping[str, Array], q: Sequence[float]) -> bool:
+        """Whether two things may touch, as a planner asks: of covers, then of enclosures."""
         if not _near(self.scene, pair, poses, self.scene.epsilon):
             return False
-        for surroundings in (self.covers, self.fine):
-            self.look()
-            first, second = (FixedGroup(flat(poses[name]), surroundings.enclosure(name)) for name in pair)
-            if not surroundings.touch(first, second):
-                return False
-        return True
+        return all(self._hit(each, robot, pair, poses, q) for each in (self.covers, self.fine))
+
+    def _hit(
+        self,
+        surroundings: SceneSurroundings,
+        robot: Robot,
+        pair: tuple[str, str],
+        poses: Mapping[str, Array],
+        q: Sequence[float],
+    ) -> bool:
+        self.look()
+        moving, fixed = [], []
+        for name in pair:
+            link = robot.links[name.partition(".")[2]] if name.startswith(f"{robot.name}.") else None
+            if link is None or robot.stands(link.name):
+                fixed.append(FixedGroup(flat(poses[name]), surroundings.enclosure(name)))
+            else:
+                moving.append(MovingGroup(link.joint, flat(link.joint_T_link), surroundings.enclosure(name)))
+        if not moving:
+            return surroundings.touch(*fixed)
+        checker = surroundings.checker(robot.tree, moving, fixed, np.array([[0, 1]]))
+        return checker.configuration_hit(np.asarray(q, np.float64)) >= 0
 
     def _finding(
         self, robot: Robot, named: str, pair: tuple[str, str], at: Place, q: Sequence[float]

@@ -14,6 +14,7 @@ from kabo.geometry_server.robot_models.grippers import GripperModel, measured
 from kabo.geometry_server.robot_models.hands import Hand, Tree, hand_at, hands_of
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
 from kabo.geometry_server.robot_models.self_contacts import SelfContacts, UnenclosedError, rounded_within
+from kabo.language.robot_files.srdf import read_srdf
 from kabo.language.scene_description import (
     ContactPattern,
     GripperDescription,
@@ -22,7 +23,6 @@ from kabo.language.scene_description import (
     SceneDescription,
 )
 from kabo.language.semantic_description import SemanticDescription
-from kabo.language.srdf import read_srdf
 from kabo.meshes import require_closed
 from kabo.scene import Robot, Scene, load_scene
 from kabo.scene.semantics import Groups

@@ -12,7 +12,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server.robot_models.model import AlwaysPair, RobotModel
 from kabo.geometry_server.robot_models.self_contacts import SAMPLES
-from kabo.language.packages import SCHEME
+from kabo.language.robot_files.packages import SCHEME
 
 WIDTH = 115
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")

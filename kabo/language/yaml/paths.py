@@ -14,6 +14,7 @@ from kabo.language.yaml.documents import YamlNode
 from kabo.language.yaml.values import Reader
 
 INSTALLED = "installed"
+XACRO = ".xacro"  # such files are programs: they are expanded for users, not for whoever asks a server
 _SCHEME = "package://"
 
 
@@ -65,6 +66,11 @@ def read_file_path(reader: Reader, node: YamlNode | None, what: str, packages: M
     else:
         path = Path(beside(str(node.source.path.parent), text))
     reason = missing_file_reason(path) if lies_within(path, reader.within) else OUTSIDE
+    if reason is None and reader.within is not None and path.suffix.lower() == XACRO:
+        reader.findings.add(
+            node.place, f'{what} "{text}": a server expands no xacro files', "send what xacro makes of it"
+        )
+        return path
     if reason is not None:
         hint = reader.findings.near_file(path, reader.within) or f"looked for {path}"
         reader.findings.add(node.place, f'{what} "{text}": {reason}', hint)

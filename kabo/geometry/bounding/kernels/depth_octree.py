@@ -15,31 +15,32 @@ ALL_NEAR, MIDDLE_FAR, UNDECIDED = 1, 2, 0
 CHILD_DISTANCE = 0.8660255  # of half the side of a node, from its centre to a child's
 
 
-@lean_kernel  # f8 x 3, f8, f8 [m], tree, (64,) i8 -> f8
-def _depth(x, y, z, known, away, boxes, children, triangles, stack):
+@lean_kernel  # f8 x 3, f8, f8 [m], SolidArrays -> f8
+def _depth(x, y, z, known, away, solid):
     """The distance of a point to the surface, negative inside; `known` is that of another point, `away` from this one."""
     most = (abs(known) + away) * (1.0 + 1e-9)
-    squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, most * most, stack)
+    squared, _ = nearest_triangle(solid.boxes, solid.children, solid.triangles, x, y, z, most * most, solid.stack)
     within = known < 0.0
     if not abs(known) > away * (1.0 + 1e-9):  # the surface may lie between
-        within = inside(boxes, children, triangles, x, y, z, stack)
+        within = inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack)
     return -np.sqrt(squared) if within else np.sqrt(squared)
 
 
-@lean_kernel  # f8 x 5 [m], (5,) f8, (M,) f8, (M,) i8, tree, (64,) i8 -> i8
-def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triangles, stack):
+@lean_kernel  # f8 x 5 [m], SolidArrays -> i8
+def settled(x, y, z, ball, limit, solid):
     """ALL_NEAR if all of a ball is near the solid, MIDDLE_FAR if the ball's centre is far, else UNDECIDED.
 
     `frame` holds the root's centre, half its side, and the number of nodes. A depth of NaN is not computed yet.
     The eight children of node i are consecutive from `firsts[i]` on; `firsts[i]` is 0 if it has no children.
     """
+    frame, depths, firsts = solid.frame, solid.depths, solid.firsts
     cx, cy, cz, half = frame[0], frame[1], frame[2], frame[3]
     if max(abs(x - cx), max(abs(y - cy), abs(z - cz))) > half:
         return UNDECIDED
     n, slack, known, between = 0, ROUNDING_SHARE * limit, 0.0, np.inf
     while True:
         if np.isnan(depths[n]):
-            depths[n] = _depth(cx, cy, cz, known, between, boxes, children, triangles, stack)
+            depths[n] = _depth(cx, cy, cz, known, between, solid)
         away = np.sqrt((x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2)
         if depths[n] + away + ball <= limit - slack:
             return ALL_NEAR
@@ -69,30 +70,28 @@ def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triang
             cz -= half
 
 
-@lean_kernel  # f8 x 3, f8 [m], octree, tree, (64,) i8 -> bool
-def is_far(x, y, z, limit, frame, depths, firsts, boxes, children, triangles, stack):
+@lean_kernel  # f8 x 3, f8 [m], SolidArrays -> bool
+def is_far(x, y, z, limit, solid):
     """Whether a point is neither inside the solid nor within `limit` of it."""
-    known = settled(x, y, z, 0.0, limit, frame, depths, firsts, boxes, children, triangles, stack)
+    known = settled(x, y, z, 0.0, limit, solid)
     if known != UNDECIDED:
         return known == MIDDLE_FAR
-    _, near = nearest_triangle(boxes, children, triangles, x, y, z, limit * limit, stack)
-    return near < 0 and not inside(boxes, children, triangles, x, y, z, stack)
+    _, near = nearest_triangle(solid.boxes, solid.children, solid.triangles, x, y, z, limit * limit, solid.stack)
+    return near < 0 and not inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack)
 
 
-@lean_kernel  # (N, 3) f8, f8 [m], octree, tree, (64,) i8 -> i8
-def first_far(points, limit, frame, depths, firsts, boxes, children, triangles, stack):
+@lean_kernel  # (N, 3) f8, f8 [m], SolidArrays -> i8
+def first_far(points, limit, solid):
     """The first point that is neither inside the solid nor within `limit` of it; -1 if there is none."""
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        if is_far(x, y, z, limit, frame, depths, firsts, boxes, children, triangles, stack):
+        if is_far(x, y, z, limit, solid):
             return i
     return -1
 
 
-@lean_kernel  # (P, 3) f8, (F, 3) i4, (S, 4) f8, i8, (F,) f8, (3,) f8, f8 [m], octree, tree, (64,) i8 -> bool
-def hull_is_far(
-    points, faces, even, looks, sums, at, limit, frame, depths, firsts, boxes, children, triangles, stack
-):
+@lean_kernel  # (P, 3) f8, (F, 3) i4, (S, 4) f8, i8, (F,) f8, (3,) f8, f8 [m], SolidArrays -> bool
+def hull_is_far(points, faces, even, looks, sums, at, limit, solid):
     """Whether a sampled point of a hull is farther than `limit` from the solid; writes this point to `at`.
 
     Before the call `at` holds an interior point. even (S, 4): numbers from 0 to 1, which choose a face by its
@@ -123,26 +122,26 @@ def hull_is_far(
         if s >= looks:
             share = even[s, 3] ** (1.0 / 3.0)
             at[0], at[1], at[2] = mx + share * (at[0] - mx), my + share * (at[1] - my), mz + share * (at[2] - mz)
-        if is_far(at[0], at[1], at[2], limit, frame, depths, firsts, boxes, children, triangles, stack):
+        if is_far(at[0], at[1], at[2], limit, solid):
             return True
     return False
 
 
-@lean_kernel  # (P, 3) f8, (Q, 3) f8, (S, 4) f8, f8 [m], octree, tree, (64,) i8 -> bool
-def between_is_far(one, other, even, limit, frame, depths, firsts, boxes, children, triangles, stack):
+@lean_kernel  # (P, 3) f8, (Q, 3) f8, (S, 4) f8, f8 [m], SolidArrays -> bool
+def between_is_far(one, other, even, limit, solid):
     """Whether a sampled point of the segments between two sets of points is farther than `limit` from the solid."""
     for s in range(even.shape[0]):
         i, j, t = int(even[s, 0] * one.shape[0]), int(even[s, 1] * other.shape[0]), even[s, 2]
         x = one[i, 0] + t * (other[j, 0] - one[i, 0])
         y = one[i, 1] + t * (other[j, 1] - one[i, 1])
         z = one[i, 2] + t * (other[j, 2] - one[i, 2])
-        if is_far(x, y, z, limit, frame, depths, firsts, boxes, children, triangles, stack):
+        if is_far(x, y, z, limit, solid):
             return True
     return False
 
 
-@lean_kernel  # (P, 3) f8, (F, 3) i4, i8, i8, (3,) f8, f8 [m], octree, tree, (64,) i8 -> bool
-def star_is_far(points, faces, a, b, place, limit, frame, depths, firsts, boxes, children, triangles, stack):
+@lean_kernel  # (P, 3) f8, (F, 3) i4, i8, i8, (3,) f8, f8 [m], SolidArrays -> bool
+def star_is_far(points, faces, a, b, place, limit, solid):
     """Whether contracting edge a-b of a hull to `place` would create faces farther than `limit` from the solid.
 
     Two points of each new edge are tested, and the centre of each new face.
@@ -165,9 +164,9 @@ def star_is_far(points, faces, a, b, place, limit, frame, depths, firsts, boxes,
                 x = px + share * (place[0] - px)
                 y = py + share * (place[1] - py)
                 z = pz + share * (place[2] - pz)
-                if is_far(x, y, z, limit, frame, depths, firsts, boxes, children, triangles, stack):
+                if is_far(x, y, z, limit, solid):
                     return True
         mx, my, mz = mx / 3.0, my / 3.0, mz / 3.0
-        if held == 1 and is_far(mx, my, mz, limit, frame, depths, firsts, boxes, children, triangles, stack):
+        if held == 1 and is_far(mx, my, mz, limit, solid):
             return True
     return False

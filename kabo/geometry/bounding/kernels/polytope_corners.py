@@ -83,11 +83,13 @@ def least_beyond(rows, count, y, trial, held):
 
 
 @lean_kernel
-def least_beyond_planes(planes, weights, count, x, y, z, size, rows, found, trial, held):
-    """Writes to `found` the point beyond all planes (n.p >= d) with the least area-weighted squared distance from them.
+def least_beyond_planes(scratch, count, x, y, z, size):
+    """Writes to `scratch.found` the point beyond all planes (n.p >= d) with the least weighted squared distance from them.
 
-    (x, y, z) is the start, `size` a length [m] for scaling, rows (R, 4) scratch. False if there is no such point.
+    The planes and weights are the first `count` of `scratch`; (x, y, z) is the start, `size` a length [m] for
+    scaling. False if there is no such point.
     """
+    planes, weights, rows, found = scratch.planes, scratch.weights, scratch.rows, scratch.found
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
     for r in range(count):
@@ -116,7 +118,7 @@ def least_beyond_planes(planes, weights, count, x, y, z, size, rows, found, tria
         h = (planes[r, 3] - n0 * x - n1 * y - n2 * z) / size - (g0 * c0 + g1 * c1 + g2 * c2)
         scale = 1.0 / np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
         rows[r, 0], rows[r, 1], rows[r, 2], rows[r, 3] = g0 * scale, g1 * scale, g2 * scale, h * scale
-    if not least_beyond(rows, count, found, trial, held):
+    if not least_beyond(rows, count, found, scratch.trial, scratch.held):
         return False
     y0, y1, y2 = found[0] + c0, found[1] + c1, found[2] + c2
     p2 = y2 / l22
@@ -127,70 +129,52 @@ def least_beyond_planes(planes, weights, count, x, y, z, size, rows, found, tria
 
 
 @lean_kernel
-def outside_distance(boxes, children, triangles, x, y, z, stack):
+def outside_distance(solid, x, y, z):
     """The distance of a point from the solid; 0 inside."""
+    boxes, children, triangles, stack = solid.boxes, solid.children, solid.triangles, solid.stack
     squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, np.inf, stack)
     return 0.0 if inside(boxes, children, triangles, x, y, z, stack) else np.sqrt(squared)
 
 
-@lean_kernel
-def planes_at(a, b, simplices, equations, areas, starts, around, planes, weights):
+@lean_kernel  # i8, i8, HullArrays, ContractionScratch -> i8
+def planes_at(a, b, hull, scratch):
     """Writes the planes and areas of all faces at an edge's corners a and b, each once; returns their number."""
-    count = 0
+    simplices, starts, count = hull.simplices, hull.starts, 0
     for side in range(2):
         v = b if side else a
         for s in range(starts[v], starts[v + 1]):
-            f = around[s]
+            f = hull.around[s]
             if side == 1 and (simplices[f, 0] == a or simplices[f, 1] == a or simplices[f, 2] == a):
                 continue
             for c in range(4):
-                planes[count, c] = equations[f, c]
-            weights[count] = areas[f]
+                scratch.planes[count, c] = hull.equations[f, c]
+            scratch.weights[count] = hull.areas[f]
             count += 1
     return count
 
 
-@lean_kernel
-def contractions(
-    points,
-    simplices,
-    equations,
-    areas,
-    edges,
-    starts,
-    around,
-    limit,
-    boxes,
-    children,
-    triangles,
-    planes,
-    weights,
-    rows,
-    vectors,
-    held,
-    stack,
-    costs,
-    places,
-):
+@lean_kernel  # HullArrays, f8 [m], SolidArrays, ContractionScratch -> (E,) f8, (E, 3) f8
+def contractions(hull, limit, solid, scratch, costs, places):
     """Writes the contraction point (E, 3) of each edge (E, 2) of a hull, and its distance from the solid.
 
     The distance is inf if no contraction point lies within `limit` of the solid. around[starts[v]:starts[v + 1]]
-    are the faces at vertex v; the other arguments before `costs` are scratch.
+    are the faces at vertex v.
     """
-    found, trial = vectors[0], vectors[1]
+    points, edges, starts = hull.points, hull.edges, hull.starts
+    planes, found = scratch.planes, scratch.found
     for e in range(edges.shape[0]):
         costs[e] = np.inf
         a, b = edges[e, 0], edges[e, 1]
         if starts[a + 1] - starts[a] + starts[b + 1] - starts[b] > planes.shape[0]:
             continue
-        count = planes_at(a, b, simplices, equations, areas, starts, around, planes, weights)
+        count = planes_at(a, b, hull, scratch)
         dx, dy, dz = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
         x, y, z = points[b, 0] + 0.5 * dx, points[b, 1] + 0.5 * dy, points[b, 2] + 0.5 * dz
         size = np.sqrt(dx * dx + dy * dy + dz * dz)
-        if not least_beyond_planes(planes, weights, count, x, y, z, size, rows, found, trial, held):
+        if not least_beyond_planes(scratch, count, x, y, z, size):
             continue
         px, py, pz = found[0], found[1], found[2]
-        cost = outside_distance(boxes, children, triangles, px, py, pz, stack)
+        cost = outside_distance(solid, px, py, pz)
         if not cost <= limit:
             continue
         high = 0.0

@@ -37,12 +37,12 @@ def _far_corner(cells, top, triangles, triangle, enough):
     return -1
 
 
-@lean_kernel  # (C, 14) f8, i8, i8, f8, tree, (64,) i8 -> bool
-def _is_beyond(cells, top, corner, enough, boxes, children, triangles, stack):
+@lean_kernel  # (C, 14) f8, i8, i8, f8, SolidArrays -> bool
+def _is_beyond(cells, top, corner, enough, solid):
     """Whether a corner is outside, at a squared distance from the solid above `enough`; then it is written to row 0."""
     x, y, z = cells[top, 3 * corner], cells[top, 3 * corner + 1], cells[top, 3 * corner + 2]
-    _, near = nearest_triangle(boxes, children, triangles, x, y, z, enough, stack)
-    if near >= 0 or inside(boxes, children, triangles, x, y, z, stack):
+    _, near = nearest_triangle(solid.boxes, solid.children, solid.triangles, x, y, z, enough, solid.stack)
+    if near >= 0 or inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack):
         return False
     cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
     return True
@@ -74,8 +74,8 @@ def _halve(cells, top, i, j):
         cells[top, i + r], cells[top + 1, j + r] = middle, middle
 
 
-@lean_kernel  # (C, 14) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
-def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
+@lean_kernel  # (C, 14) f8, i8, f8, SolidArrays, i8 -> i8
+def reaches_beyond(cells, top, limit, solid, most):
     """0 if the tetrahedra cells[:top] are proven within `limit` of the solid, 1 if they are not, 2 if undecided.
 
     A row is four corners, 1 if the tetrahedron is known to be outside, and a triangle that may be near. A
@@ -84,13 +84,14 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
     the limit. Others are halved across their longest edge. A point that is farther than the limit is written to
     the first three columns of row 0.
     """
+    triangles = solid.triangles
     enough, small = limit * limit, (SMALL_TETRAHEDRON_SHARE * limit) ** 2
     for _ in range(most):
         if top == 0:
             return 0
         top -= 1
         x, y, z, radius = _ball(cells, top)
-        word = settled(x, y, z, np.sqrt(radius), limit, frame, depths, firsts, boxes, children, triangles, stack)
+        word = settled(x, y, z, np.sqrt(radius), limit, solid)
         if word == ALL_NEAR:
             continue
         if word == MIDDLE_FAR:
@@ -98,18 +99,18 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
             return 1
         known = int(cells[top, 13])
         squared = to_triangle_squared(x, y, z, triangles, known)
-        squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
+        squared, t = nearest_triangle(solid.boxes, solid.children, triangles, x, y, z, squared, solid.stack)
         t = t if t >= 0 else known
         cells[top, 13] = t
         far = _far_corner(cells, top, triangles, t, enough)
         if far < 0:
             continue
         # The middle of a small one may stay near for ever, however near the corner that is not.
-        if radius < small and _is_beyond(cells, top, far, enough, boxes, children, triangles, stack):
+        if radius < small and _is_beyond(cells, top, far, enough, solid):
             return 1
         distance, radius = np.sqrt(squared), np.sqrt(radius)
         if cells[top, 12] == 0.0:
-            if inside(boxes, children, triangles, x, y, z, stack):
+            if inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack):
                 if radius <= distance + limit:
                     continue
             elif distance > min(limit, radius):
@@ -143,20 +144,20 @@ def _circle(cells, top):
     return x, y, z, np.sqrt(radius), at
 
 
-@lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
-def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
+@lean_kernel  # (C, 11) f8, i8, f8, SolidArrays, i8 -> i8
+def faces_reach_beyond(cells, top, limit, solid, most):
     """0 if the triangles cells[:top] are proven within `limit` of the solid, 1 if they are not, 2 if undecided.
 
     A row is three corners, then the two numbers that follow the corners in `reaches_beyond`; as there, a point
     that is farther than the limit is written to the first three columns of row 0.
     """
-    enough = limit * limit
+    triangles, enough = solid.triangles, limit * limit
     for _ in range(most):
         if top == 0:
             return 0
         top -= 1
         x, y, z, radius, at = _circle(cells, top)
-        word = settled(x, y, z, radius, limit, frame, depths, firsts, boxes, children, triangles, stack)
+        word = settled(x, y, z, radius, limit, solid)
         if word == ALL_NEAR:
             continue
         if word == MIDDLE_FAR:
@@ -164,7 +165,7 @@ def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children
             return 1
         known, within = int(cells[top, 10]), True
         squared = to_triangle_squared(x, y, z, triangles, known)
-        squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
+        squared, t = nearest_triangle(solid.boxes, solid.children, triangles, x, y, z, squared, solid.stack)
         t = t if t >= 0 else known
         cells[top, 10] = t
         for c in range(3):
@@ -174,7 +175,7 @@ def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children
             continue
         distance = np.sqrt(squared)
         if cells[top, 9] == 0.0:
-            if inside(boxes, children, triangles, x, y, z, stack):
+            if inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack):
                 if radius <= distance + limit:
                     continue
             elif distance > min(limit, radius):

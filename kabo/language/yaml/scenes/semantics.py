@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from kabo.language.names import NAME, proper_name
+from kabo.language.robot_files.srdf import read_srdf
 from kabo.language.scene_description import (
     Constraint,
     ContactPattern,
@@ -15,7 +16,6 @@ from kabo.language.scene_description import (
 )
 from kabo.language.semantic_description import HandlingFrame, SemanticDescription
 from kabo.language.source import missing_file_reason
-from kabo.language.srdf import read_srdf
 from kabo.language.yaml.documents import Scalar, Sequence, YamlNode
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.values import Reader

@@ -16,7 +16,7 @@ from kabo.geometry.bounding.kernels.depth_octree import (
     star_is_far,
 )
 from kabo.geometry.bounding.nearness import HALTON_POINTS
-from kabo.geometry.triangles.solids import Solid
+from kabo.geometry.triangles.solids import Solid, SolidArrays
 
 Octree = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
 
@@ -34,6 +34,10 @@ def small_octree(solid: Solid, nodes: int) -> Octree:
     return solid.depths[0].copy(), np.full(nodes, np.nan), np.zeros(nodes, np.int64)
 
 
+def arrays_of(solid: Solid, octree: Octree) -> SolidArrays:
+    return SolidArrays(*solid.tree, *octree, np.zeros(64, np.int64))
+
+
 @pytest.mark.parametrize("nodes", [1, 60, 40_000])
 def test_what_nodes_know_of_a_ball_is_what_distances_say(nodes: int) -> None:
     solid, rng = ring(), np.random.default_rng(3)
@@ -44,7 +48,7 @@ def test_what_nodes_know_of_a_ball_is_what_distances_say(nodes: int) -> None:
         signed = np.where(inside, -surface, surface)
         for point, depth, ball in zip(points, signed, rng.exponential(limit, 1500), strict=True):
             x, y, z = point
-            word = int(settled(x, y, z, ball, limit, *octree, *solid.tree, np.zeros(64, np.int64)))
+            word = int(settled(x, y, z, ball, limit, arrays_of(solid, octree)))
             said[word] += 1
             assert word != ALL_NEAR or depth + ball <= limit
             assert word != MIDDLE_FAR or depth > limit
@@ -60,7 +64,7 @@ def test_the_first_far_point_is_found_whatever_the_octree_knows(nodes: int) -> N
         for _ in range(100):
             points = rng.uniform(-0.4, 0.4, (6, 3)) * (1.0, 1.0, 0.3)
             far = np.flatnonzero(solid.outside_distances(points) > limit)
-            found = first_far(points, limit, *octree, *solid.tree, np.zeros(64, np.int64))
+            found = first_far(points, limit, arrays_of(solid, octree))
             assert found == (far[0] if len(far) else -1)
 
 
@@ -70,8 +74,8 @@ def test_a_far_sample_of_a_hull_is_far_and_in_the_hull() -> None:
     for _ in range(200):
         hull = ConvexHull(rng.uniform(-0.1, 0.1, (8, 3)) + rng.uniform(-0.35, 0.35, 3) * (1.0, 1.0, 0.3))
         at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
-        known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
-        if hull_is_far(hull.points, hull.simplices, HALTON_POINTS, 280, sums, at, 0.06, *known):
+        known = solid.arrays
+        if hull_is_far(hull.points, hull.simplices, HALTON_POINTS, 280, sums, at, 0.06, known):
             found += 1
             assert solid.outside_distances(at[None])[0] > 0.06
             assert (hull.equations[:, :3] @ at + hull.equations[:, 3] <= 1e-12).all()
@@ -83,18 +87,18 @@ def test_a_hollow_inside_a_hull_is_met_by_samples_of_what_is_within() -> None:
     corners = np.vstack([np.array(outer.vertices), np.array(hole.vertices)])
     solid = Solid(corners, np.vstack([np.array(outer.faces), np.array(hole.faces)[:, ::-1] + 8]).astype(np.int64))
     hull = ConvexHull(np.array(outer.vertices))
-    known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
+    known = solid.arrays
     for samples, far in ((HALTON_POINTS[:280], False), (HALTON_POINTS, True)):
         at = hull.points.mean(axis=0)
-        assert hull_is_far(hull.points, hull.simplices, samples, 280, np.empty(12), at, 0.05, *known) is far
+        assert hull_is_far(hull.points, hull.simplices, samples, 280, np.empty(12), at, 0.05, known) is far
 
 
 def test_a_star_that_moves_into_the_solid_is_near_and_one_that_moves_away_is_far() -> None:
     box = trimesh.creation.box((0.2, 0.2, 0.2))
     solid = Solid(np.array(box.vertices, np.float64), np.array(box.faces, np.int64))
     hull = ConvexHull(solid.vertices)
-    known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
+    known = solid.arrays
     a, b = (int(v) for v in hull.simplices[0][:2])
     middle = 0.5 * (hull.points[a] + hull.points[b])
-    assert not star_is_far(hull.points, hull.simplices, a, b, 1.1 * middle, 0.02, *known)
-    assert star_is_far(hull.points, hull.simplices, a, b, 1.6 * middle, 0.02, *known)
+    assert not star_is_far(hull.points, hull.simplices, a, b, 1.1 * middle, 0.02, known)
+    assert star_is_far(hull.points, hull.simplices, a, b, 1.6 * middle, 0.02, known)

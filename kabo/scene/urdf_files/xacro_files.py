@@ -10,7 +10,7 @@ from typing import Any
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import Place
-from kabo.language.packages import searched_places
+from kabo.language.robot_files.packages import searched_places
 
 MAX_SECONDS = 60.0  # of one file; a macro may call itself without an end
 
@@ -34,7 +34,7 @@ def processed(path: Path, packages: Mapping[str, Path], place: Place | None) -> 
 
 
 def _asked(request: Mapping[str, Any]) -> dict[str, Any]:
-    command = [sys.executable, "-m", "kabo.scene.xacro_process"]
+    command = [sys.executable, "-m", "kabo.scene.urdf_files.xacro_process"]
     try:
         done = subprocess.run(  # noqa: S603  see above
             command, input=json.dumps(request), capture_output=True, text=True, timeout=MAX_SECONDS, check=False

@@ -4,8 +4,8 @@ import difflib
 import math
 
 from kabo.errors import Diagnostic, did_you_mean
-from kabo.language.xml_files import MAX_LENGTH, Collected, Element, shortened
-from kabo.scene.urdf_text import Urdf, mimic_of, origin_of
+from kabo.language.robot_files.xml_files import MAX_LENGTH, Collected, Element, shortened
+from kabo.scene.urdf_files.elements import Urdf, mimic_of, origin_of
 
 Words = tuple[frozenset[str], frozenset[str], frozenset[str]]
 

@@ -1,4 +1,4 @@
-"""The process that expands a xacro file: `python -m kabo.scene.xacro_process`, with the request on standard input.
+"""The process that expands a xacro file: `python -m kabo.scene.urdf_files.xacro_process`, asked on standard input.
 
 Xacro keeps its state in its module, prints to standard error, and evaluates expressions of the file: hence a process of
 its own. It prints one JSON object: `{"xml": …, "files": […]}`, or `{"error": …}`.
@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 from xml.parsers import expat
 
-from kabo.language.packages import package_folder
+from kabo.language.robot_files.packages import package_folder
 
 
 def _package_index(packages: dict[str, Path], beside: Path) -> ModuleType:

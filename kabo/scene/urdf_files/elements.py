@@ -1,6 +1,6 @@
 """Reads URDF files: checked elements with their places, from `.urdf` files and from what xacro makes of `.xacro` files.
 
-Errors are found before pinocchio's parser sees the file [`urdf_checks`]: pinocchio reports on standard error only and
+Errors are found before pinocchio's parser sees the file [`checks`]: pinocchio reports on standard error only and
 does not check numbers. It is given a new text with nothing but the checked links, joints, origins, axes and limits
 [`kinematics`].
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree  # noqa: S405  only files without entities are read
 
 from kabo.language.formulas import Place
-from kabo.language.xml_files import Element, XmlFile, parsed, read_bytes, shortened
+from kabo.language.robot_files.xml_files import Element, XmlFile, parsed, read_bytes, shortened
 
 Urdf = XmlFile
 XACRO_ENDING = ".xacro"
@@ -28,7 +28,7 @@ def read_elements(path: Path, packages: Mapping[str, Path], place: Place | None)
         InputError: the file cannot be read, is not XML, or describes robots in another format.
     """
     if path.suffix.lower() == XACRO_ENDING:
-        from kabo.scene.xacro_files import processed  # most files are none
+        from kabo.scene.urdf_files.xacro_files import processed  # most files are none
 
         read_bytes(path, place)
         content, files = processed(path, packages, place)

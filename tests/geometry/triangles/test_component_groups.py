@@ -8,7 +8,7 @@ import trimesh
 
 from kabo.errors import MeshError
 from kabo.geometry import bounding_mesh
-from kabo.geometry.bounding.component_groups import groups_without_crossings
+from kabo.geometry.triangles.component_groups import groups_without_crossings
 from kabo.meshes import Mesh
 from kabo.meshes.nesting import winding_number
 

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from kabo.errors import Diagnostic, did_you_mean
 from kabo.language.formulas import Place
+from kabo.language.robot_files.xml_files import Collected, Element, XmlFile, parsed, read_bytes, shortened
 from kabo.language.semantic_description import (
     DisabledPair,
     EndEffector,
@@ -15,7 +16,6 @@ from kabo.language.semantic_description import (
     JointGroup,
     SemanticDescription,
 )
-from kabo.language.xml_files import Collected, Element, XmlFile, parsed, read_bytes, shortened
 
 T = TypeVar("T")
 

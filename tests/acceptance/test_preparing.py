@@ -1,0 +1,91 @@
+"""Preparation as a user meets it: a limit or Ctrl-C ends it in time, names what is missing, and keeps what is done."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from kabo.compilation import cache_folder
+
+ROOT = Path(__file__).resolve().parents[2]
+LINKS = 12
+LINE = re.compile(r"^r\.part\d+: 20 triangles, \d+ parts, \d+ vertices \([\d.]+ s\)$", re.MULTILINE)
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A scene with a robot of a dozen links of two plates each, no two alike."""
+    links, joints = '<link name="base"/>', ""
+    for i in range(LINKS):
+        corners = np.array([[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 1], [0, 1]]) * (0.2 + 0.011 * i)
+        corners[2:4, 1] *= 1.0 + 0.01 * i
+        faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+        trimesh.creation.extrude_triangulation(corners, faces, height=0.1).export(tmp_path / f"part{i}.stl")
+        mesh = f'<mesh filename="part{i}.stl"/>'
+        links += f'<link name="part{i}"><collision><geometry>{mesh}</geometry></collision></link>'
+        joints += f'<joint name="j{i}" type="fixed"><parent link="base"/><child link="part{i}"/></joint>'
+    (tmp_path / "many.urdf").write_text(f'<robot name="many">{links}{joints}</robot>')
+    (tmp_path / "scene.yaml").write_text("scene: many\nepsilon: 0.01\nrobots:\n  r: {urdf: many.urdf}\n")
+    cache = tmp_path / "cache"
+    cache.mkdir(mode=0o700)
+    (cache_folder() / "compiled").mkdir(exist_ok=True)
+    (cache / "compiled").symlink_to((cache_folder() / "compiled").resolve())
+    return tmp_path
+
+
+def started(folder: Path, *options: str) -> "subprocess.Popen[str]":
+    """`kabo check` of the scene, with a folder of parts that is new."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "kabo", "check", "scene.yaml", *options],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "KABO_CACHE": str(folder / "cache")},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_a_limit_names_what_is_missing_and_the_next_run_makes_only_that(folder: Path) -> None:
+    assert "0 errors" in started_and_done(folder, "--timeout", "none")[1]  # compiles what is not compiled
+    for kept in ("parts", "proven"):
+        subprocess.run(["rm", "-r", str(folder / "cache" / kept)], check=True)
+    began = time.perf_counter()
+    code, told = started_and_done(folder, "--timeout", "4")
+    assert time.perf_counter() - began < 8.0
+    assert code == 4
+    found = re.search(
+        r"cut off while preparing geometry: (\d+) of 12 done, not yet r\.part\d+, .* and \d+ more", told
+    )
+    assert found is not None, told
+    first = len(LINE.findall(told))
+    assert int(found[1]) == first
+    code, told = started_and_done(folder)
+    assert code == 0 and len(LINE.findall(told)) <= LINKS - first
+    assert LINE.findall(started_and_done(folder)[1]) == []
+
+
+def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
+    process = started(folder)
+    assert process.stderr is not None
+    while not LINE.match(line := process.stderr.readline()):
+        assert line, "it ended without a line"
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+    told = started_and_done(folder)[1]
+    assert len(LINE.findall(told)) < LINKS
+
+
+def started_and_done(folder: Path, *options: str) -> tuple[int, str]:
+    """The exit code of `kabo check`, and what it says."""
+    process = started(folder, *options)
+    told = process.communicate()[1]
+    return process.returncode, told
