@@ -13,7 +13,7 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.geometry_server.answers import Refusal, pair_text
 from kabo.geometry_server.context import ProcedureContext
-from kabo.geometry_server.driving.legs import LEG_SAMPLES_SHARE, by_legs, travels
+from kabo.geometry_server.driving.legs import LEAST_LEG_SAMPLES, LEG_SAMPLES_SHARE, by_legs, travels
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
@@ -173,7 +173,7 @@ def way_to(
     free = free_segment, free_configurations
 
     def find(a: Array, b: Array, low: Array, high: Array, drives: bool) -> Array | NoPath:
-        most, pull = max(1, int(LEG_SAMPLES_SHARE * samples)), None if drives else project
+        most, pull = max(LEAST_LEG_SAMPLES, int(LEG_SAMPLES_SHARE * samples)), None if drives else project
         return connect(a, b, *free, low, high, stream, samples=most, projection=pull)
 
     def shortened(path: Array) -> Array:

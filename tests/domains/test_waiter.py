@@ -71,6 +71,26 @@ def test_strokes_are_of_the_arm_alone(plan: Plan) -> None:
 
 
 @pytest.mark.slow
+def test_a_robot_that_travels_in_a_configuration_folds_its_arm_before_it_drives() -> None:
+    scene = problem_of(TWO).scene
+    assert scene is not None and scene.robots["waiter"].drive is not None
+    folded = replace(scene.robots["waiter"].drive, travel="home")
+    robots = {"waiter": replace(scene.robots["waiter"], drive=folded)}
+    problem = replace(problem_of(TWO), scene=replace(scene, robots=robots))
+    result = kabo.solve(problem)
+    assert result.plan is not None
+    driven = 0
+    for node in result.plan.nodes.values():
+        for segment in node.motion:
+            if "base_x" in segment.joints:
+                steps = np.abs(np.diff(np.array(segment.waypoints), axis=0))
+                base, arm = steps[:, :BASE_VALUES].sum(axis=1) > 0.0, steps[:, BASE_VALUES:].sum(axis=1) > 0.0
+                driven += int(base.sum())
+                assert not (base & arm).any() or steps[:, :2].sum() < 1.0  # short ways are not worth folding
+    assert driven > 4
+
+
+@pytest.mark.slow
 def test_a_floor_that_is_too_small_is_told_with_the_distance_and_a_larger_one_is_tried(tmp_path: Path) -> None:
     scene = (FOLDER / "scene.yaml").read_text().replace("../../meshes", str(DOMAINS.parent / "meshes"))
     (tmp_path / "scene.yaml").write_text(scene.replace("box: [4.2, 3.2, 0.1]", "box: [2.0, 1.6, 0.1]"))

@@ -13,7 +13,7 @@ from kabo.arrays import Array
 from kabo.motion import NoPath
 from kabo.scene import BASE_VALUES, Robot
 
-LEG_SAMPLES_SHARE = 0.25  # of the samples of a whole search, for one leg
+LEG_SAMPLES_SHARE, LEAST_LEG_SAMPLES = 0.25, 150  # of the samples of a whole search, for one leg, and at least
 MIN_TRAVEL = 0.5  # [m] of a drive from which on a robot folds its arm, where the scene says how
 
 Find = Callable[[Array, Array, Array, Array, bool], "Array | NoPath"]
