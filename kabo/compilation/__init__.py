@@ -7,6 +7,7 @@ computed again.
 from kabo.compilation.cache import cache_folder
 from kabo.compilation.compiling import (
     brief_kernel,
+    joined_kernel,
     kernel,
     leaf_kernel,
     lean_kernel,
@@ -19,6 +20,7 @@ from kabo.compilation.compiling import (
 __all__ = [
     "brief_kernel",
     "cache_folder",
+    "joined_kernel",
     "kernel",
     "leaf_kernel",
     "lean_kernel",

@@ -139,3 +139,11 @@ def reduction_kernel(function: _Function) -> _Function:
     keeps the permission.
     """
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
+
+
+def joined_kernel(function: _Function) -> _Function:
+    """As `reduction_kernel`, and LLVM copies it into its callers: for kernels that take less time than their arguments.
+
+    An array is seven arguments or more, and a bundle of arrays dozens.
+    """
+    return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False, forceinline=True)

@@ -5,7 +5,7 @@ Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layo
 
 import numpy as np
 
-from kabo.compilation import brief_kernel, lean_kernel, window
+from kabo.compilation import brief_kernel, joined_kernel, lean_kernel, window
 from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
 from kabo.geometry.collision.kernels.bundles import (
     BALL_OF_BOX,
@@ -44,7 +44,7 @@ def usable(q, bound):
     return good
 
 
-@lean_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
+@joined_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
 def _group_boxes(world_T, moving, joint, group_extents, rows):
     """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
     for g in range(moving):
@@ -90,7 +90,7 @@ def _number_of(groups, pairs, g, h):
     return pairs[NUMBER, p]
 
 
-@lean_kernel
+@joined_kernel
 def _posed_apart(part_extents, hulls, a, b, pose, margin, search):
     """The result of `posed_apart` for parts of any kind; the last row of the hulls is for those with a disc."""
     if not part_extents[a, DISC_OF_BOX] + part_extents[b, DISC_OF_BOX] > 0.0:
