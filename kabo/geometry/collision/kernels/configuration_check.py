@@ -115,7 +115,7 @@ def _descend(a, b, pose, outlines, hulls, tree, margin, search):
     return FREE if top == 0 else 0 if top == FINAL else top
 
 
-@lean_kernel
+@joined_kernel
 def _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search):
     """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`."""
     count = 0
@@ -148,8 +148,8 @@ def first_hit(q, memory):
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis, simplex,
-        points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
+        simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]
