@@ -85,7 +85,7 @@ def refined_cover(solid: Solid, part: Array, aims: Aims) -> Cover:
             raise Undecided
         return Cover((part,), (aims.tolerance,), aims.tolerance)
     concave = creases(solid.vertices, solid.faces)
-    within = (concave.middles @ planes[:, :3].T <= planes[:, 3]).all(axis=1)
+    within = np.all(concave.middles @ planes[:, :3].T <= planes[:, 3], axis=1)
     points = solid_points(inner.points, FLAT_THICKNESS_SHARE * aims.tolerance)
     cells = cells_of(solid, aims, [HulledCell(points, inner, concave.within(within))])
     return enclosing_union.enclosing_union(solid, cells, aims)
