@@ -8,6 +8,8 @@ made, whose parts can be refined one by one: each is replaced by parts that cove
 from contextlib import suppress
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from kabo.arrays import Array
 from kabo.errors import MeshError
 from kabo.geometry.bounding import enclosing_union
