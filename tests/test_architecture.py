@@ -128,7 +128,6 @@ def test_files_stay_small():
 
 
 MAX_KERNEL_ARGUMENTS = 10
-UNBUNDLED = ("kabo/geometry/bounding/kernels/", "kabo/geometry/triangles/kernels/")  # rooms that still have some
 
 
 def kernels_of(path: Path) -> list[ast.FunctionDef]:
@@ -145,7 +144,7 @@ def test_no_kernel_takes_more_than_ten_arguments():
             given = one.args
             count = len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
             found += 1
-            if count > MAX_KERNEL_ARGUMENTS and not relative(path).startswith(UNBUNDLED):
+            if count > MAX_KERNEL_ARGUMENTS:
                 many[f"{relative(path)}: {one.name}"] = count
     assert found > 300
     assert not many
