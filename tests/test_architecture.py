@@ -37,7 +37,8 @@ REMEMBERED = {
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
     "kabo/finite_domain/heuristics/relaxation.py": {"_load"},
     "kabo/geometry/bounding/verified_parts.py": {"_PROVEN"},  # by content
-    "kabo/geometry/collision/exact_view.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
+    "kabo/geometry/collision/exact_surfaces.py": {"_SURFACES"},  # by the arrays and elements themselves
+    "kabo/geometry/collision/exact_view.py": {"path"},  # within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
     "kabo/geometry/collision/part_trees.py": {"_REFINED"},  # as long as the enclosure is there
     "kabo/geometry/collision/sight_lines.py": {"_icosphere"},  # constants

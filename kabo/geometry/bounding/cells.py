@@ -5,8 +5,8 @@ around it in one direction. Cutting by a plane clips every segment, closes every
 segments on the plane, and adds those segments, reversed, as a new face, the cut. Directions matter where components
 overlap: between the crossings of two borders that both run upwards, a cut face lies in both. The hull of a cell's
 points contains all of the solid inside the cell, since extreme points of a cut region lie on its border, and all
-borders are kept. So the hulls of all cells cover the solid by construction. Rounding moves points by a few 1e-16 of their size, much less than the margin of
-`kabo.geometry.bounding.containment`.
+borders are kept. So the hulls of all cells cover the solid by construction. Rounding moves points by a few 1e-16 of
+their size, much less than the margin of `kabo.geometry.bounding.containment`.
 """
 
 from dataclasses import dataclass
@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
+
+FIRST_CUT = 1 << 32  # the least face index of a cut
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,12 @@ def whole(vertices: Array, faces: Integers) -> Cell:
     corners = vertices[faces]
     segments = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
     return Cell(segments, np.repeat(np.arange(len(faces)), 3))
+
+
+def of_faces(vertices: Array, faces: Integers, own: Integers) -> Cell:
+    """Some faces of a mesh, given by their indices (F,), as one cell."""
+    cell = whole(vertices, faces[own])
+    return Cell(cell.segments, own[cell.faces])
 
 
 def cut(cell: Cell, normal: Array, offset: float) -> tuple[Cell, Cell]:
@@ -60,7 +68,7 @@ def cut(cell: Cell, normal: Array, offset: float) -> tuple[Cell, Cell]:
         outside = above[crossing] != side
         clipped[outside] = points
         inner = (above == side).all(axis=1)
-        new_face = np.full(len(border), cell.faces.max() + 1)
+        new_face = np.full(len(border), max(int(cell.faces.max()) + 1, FIRST_CUT))
         along = border[:, ::-1] if side else border
         halves.append(
             Cell(

@@ -5,7 +5,7 @@ Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layo
 
 import numpy as np
 
-from kabo.compilation import brief_kernel, lean_kernel, window
+from kabo.compilation import brief_kernel, joined_kernel, lean_kernel, window
 from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
 from kabo.geometry.collision.kernels.bundles import (
     BALL_OF_BOX,
@@ -44,7 +44,7 @@ def usable(q, bound):
     return good
 
 
-@lean_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
+@joined_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
 def _group_boxes(world_T, moving, joint, group_extents, rows):
     """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
     for g in range(moving):
@@ -90,7 +90,7 @@ def _number_of(groups, pairs, g, h):
     return pairs[NUMBER, p]
 
 
-@lean_kernel
+@joined_kernel
 def _posed_apart(part_extents, hulls, a, b, pose, margin, search):
     """The result of `posed_apart` for parts of any kind; the last row of the hulls is for those with a disc."""
     if not part_extents[a, DISC_OF_BOX] + part_extents[b, DISC_OF_BOX] > 0.0:
@@ -115,7 +115,7 @@ def _descend(a, b, pose, outlines, hulls, tree, margin, search):
     return FREE if top == 0 else 0 if top == FINAL else top
 
 
-@lean_kernel
+@joined_kernel
 def _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search):
     """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`."""
     count = 0
@@ -148,8 +148,8 @@ def first_hit(q, memory):
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis, simplex,
-        points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
+        simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]

@@ -7,10 +7,10 @@ starts with the difference of the corners' means, which is a point of the differ
 round of every other search. Both are hints: a proof is the gap along an axis, however it was found.
 """
 
-from kabo.compilation import reduction_kernel
+from kabo.compilation import joined_kernel
 
 
-@reduction_kernel  # (12,) f8, Outlines, i8, i8, Search -> writes (3,) f8, (4, 3) f8
+@joined_kernel  # (12,) f8, Outlines, i8, i8, Search -> writes (3,) f8, (4, 3) f8
 def first_axis(pose, outlines, a, b, search):
     """Writes an axis from part b, moved by `pose`, to part a, and the simplex's first point."""
     boxes, cores, axis = outlines.parts, outlines.cores, search.axis

@@ -34,10 +34,10 @@ def words_for(groups):
 def numbers_of(memory):
     """The floating-point arrays in a memory: of `Chain`, `Outlines`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
-    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), cores
-    (B, 9), diameters (B,), world_T (J, 12), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3),
-    rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that
-    sweeps place.
+    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), cores (B, 9), diameters
+    (B,), world_T (J, 12), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3),
+    points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
+    those that sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
@@ -68,8 +68,8 @@ def numbers_of(memory):
     rounds = window(memory, start, (rows_of_hulls, 5))
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
-        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis, simplex,
-        points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
+        simplex, points, rounds, blocks,
     )  # fmt: skip
 
 

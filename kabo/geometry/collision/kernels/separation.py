@@ -18,7 +18,7 @@ columns of blocks repeat the first vertex, so that loops run over multiples of e
 
 import numpy as np
 
-from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
+from kabo.compilation import joined_kernel, leaf_kernel, lean_kernel, reduction_kernel
 from kabo.geometry.collision.kernels.bundles import AXIS, DISC, ITERATIONS, RADIUS, SEARCHES, UNDECIDED
 from kabo.geometry.collision.kernels.simplex import nearest
 
@@ -184,7 +184,7 @@ def apart(hulls, a0, a1, b0, b1, margin, search):
     return False
 
 
-@lean_kernel
+@joined_kernel
 def posed_apart(hulls, a, b, pose, margin, balls, known, search):
     """The result of `apart` for row `a` and row `b` moved by `pose` (12,), computed in the frame of `a`.
 
