@@ -63,7 +63,10 @@ class Solid:
     @property
     def arrays(self) -> SolidArrays:
         """The arrays that kernels ask, with a stack of their own."""
-        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64), *self._group_trees)
+        boxes, nodes, triangles = self.tree
+        frame, depths, firsts = self.depths
+        stack = np.zeros(64, np.int64)
+        return SolidArrays(boxes, nodes, triangles, frame, depths, firsts, stack, *self._group_trees)
 
     @cached_property
     def groups(self) -> list["SolidGroup"]:
@@ -85,7 +88,8 @@ class Solid:
             row[:] = nodes, triangles, triangles + len(solid.faces), solid.is_convex
             nodes, triangles = nodes + len(solid.tree[0]), triangles + len(solid.faces)
         trees = [solid.tree for solid in solids] or [self.tree]
-        return rows, *(np.concatenate(each) for each in zip(*trees, strict=True))
+        boxes, children, corners = (np.concatenate(each) for each in zip(*trees, strict=True))
+        return rows, boxes, children, corners
 
     def outside_distances(self, points: Array) -> Array:
         """The distance of each point (N, 3) from the solid (N,) [m]; 0 inside."""
