@@ -19,18 +19,22 @@ class Failure:
 
 
 def findings(scene: Scene, failures: Sequence[Failure]) -> list[Diagnostic]:
-    """A finding for each failure: mesh file, body or robot and link, cause, and remedies that have been tried."""
-    hulls = _lines_to_paste(scene, failures)
+    """A finding for each failure: mesh file, body or robot and link, cause, and remedies that have been tried.
+
+    The line `hulls` with all links to paste stands in the first finding of each robot only.
+    """
+    hulls = dict(_lines_to_paste(scene, failures))
     found = []
     for failure in failures:
         robot, dot, _ = failure.thing.partition(".")
+        line = hulls.get(robot) if dot else None
         for finding in failure.error.diagnostics:
             said = _with_path(finding.message, failure.element.path)
-            ways = list(_ways(failure, finding, hulls.get(robot) if dot else None))
-            told = replace(
-                finding, message=f"{owner(failure.thing)}: {said}", hint="; or ".join(ways) or finding.hint
-            )
+            hint = "; or ".join(_ways(failure, finding, line)) or finding.hint
+            told = replace(finding, message=f"{owner(failure.thing)}: {said}", hint=hint)
             found.append(_at_its_place(told, failure.element))
+        if line is not None:
+            hulls[robot] = "hulls"
     return found
 
 
@@ -100,7 +104,11 @@ def _ways(failure: Failure, finding: Diagnostic, hulls: str | None) -> Iterator[
     """What would help, each as a part of a sentence."""
     robot = failure.thing.partition(".")[0]
     if hulls is not None:
-        yield f'write `{hulls}` at robot "{robot}" in the scene, to take their convex hulls'
+        yield (
+            "its convex hull, as above"
+            if hulls == "hulls"
+            else f'write `{hulls}` at robot "{robot}" in the scene, to take their convex hulls'
+        )
     path = failure.element.path
     name = "the mesh" if path is None else path.name
     if _closes(failure.element.mesh):
