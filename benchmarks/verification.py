@@ -17,7 +17,7 @@ import signal
 import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ from table import Table, finish
 
 import kabo
 from kabo.plan import Plan, plan_from_json, plan_to_json
-from kabo.scene import Mesh, load_scene
+from kabo.scene import Scene, load_scene
 from kabo.verify import Finding, verify_plan
 from kabo.verify.motion.calls import Calls
 from kabo.verify.motion.collision import Tally
@@ -61,13 +61,11 @@ WHOLE = 20  # every so many mutants the whole plan is verified
 class SharedWorld(SceneModel):
     """A world that shares its surfaces with others."""
 
-    made: dict[str, Surface] = {}
+    made: dict[bytes, Surface] = {}
 
-    def surface_of(self, mesh: Mesh) -> Surface:
-        """The surface of a mesh."""
-        if mesh.digest not in self.made:
-            self.made[mesh.digest] = super().surface_of(mesh)
-        return self.made[mesh.digest]
+    def __init__(self, scene: Scene, models: Mapping[str, str | None] | None = None) -> None:
+        super().__init__(scene, models)
+        self._surfaces = self.made
 
 
 @dataclass

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from scripts.solids import Box, Detail, Points, Solid, bolt_circle, cut, cylinder, lofted, revolved, union
+from scripts.solids import Box, Detail, Solid, bolt_circle, cut, cylinder, lofted, revolved, union
 
 BEARING, BORE, THICKNESS = 0.035, 0.018, 0.024  # outer and inner radius, height of a bearing
 PIPE, PIPE_HEIGHT, HOLLOW = 0.046, 0.118, 0.041  # outer radius, height, and radius of the wide bore below
@@ -17,7 +17,6 @@ SEAT, STEP, STEP_BORE = 0.090, 0.006, 0.028  # where the bearing sits, on a step
 FIT = 0.0002  # between a bearing and what it sits in or on
 COLLAR, SHOULDER, TREE_HEIGHT = 0.030, 0.070, 0.140  # of the tree: where the pipe stands, the bearing, the end
 FLANGE, COLLAR_RADIUS, SHAFT = 0.055, 0.050, 0.009
-STAVES = 16
 
 
 def bearing(d: Detail) -> Solid:
@@ -35,8 +34,7 @@ def bearing(d: Detail) -> Solid:
         _ball(0.0055, d).translate((middle * math.cos(a), middle * math.sin(a), THICKNESS / 2.0))
         for a in (2.0 * math.pi * k / 10 for k in range(10))
     ]
-    whole = union([cut(rings, grooves), *balls])
-    return Solid(whole.shell, staves(BORE, BEARING, (0.0, THICKNESS)))
+    return union([cut(rings, grooves), *balls])
 
 
 def pipe(d: Detail) -> Solid:
@@ -61,12 +59,7 @@ def pipe(d: Detail) -> Solid:
         _mouth(BEARING + FIT, SEAT, PIPE_HEIGHT + 0.001, 0.001, d),
         bolt_circle(0.0405, 6, 0.0015, (PIPE_HEIGHT - 0.012, PIPE_HEIGHT + 0.01), d),
     ]
-    pieces = [
-        *staves(HOLLOW, PIPE, (0.0, top)),
-        *staves(STEP_BORE, PIPE, (top - 0.0015, SEAT)),  # with the fillet below the step
-        *staves(BEARING + FIT, PIPE, (SEAT, PIPE_HEIGHT)),
-    ]
-    return cut(outside, tools, pieces)
+    return cut(outside, tools)
 
 
 def tree(d: Detail) -> Solid:
@@ -96,17 +89,6 @@ def tree(d: Detail) -> Solid:
     return cut(union([shaft, _gear(0.034, 0.030, 20, (0.038, 0.054), d)]), [holes])
 
 
-def staves(inner: float, outer: float, span: Box, count: int = STAVES) -> tuple[Points, ...]:
-    """Prisms that together contain a ring: flat outside, a little beyond it, and chords inside."""
-    reach, half = outer / math.cos(math.pi / count), math.pi / count
-    found = []
-    for k in range(count):
-        angles = (2.0 * math.pi * k / count - half, 2.0 * math.pi * k / count + half)
-        corners = [(r * math.cos(a), r * math.sin(a), z) for r in (inner, reach) for a in angles for z in span]
-        found.append(np.array(corners))
-    return tuple(found)
-
-
 def _turned(
     outline: Sequence[tuple[float, float]], d: Detail, radius: Callable[[float, float, float], float]
 ) -> Solid:
@@ -114,7 +96,7 @@ def _turned(
     turns = [2.0 * math.pi * k / d.segments for k in range(d.segments)]
     rings = [[(radius(r, z, a), a, z) for a in turns] for r, z in outline]
     points = np.array([[(r * math.cos(a), r * math.sin(a), z) for r, a, z in ring] for ring in rings])
-    return lofted(points, (points.reshape(-1, 3),))
+    return lofted(points)
 
 
 def _grooved(
@@ -158,8 +140,7 @@ def _gear(tip: float, root: float, teeth: int, span: Box, d: Detail) -> Solid:
             (span[1], inset),
         )
     ]
-    hull = cylinder(tip, span, inset, d)
-    return Solid(lofted(np.array(rings)).shell, hull.pieces)
+    return lofted(np.array(rings))
 
 
 def _ball(radius: float, d: Detail) -> Solid:

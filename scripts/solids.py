@@ -1,7 +1,7 @@
 """Watertight solids as a CAD system would export them: fillets, bores, flanges, from a few numbers.
 
-A solid is a closed shell in metres, and the convex pieces that it was made of. Rings of points are lofted into
-shells, shells are united and cut by exact booleans, so that each result is one closed, orientable 2-manifold.
+A solid is a closed shell in metres. Rings of points are lofted into shells, shells are united and cut by exact
+booleans, so that each result is one closed, orientable 2-manifold.
 Coordinates of the rings are rounded to a nanometre before any boolean sees them, and angles come from `math`: the
 same parameters give the same triangles, whatever the processor.
 """
@@ -14,7 +14,6 @@ import manifold3d
 import numpy as np
 from numpy.typing import NDArray
 
-Points = NDArray[np.float64]  # (P, 3) [m]
 Circle = tuple[float, float, float]  # centre (u, v) and radius [m]
 Box = tuple[float, float]  # an interval [m]
 
@@ -29,36 +28,28 @@ class Detail:
 
 @dataclass(frozen=True)
 class Solid:
-    """A shell, and convex pieces, each as points that span it, which together contain the shell."""
+    """A closed shell [m]."""
 
     shell: manifold3d.Manifold
-    pieces: tuple[Points, ...]
 
     def translate(self, by: tuple[float, float, float]) -> "Solid":
         """The solid moved [m]."""
-        return Solid(self.shell.translate(by), tuple(piece + by for piece in self.pieces))
+        return Solid(self.shell.translate(by))
 
     def rotate(self, degrees: tuple[float, float, float]) -> "Solid":
         """The solid turned around x, then y, then z."""
-        a, b, c = (math.radians(angle) for angle in degrees)
-        about_x = np.array([[1, 0, 0], [0, math.cos(a), -math.sin(a)], [0, math.sin(a), math.cos(a)]])
-        about_y = np.array([[math.cos(b), 0, math.sin(b)], [0, 1, 0], [-math.sin(b), 0, math.cos(b)]])
-        about_z = np.array([[math.cos(c), -math.sin(c), 0], [math.sin(c), math.cos(c), 0], [0, 0, 1]])
-        turn = (about_z @ about_y @ about_x).T
-        return Solid(self.shell.rotate(degrees), tuple(piece @ turn for piece in self.pieces))
+        return Solid(self.shell.rotate(degrees))
 
 
 HIGH = Detail(segments=96, fillet_steps=6)
 LOW = Detail(segments=16, fillet_steps=2)
-BULGE = 0.001  # how far a convex piece may stick out of an outline [m]
 
 
-def lofted(rings: NDArray[np.float64], pieces: Sequence[Points] | None = None) -> Solid:
+def lofted(rings: NDArray[np.float64]) -> Solid:
     """The solid between rings of points, closed by a fan over the first and over the last ring.
 
     Args:
         rings: (L, N, 3) [m]; each ring counter-clockwise seen from where the rings come to an end.
-        pieces: convex pieces that contain it; None: it is convex.
     """
     count, size, _ = rings.shape
     caps = rings[[0, -1]].mean(axis=1)
@@ -74,7 +65,7 @@ def lofted(rings: NDArray[np.float64], pieces: Sequence[Points] | None = None) -
     mesh.merge()
     shell = manifold3d.Manifold(mesh)
     assert shell.status() == manifold3d.Error.NoError, shell.status()
-    return Solid(shell, tuple(pieces) if pieces is not None else (vertices,))
+    return Solid(shell)
 
 
 def rounded(corners: Sequence[tuple[float, float, float]], steps: int) -> list[tuple[float, float]]:
@@ -116,36 +107,7 @@ def revolved(corners: Sequence[tuple[float, float, float]], detail: Detail) -> S
     outline = rounded(corners, detail.fillet_steps)
     turns = [2.0 * math.pi * k / detail.segments for k in range(detail.segments)]
     rings = np.array([[(r * math.cos(a), r * math.sin(a), z) for a in turns] for r, z in outline])
-    return lofted(rings, [rings[first:end].reshape(-1, 3) for first, end in _convex_runs(np.array(outline))])
-
-
-def _convex_runs(outline: NDArray[np.float64]) -> list[tuple[int, int]]:
-    """The fewest runs of an outline's points, greedily, whose hulls stick out of it by less than `BULGE`."""
-    runs, first = [], 0
-    while first < len(outline) - 1:
-        end = first + 2
-        while end < len(outline) and _bulge(outline[first : end + 1]) <= BULGE:
-            end += 1
-        runs.append((first, end))
-        first = end - 1
-    return runs
-
-
-def _bulge(outline: NDArray[np.float64]) -> float:
-    """How far the upper hull of points (r, z), z not falling, lies above them in r [m]."""
-    hull = [outline[0]]
-    for point in outline[1:]:
-        while len(hull) > 1 and _left(hull[-2], hull[-1], point) <= 0.0:
-            hull.pop()
-        hull.append(point)
-    r, z = np.array(hull).T
-    inner = outline[(outline[:, 1] > outline[0, 1]) & (outline[:, 1] < outline[-1, 1])]
-    return float(np.max(np.interp(inner[:, 1], z, r) - inner[:, 0], initial=0.0))
-
-
-def _left(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> float:
-    """Positive if (r, z) points a, b, c turn towards the axis, as convex outlines do."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    return lofted(rings)
 
 
 def cylinder(radius: float, span: Box, fillet: float, detail: Detail, top_radius: float | None = None) -> Solid:
@@ -161,10 +123,8 @@ def cylinder(radius: float, span: Box, fillet: float, detail: Detail, top_radius
 def bore(radius: float, span: Box, detail: Detail) -> Solid:
     """A plain cylinder around z, to be cut out of something."""
     segments = max(8, detail.segments // 4)
-    shell = manifold3d.Manifold.cylinder(span[1] - span[0], radius, radius, segments).translate(
-        (0.0, 0.0, span[0])
-    )
-    return Solid(shell, (np.asarray(shell.to_mesh64().vert_properties)[:, :3],))
+    shell = manifold3d.Manifold.cylinder(span[1] - span[0], radius, radius, segments)
+    return Solid(shell.translate((0.0, 0.0, span[0])))
 
 
 def bolt_circle(radius: float, count: int, bolt: float, span: Box, detail: Detail) -> Solid:
@@ -220,23 +180,17 @@ def hub(centre: tuple[float, float], radius: float, span: Box, fillet: float, de
 def union(solids: Sequence[Solid]) -> Solid:
     """All solids as one."""
     shell = manifold3d.Manifold.batch_boolean([solid.shell for solid in solids], manifold3d.OpType.Add)
-    return Solid(shell, tuple(piece for solid in solids for piece in solid.pieces))
+    return Solid(shell)
 
 
-def cut(solid: Solid, tools: Sequence[Solid], pieces: Sequence[Points] | None = None) -> Solid:
-    """The solid less all tools; its pieces stay, as bores are small, unless others are given."""
+def cut(solid: Solid, tools: Sequence[Solid]) -> Solid:
+    """The solid less all tools."""
     shells = [solid.shell, *(tool.shell for tool in tools)]
     shell = manifold3d.Manifold.batch_boolean(shells, manifold3d.OpType.Subtract)
-    return Solid(shell, solid.pieces if pieces is None else tuple(pieces))
+    return Solid(shell)
 
 
 def sharp_block(x: Box, y: Box, z: Box) -> Solid:
     """A box with sharp edges, whose faces are exactly where they are said to be."""
     sides = [high - low for low, high in (x, y, z)]
-    shell = manifold3d.Manifold.cube(sides).translate((x[0], y[0], z[0]))
-    return Solid(shell, (box_corners(x, y, z),))
-
-
-def box_corners(x: Box, y: Box, z: Box) -> Points:
-    """The corners of a box, as a piece."""
-    return np.array([(a, b, c) for a in x for b in y for c in z])
+    return Solid(manifold3d.Manifold.cube(sides).translate((x[0], y[0], z[0])))

@@ -9,7 +9,6 @@ from scripts.solids import (
     Solid,
     block,
     bore,
-    box_corners,
     cut,
     cylinder,
     lofted,
@@ -21,7 +20,6 @@ from scripts.solids import (
 
 BOTTLE_RADIUS, BOTTLE_HEIGHT = 0.03, 0.24
 CUP_RADIUS, CUP_HEIGHT, CUP_WALL, CUP_FLOOR = 0.034, 0.1, 0.004, 0.006
-CUP_STAVES = 8
 BLOCK = 0.04
 PANEL, PANEL_HANDLE = (0.24, 0.24, 0.01), (0.02, 0.16, 0.06)  # sides of the plate and of what it is held by
 CRATE = (0.36, 0.36, 0.05)  # outer sides and height of the walls
@@ -56,12 +54,7 @@ def cup(d: Detail) -> Solid:
     outline = rounded([*outside, *inside], d.fillet_steps)
     turns = [2.0 * math.pi * k / d.segments for k in range(d.segments)]
     rings = np.array([[(r * math.cos(a), r * math.sin(a), z) for a in turns] for r, z in outline])
-    side = d.segments // CUP_STAVES
-    staves = [rings[:, [(k * side + i) % d.segments for i in range(side + 1)]] for k in range(CUP_STAVES)]
-    bottom = rings[rings[..., 2] <= CUP_FLOOR + 0.004]
-    return lofted(
-        rings, [bottom, *(stave[stave[..., 0] ** 2 + stave[..., 1] ** 2 > inner**2 * 0.81] for stave in staves)]
-    )
+    return lofted(rings)
 
 
 def crate(d: Detail) -> Solid:
@@ -69,15 +62,7 @@ def crate(d: Detail) -> Solid:
     x, y, height = CRATE[0] / 2.0, CRATE[1] / 2.0, CRATE[2]
     outer = block((-x, x), (-y, y), (0.0, height), 0.004, d)
     inside = (CRATE_WALL - x, x - CRATE_WALL), (CRATE_WALL - y, y - CRATE_WALL), (CRATE_FLOOR, 2.0 * height)
-    thick = CRATE_WALL + CRATE_FILLET
-    pieces = [
-        box_corners((-x, x), (-y, y), (0.0, CRATE_FLOOR + CRATE_FILLET)),
-        box_corners((-x, thick - x), (-y, y), (0.0, height)),
-        box_corners((x - thick, x), (-y, y), (0.0, height)),
-        box_corners((-x, x), (-y, thick - y), (0.0, height)),
-        box_corners((-x, x), (y - thick, y), (0.0, height)),
-    ]
-    return cut(outer, [block(*inside, CRATE_FILLET, d)], pieces)
+    return cut(outer, [block(*inside, CRATE_FILLET, d)])
 
 
 def table(d: Detail) -> Solid:

@@ -7,6 +7,8 @@ computed again.
 from kabo.compilation.cache import cache_folder
 from kabo.compilation.compiling import (
     brief_kernel,
+    call_first,
+    joined_kernel,
     kernel,
     leaf_kernel,
     lean_kernel,
@@ -19,6 +21,8 @@ from kabo.compilation.compiling import (
 __all__ = [
     "brief_kernel",
     "cache_folder",
+    "call_first",
+    "joined_kernel",
     "kernel",
     "leaf_kernel",
     "lean_kernel",

@@ -126,6 +126,17 @@ def brief_kernel(function: _Function) -> _Function:
     return _compiled(function, _nrt=False, nogil=False)
 
 
+def call_first(kernel: Callable[..., Any], *arguments: Any) -> Any:
+    """The result of a kernel that from its first call on takes no arguments of other types.
+
+    They raise a TypeError; so callers need not look at arguments beforehand, which may take a tenth of the time.
+    """
+    result, made = kernel(*arguments), getattr(kernel, "overloads", None)
+    if made and len(made) == 1:
+        kernel.disable_compile()  # type: ignore[attr-defined]
+    return result
+
+
 def leaf_kernel(function: _Function) -> _Function:
     """As `kernel`, for small functions that every caller inlines."""
     inlined: _Function = _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
@@ -139,3 +150,11 @@ def reduction_kernel(function: _Function) -> _Function:
     keeps the permission.
     """
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
+
+
+def joined_kernel(function: _Function) -> _Function:
+    """As `reduction_kernel`, and LLVM copies it into its callers: for kernels that take less time than their arguments.
+
+    An array is seven arguments or more, and a bundle of arrays dozens.
+    """
+    return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False, forceinline=True)

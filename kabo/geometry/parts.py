@@ -13,6 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.meshes import Rounding
+from kabo.scene import Element
 
 Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
@@ -240,6 +241,7 @@ class MovingGroup:
     joint_T_group: Array  # (12,)
     enclosure: Enclosure
     mesh: Mesh | None = None  # the original, for exact views
+    elements: tuple[Element, ...] = ()  # what the mesh lies around, if it is round; for exact views, too
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,6 +251,7 @@ class FixedGroup:
     world_T_group: Array  # (12,)
     enclosure: Enclosure
     mesh: Mesh | None = None
+    elements: tuple[Element, ...] = ()
 
 
 def poses_of(moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup]) -> Array:

@@ -45,7 +45,8 @@ class ScenePredicates:
         """
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
-        return FixedGroup(flat(self.pose(name)), self.surroundings.enclosure(name), arrays)
+        elements = self.surroundings.elements(name)
+        return FixedGroup(flat(self.pose(name)), self.surroundings.enclosure(name), arrays, elements)
 
     def pose(self, name: str) -> Array:
         """The pose (4, 4) of a thing in the world."""
@@ -61,14 +62,15 @@ class ScenePredicates:
             if link.mesh is not None:
                 arrays = link.mesh.vertices, link.mesh.faces
                 enclosure = self.surroundings.enclosure(f"{robot}.{link.name}")
-                groups.append(MovingGroup(link.joint, flat(link.joint_T_link), enclosure, arrays))
+                groups.append(MovingGroup(link.joint, flat(link.joint_T_link), enclosure, arrays, link.elements))
         situation = Situation.of(self.state)
         for name in situation.carried(robot):
-            held, mesh = situation.held(name), self.surroundings.scene.bodies[name].mesh
+            held, body = situation.held(name), self.surroundings.scene.bodies[name]
+            arrays = body.mesh.vertices, body.mesh.faces
             link = chosen.links[held.parent.partition(".")[2]]
             pose = link.joint_T_link @ transform(held.position, held.quaternion)
             enclosure = self.surroundings.enclosure(name)
-            groups.append(MovingGroup(link.joint, flat(pose), enclosure, (mesh.vertices, mesh.faces)))
+            groups.append(MovingGroup(link.joint, flat(pose), enclosure, arrays, body.elements))
         return Motion(chosen.tree, tuple(groups), np.array(waypoints, dtype=np.float64))
 
     def collide(self, first: str, second: str) -> bool:

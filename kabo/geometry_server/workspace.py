@@ -145,7 +145,7 @@ class Workspace:
                 near = ((box.min(axis=0) <= high + BOX_TOLERANCE) & (box.max(axis=0) >= low - BOX_TOLERANCE)).all(
                     axis=1
                 )
-                placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh), near
+                placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh, own.elements), near
         for (i, k), pair in zip(indices, pairs, strict=True):
             if i in placed and k >= len(moving):
                 body, near = placed[i]
@@ -200,7 +200,8 @@ class Workspace:
             if hung is not None and self._moves(hung[0]):
                 enclosure = self.surroundings.enclosed(extra.element)
                 arrays = extra.mesh.vertices, extra.mesh.faces
-                groups.append(MovingGroup(hung[0], flat(hung[1] @ extra.parent_T), enclosure, arrays))
+                own = flat(hung[1] @ extra.parent_T)
+                groups.append(MovingGroup(hung[0], own, enclosure, arrays, (extra.element,)))
                 names.append((extra.name, hung[0]))
         return groups, names
 
@@ -225,7 +226,8 @@ class Workspace:
     def _group(self, name: str, joint: int, joint_T_group: Array) -> MovingGroup:
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
-        return MovingGroup(joint, flat(joint_T_group), self.surroundings.enclosure(name), arrays)
+        elements = self.surroundings.elements(name)
+        return MovingGroup(joint, flat(joint_T_group), self.surroundings.enclosure(name), arrays, elements)
 
     def _fixed(self) -> tuple[list[FixedGroup], list[str]]:
         placed: list[tuple[str, Array]] = []
@@ -248,7 +250,7 @@ class Workspace:
                     (extra.mesh.vertices, extra.mesh.faces),
                 )
                 for pose in self._poses(extra.parent):
-                    groups.append(FixedGroup(flat(pose @ extra.parent_T), enclosure, arrays))
+                    groups.append(FixedGroup(flat(pose @ extra.parent_T), enclosure, arrays, (extra.element,)))
                     names.append(extra.name)
         return groups, names
 
@@ -263,7 +265,8 @@ class Workspace:
     def _standing(self, name: str, pose: Array) -> FixedGroup:
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
-        return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays)
+        elements = self.surroundings.elements(name)
+        return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays, elements)
 
     def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[tuple[int, int]], list[Pair]]:
         indices: list[tuple[int, int]] = []

@@ -14,7 +14,7 @@ GRAINS = st.sampled_from([2.0**-40, 2.0**-3, 1.0])
 
 
 def sign(*points):
-    return orientation(*np.concatenate(points), np.empty(SCRATCH_SIZE))
+    return orientation(np.array(points), 0, 1, 2, 3, np.empty(SCRATCH_SIZE))
 
 
 def grid_points(seed, count, grain, steps=6):

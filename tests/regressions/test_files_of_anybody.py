@@ -140,9 +140,10 @@ def test_an_open_mesh_of_several_pieces_is_named_by_its_link(folder: Path) -> No
     moved = '<collision><origin xyz="0 0 0.1"/><geometry><mesh filename="tetra.off"/></geometry></collision>'
     change(folder / "robot.urdf", ('<link name="upper">', f'<link name="upper">{moved}'))
     server = GeometryServer(loaded(folder))
-    with pytest.raises(MeshError, match=r'robot.urdf:3:3: link "upper" of robot "arm": the mesh is not closed'):
+    said = r'robot.urdf:3:66: link "upper" of robot "arm": mesh file ".*tetra.off" is not closed'
+    with pytest.raises(MeshError, match=said):
         server.surroundings.enclosure("arm.upper")
-    with pytest.raises(MeshError, match='body "rock": mesh file "tetra.off" is not closed'):
+    with pytest.raises(MeshError, match='body "rock": mesh file ".*tetra.off" is not closed'):
         server.surroundings.enclosure("rock")
 
 
@@ -254,7 +255,13 @@ def test_faces_that_stand_twice_and_turned_crash_nothing(tmp_path: Path) -> None
     """CoACD ends with a segmentation fault on this box."""
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     faces = np.vstack([box.faces, np.array(box.faces)[:, ::-1]])
-    assert enclosing_parts(Mesh(np.array(box.vertices), faces), 0.004, cache=tmp_path).deviation <= 0.004
+    made = enclosing_parts(Mesh(np.array(box.vertices), faces), 0.004, cache=tmp_path)
+    while open_ones := [
+        i for i in range(len(made.parts)) if not made.children_of(i) and made.deviation_of(i) > 0.004
+    ]:
+        assert made.finer is not None
+        made = made.finer(open_ones[0])
+    assert made.deviation <= 0.004
 
 
 def test_faces_without_area_warn_of_nothing(tmp_path: Path) -> None:

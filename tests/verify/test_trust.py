@@ -53,7 +53,7 @@ def lines_of_code(path: Path) -> int:
     return len(lines - documents)
 
 
-@pytest.mark.parametrize(("part", "bound"), [("possible worlds", 2000), ("certificate", 900), ("motion", 3300)])
+@pytest.mark.parametrize(("part", "bound"), [("possible worlds", 2000), ("certificate", 950), ("motion", 3300)])
 def test_each_part_of_the_trusted_core_is_small(part, bound):
     assert sum(map(lines_of_code, parts()[part])) <= bound
     page = (REPOSITORY / "docs" / "trust.md").read_text()

@@ -18,6 +18,7 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding import contraction_state as state
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
+from kabo.geometry.bounding.kernels.bundles import ContractionSettings, Evidence
 from kabo.geometry.bounding.kernels.carried_triangles import start
 from kabo.geometry.bounding.kernels.star import MIN_COORDINATE, prepare
 from kabo.geometry.triangles.component_groups import groups_without_crossings
@@ -165,10 +166,10 @@ def _require_options(epsilon: float, side: str, cost: str) -> None:
 
 def _settings(
     points: Array, epsilon: float, limit: float, vertices: int, cost: int, certify: bool
-) -> state.ContractionSettings:
+) -> ContractionSettings:
     low, high = points.min(axis=0), points.max(axis=0)
     diagonal, middle = float(np.linalg.norm(high - low)), 0.5 * (low + high)
-    return state.ContractionSettings(
+    return ContractionSettings(
         cost=cost,
         certify=certify,
         vertices=vertices,
@@ -197,7 +198,7 @@ def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
 
 
 def _contracted_within(
-    points: Array, faces: Integers, settings: state.ContractionSettings, path: Path | None
+    points: Array, faces: Integers, settings: ContractionSettings, path: Path | None
 ) -> tuple[Array, Integers, dict[str, int]]:
     """The vertices and faces within the mesh, and the counts; overlapping components are contracted one by one.
 
@@ -220,7 +221,7 @@ def _contracted_within(
 
 
 def _contracted(
-    points: Array, faces: Integers, settings: state.ContractionSettings, locked: NDArray[np.bool_]
+    points: Array, faces: Integers, settings: ContractionSettings, locked: NDArray[np.bool_]
 ) -> tuple[Array, Integers, dict[str, int]]:
     """The remaining vertices and faces, and the counts."""
     count, certify = len(faces), settings.certify
@@ -239,11 +240,11 @@ def _contracted(
     start(carried, triangle_of_face)
     if certify:
         contraction.enter_all(net, octree)
-    star, work = state.star_of(count), state.work_of(count)
-    queue, refused = state.queue_of(6 * count + 1000), state.refused_of(4 * count + 100)
+    star, queue = state.star_of(count), state.queue_of(6 * count + 1000, 4 * count + 100)
+    evidence = Evidence(tree, octree, carried, draft, state.work_of(count))
     for facing, regular in FACING_AND_REGULARISATION if certify else FACING_AND_REGULARISATION[:1]:
         now = settings._replace(facing=facing, regular=regular)
-        contraction.contract_all(net, tree, carried, star, queue, refused, draft, octree, now, work, counters)
+        contraction.contract_all(net, star, queue, evidence, now, counters)
     left = net.faces[net.faces[:, 0] >= 0]
     used, index = np.unique(left, return_inverse=True)
     counts = dict(zip(COUNTER_NAMES, counters.tolist(), strict=True))

@@ -8,6 +8,8 @@ made, whose parts can be refined one by one: each is replaced by parts that cove
 from contextlib import suppress
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from kabo.arrays import Array
 from kabo.errors import MeshError
 from kabo.geometry.bounding import enclosing_union
@@ -85,7 +87,7 @@ def refined_cover(solid: Solid, part: Array, aims: Aims) -> Cover:
             raise Undecided
         return Cover((part,), (aims.tolerance,), aims.tolerance)
     concave = creases(solid.vertices, solid.faces)
-    within = (concave.middles @ planes[:, :3].T <= planes[:, 3]).all(axis=1)
+    within = np.all(concave.middles @ planes[:, :3].T <= planes[:, 3], axis=1)
     points = solid_points(inner.points, FLAT_THICKNESS_SHARE * aims.tolerance)
     cells = cells_of(solid, aims, [HulledCell(points, inner, concave.within(within))])
     return enclosing_union.enclosing_union(solid, cells, aims)

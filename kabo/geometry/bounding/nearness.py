@@ -7,7 +7,8 @@ from kabo.arrays import Array
 from kabo.geometry.bounding.containment import hull_of
 from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
-from kabo.geometry.triangles.solids import PLANE_TOLERANCE, Solid
+from kabo.geometry.triangles.convexity import PLANE_TOLERANCE
+from kabo.geometry.triangles.solids import Solid
 
 SIGHT_LINES = 80  # between two sets
 SURFACE_SAMPLES = 280  # of a hull's surface

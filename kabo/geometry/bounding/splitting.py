@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.cells import Cell, cut, whole
+from kabo.geometry.bounding.cells import Cell, cut, of_faces
 from kabo.geometry.bounding.containment import hull_of, solid_points
 from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
 from kabo.geometry.bounding.nearness import EVEN_DIRECTIONS, near_or_witness
@@ -28,6 +28,7 @@ MAX_CONCAVE_EDGES = 60  # of a cell that propose planes, the sharpest and longes
 MAX_FACES_PROPOSED = 40  # of a cell, the largest
 SEEN_PAIR_WEIGHT = 0.5  # of separating a pair that sees each other, if a blocked pair weighs 1
 MIN_THICKNESS_SHARE = 0.2  # of the limit: thinner slices are not cut off
+MAX_GROUPS_APART = 32  # of components: more are cut together
 MAX_POINTS_LOOKED_AT = 4000  # of a cell; of more points only some are used
 PROOF_TETRAHEDRA = 20_000  # of a proof, after which a cell that appears near is accepted
 FLAT_THICKNESS_SHARE = 5e-3  # of the limit, given to flat cells
@@ -88,15 +89,37 @@ def split_solid(
             continue
         if len(found) + len(work) >= most:
             raise TooManyCells(f"{most}")
-        work += cut_in_two(solid, hulled, sight, far)
+        apart = cells_of_groups(solid, sight) if begun is None and not found and not work else []
+        begun = begun or [hulled]
+        work += apart if len(apart) > 1 else cut_in_two(solid, hulled, sight, far)
     return found
 
 
 def _whole(solid: Solid, sight: float) -> HulledCell:
-    cell = whole(solid.vertices, solid.faces)
-    return HulledCell(
-        solid_points(cell.points, FLAT_THICKNESS_SHARE * sight), cell, creases(solid.vertices, solid.faces)
-    )
+    return _cell_of(solid, np.arange(len(solid.faces)), sight)
+
+
+def _cell_of(solid: Solid, own: Integers, sight: float) -> HulledCell:
+    """The cell of some faces, given by their indices (F,), that close."""
+    cell = of_faces(solid.vertices, solid.faces, own)
+    points = solid_points(cell.points, FLAT_THICKNESS_SHARE * sight)
+    return HulledCell(points, cell, creases(solid.vertices, solid.faces[own]))
+
+
+def cells_of_groups(solid: Solid, sight: float) -> list[HulledCell]:
+    """A cell for each group of components, except those within a convex one; none if there are many."""
+    kept: list[Integers] = []
+    around: list[Array] = []
+    for group in solid.groups:
+        points = group.solid.vertices
+        if any((points @ planes[:, :3].T + planes[:, 3] <= 0.0).all() for planes in around):
+            continue
+        kept.append(group.faces)
+        if len(kept) > MAX_GROUPS_APART:
+            return []
+        if group.solid.is_convex:
+            around.append(hull_of(points).equations)
+    return [_cell_of(solid, own, sight) for own in kept]
 
 
 def cut_in_two(solid: Solid, hulled: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:

@@ -24,7 +24,7 @@ from kabo.geometry.bounding.nearness import proven_near
 from kabo.geometry.bounding.stored_parts import Cover
 from kabo.geometry.triangles.solids import Solid
 
-PROOF_VERSION = 2  # to be incremented when the proof changes
+PROOF_VERSION = 3  # to be incremented when the proof changes
 MAX_PARTS = 2000  # in a file; decompositions never have more
 PROOFS_FOLDER = "proven"  # in the cache: an empty file for each proof
 

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.compilation import call_first
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.kernels.bundles import (
     CHECKS,
@@ -32,9 +33,6 @@ from kabo.geometry.collision.part_trees import deviation_within, refine
 from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
-
-# A check takes a microsecond, of which looking these up would be a twentieth.
-_contiguous, _FLOAT = np.ascontiguousarray, np.float64
 
 
 @dataclass
@@ -104,6 +102,7 @@ class CollisionView:
         search.counters[:] = self._counts
         self._counts, self._starts = search.counters, made.bodies.groups[PARTS]
         self._open = bool((made.children[:, CHILD_COUNT] == OPEN).any())
+        self._careful = True  # until the first check, after which the kernel takes rows alone
         scene = Scene(chain, made.bodies.groups, hulls, made.extents, tree)
         sweep = sweep_of(chain, made, tracks)
         self._sweep = (budget.margin, budget.clearance, made.bodies.pairs, scene, sweep, search)
@@ -114,19 +113,24 @@ class CollisionView:
         Raises:
             ValueError: q has the wrong size, is not finite, or lies far outside a prismatic joint's limits.
         """
-        row = _contiguous(q, _FLOAT)
-        if self._open or row.ndim != 1:
-            return self._hit(row)
-        found: int = first_hit(row, self._memory)
+        if self._careful:
+            return self._hit(q)
+        try:  # a check takes a microsecond, of which a look at the array would be a tenth
+            found: int = first_hit(q, self._memory)
+        except TypeError:  # another kind of array
+            return self._hit(q)
         if found < FREE:
-            raise self._refusal(row)
+            raise self._refusal(q)
         return found
 
-    def _hit(self, row: Array) -> int:
-        """`configuration_hit` where parts may have to be divided, or the row is none."""
+    def _hit(self, q: Array) -> int:
+        """`configuration_hit` where parts may have to be divided, for whatever can be made a row."""
+        row = np.ascontiguousarray(q, np.float64)
+        row = row if row.flags.carray else row.copy()
         if row.ndim != 1:
             raise self._refusal(row)
-        found = self._decided(lambda: first_hit(row, self._memory))
+        found = self._decided(lambda: call_first(first_hit, row, self._memory))
+        self._careful = self._open
         if found < FREE:
             raise self._refusal(row)
         return found

@@ -1,19 +1,21 @@
-"""The predicates of [K Def. 1] on the original meshes, through python-fcl; bounded predicates are compared with these.
+"""The predicates of [K Def. 1] on the original meshes and round shapes; bounded predicates are compared with these.
 
 They are exact for bodies that do not move. Motions are sampled so densely that no point moves farther than a given
 step between samples; nothing is proven between samples.
 """
 
-import fcl
+from dataclasses import replace
+
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry.collision.exact_view import Surface, surface_of, surrounds
+from kabo.geometry.collision.exact_surfaces import Surface, distance, holds, placed, surface_of, surrounds, touch
+from kabo.geometry.collision.exact_view import BOX_SLACK
 from kabo.geometry.collision.kernels.tracks import motion as motion_bounds
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.motions import Motion, Segment
 from kabo.geometry.collision.view_arrays import chain_of, way_of
-from kabo.geometry.parts import FixedGroup, Mesh
+from kabo.geometry.parts import FixedGroup
 
 
 def exact_collides(first: FixedGroup, second: FixedGroup) -> bool:
@@ -22,25 +24,23 @@ def exact_collides(first: FixedGroup, second: FixedGroup) -> bool:
     Raises:
         ValueError: a body without a mesh.
     """
-    ours, theirs = _surface(first.mesh), _surface(second.mesh)
-    bodies = [_object(ours, first.world_T_group), _object(theirs, second.world_T_group)]
-    if fcl.collide(*bodies, fcl.CollisionRequest(), fcl.CollisionResult()) > 0:
+    ours, theirs = surface_of(first), surface_of(second)
+    if touch(ours, placed(ours, first.world_T_group), theirs, placed(theirs, second.world_T_group)):
         return True
     return _nested(first, ours, second, theirs) or _nested(second, theirs, first, ours)
 
 
 def exact_includes(container: FixedGroup, body: FixedGroup) -> bool:
-    """Whether all of a body lies inside a container, both given by their meshes [K Def. 1.4].
+    """Whether all of a body lies inside a container, both given by their meshes, also of round elements [K Def. 1.4].
 
     Raises:
         ValueError: a body without a mesh.
     """
-    outer, inner = _surface(container.mesh), _surface(body.mesh)
-    bodies = [_object(outer, container.world_T_group), _object(inner, body.world_T_group)]
-    if fcl.collide(*bodies, fcl.CollisionRequest(), fcl.CollisionResult()) > 0:
+    container, body = replace(container, elements=()), replace(body, elements=())
+    outer, inner = surface_of(container), surface_of(body)
+    if touch(outer, placed(outer, container.world_T_group), inner, placed(inner, body.world_T_group)):
         return False
-    local = _local(_world(inner.corners, body.world_T_group), container.world_T_group)
-    if not outer.solid.insides(local).all():
+    if not holds(outer, _local(_world(inner.corners, body.world_T_group), container.world_T_group)).all():
         return False
     return not _nested(body, inner, container, outer)  # a hollow of the container, or all of it, in the body
 
@@ -53,8 +53,8 @@ def exact_distance(first: FixedGroup, second: FixedGroup) -> float:
     """
     if exact_collides(first, second):
         return 0.0
-    bodies = [_object(_surface(body.mesh), body.world_T_group) for body in (first, second)]
-    return float(fcl.distance(*bodies, fcl.DistanceRequest(), fcl.DistanceResult()))
+    ours, theirs = surface_of(first), surface_of(second)
+    return distance(ours, placed(ours, first.world_T_group), theirs, placed(theirs, second.world_T_group))
 
 
 def exact_sweep_collides(motion: Motion, other: Motion | FixedGroup, step: float) -> bool:
@@ -70,21 +70,18 @@ def exact_sweep_collides(motion: Motion, other: Motion | FixedGroup, step: float
     """
     ours = _samples(motion, step)
     theirs = [other] if isinstance(other, FixedGroup) else _samples(other, step)
-    managers = []
-    for samples in (ours, theirs):
-        manager = fcl.DynamicAABBTreeCollisionManager()
-        manager.registerObjects([_object(_surface(body.mesh), body.world_T_group) for body in samples])
-        manager.setup()
-        managers.append(manager)
-    met = fcl.CollisionData()
-    managers[0].collide(managers[1], met, fcl.defaultCollisionCallback)
-    if met.result.is_collision:
-        return True
-    return any(
-        _nested(a, _surface(a.mesh), b, _surface(b.mesh)) or _nested(b, _surface(b.mesh), a, _surface(a.mesh))
-        for a in ours
-        for b in theirs
-    )
+    boxes = [np.array([_box(body) for body in samples]).reshape(-1, 2, 3) for samples in (ours, theirs)]
+    for body, (low, high) in zip(ours, boxes[0], strict=True):
+        near = ((boxes[1][:, 0] <= high) & (low <= boxes[1][:, 1])).all(axis=1)
+        if any(exact_collides(body, theirs[k]) for k in np.flatnonzero(near).tolist()):
+            return True
+    return False
+
+
+def _box(body: FixedGroup) -> Array:
+    """The box (2, 3) around a body in the world, a little larger against rounding."""
+    points = _world(surface_of(body).vertices, body.world_T_group)
+    return np.array([points.min(axis=0) - BOX_SLACK, points.max(axis=0) + BOX_SLACK])
 
 
 def _samples(motion: Motion, step: float) -> list[FixedGroup]:
@@ -96,7 +93,7 @@ def _samples(motion: Motion, step: float) -> list[FixedGroup]:
             at = segment[0] + i / count * (segment[1] - segment[0])
             for body, swept in zip(motion.bodies, motion.swept(at, at, 1), strict=True):
                 pose = _product(swept.poses[0], np.asarray(body.joint_T_group, np.float64))
-                found.append(FixedGroup(pose, body.enclosure, body.mesh))
+                found.append(FixedGroup(pose, body.enclosure, body.mesh, body.elements))
     return found
 
 
@@ -106,26 +103,12 @@ def _longest_path(motion: Motion, segment: Segment) -> float:
     way = way_of(chain, np.zeros((1, len(motion.tree.parent), 12)))
     way.segment[:] = *segment, segment[0]
     turning(way, chain)
-    radii = [np.linalg.norm(_world(_mesh(b.mesh)[0], b.joint_T_group), axis=1).max() for b in motion.bodies]
+    radii = [np.linalg.norm(_world(surface_of(b).vertices, b.joint_T_group), axis=1).max() for b in motion.bodies]
     paths = [
         motion_bounds(way, chain, body.joint, 0, radius)[2]
         for body, radius in zip(motion.bodies, radii, strict=True)
     ]
     return float(max(paths, default=0.0))
-
-
-def _mesh(mesh: Mesh | None) -> Mesh:
-    if mesh is None:
-        raise ValueError("an exact predicate needs the mesh of every body")
-    return mesh
-
-
-def _surface(mesh: Mesh | None) -> Surface:
-    return surface_of(_mesh(mesh))
-
-
-def _object(surface: Surface, pose: Array) -> fcl.CollisionObject:
-    return fcl.CollisionObject(surface.model, fcl.Transform(pose[:9].reshape(3, 3), pose[9:]))
 
 
 def _nested(outer: FixedGroup, surface: Surface, inner: FixedGroup, other: Surface) -> bool:

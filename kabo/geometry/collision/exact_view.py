@@ -1,4 +1,4 @@
-"""Collision on the original triangle meshes, through python-fcl: the exact alternative to a `CollisionView`.
+"""Collision on the original meshes and round shapes, through python-fcl: the exact alternative to a `CollisionView`.
 
 It has the same methods on the same groups, for comparison and for `--geometry exact`. Only given pairs whose boxes
 meet reach python-fcl; a body wholly inside another one collides, too. Segments are proven free by distances of the
@@ -6,81 +6,24 @@ meshes and bounds of their motion, halving segments as needed, so that both geom
 is overlooked.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from functools import cache
 
 import fcl
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
-from kabo.content_cache import ContentCache
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.collision_view import Counters
+from kabo.geometry.collision.exact_surfaces import Surface, distance, placed, surface_of, surrounds, touch
 from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.geometry.collision.kernels.tracks import motion, turning
 from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints, way_of
-from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup, poses_of
-from kabo.geometry.triangles.solids import Solid
+from kabo.geometry.parts import FixedGroup, MovingGroup, poses_of
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
 
 BOX_SLACK = 1e-12  # [m] added to boxes against rounding
-TRIANGLE_BYTES = 1000  # of memory for a triangle: two nodes of fcl's tree, the solid's tree, arrays
-
-
-@dataclass(frozen=True)
-class Surface:
-    """A mesh as an fcl model, with its bounding box, a vertex of each component, and its solid."""
-
-    model: fcl.BVHModel
-    low: Array  # (3,)
-    high: Array  # (3,)
-    corners: Array  # (C, 3)
-    solid: Solid
-
-
-@dataclass(frozen=True, eq=False)
-class _Arrays:
-    """A key for surfaces: a mesh compared by identity, since its arrays never change."""
-
-    mesh: Mesh
-
-    def __hash__(self) -> int:
-        return hash((id(self.mesh[0]), id(self.mesh[1])))
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Arrays) and all(a is b for a, b in zip(self.mesh, other.mesh, strict=True))
-
-
-def _surface(mesh: Mesh) -> Surface:
-    vertices = np.ascontiguousarray(mesh[0], np.float64)
-    faces = np.ascontiguousarray(mesh[1], np.int64)
-    model = fcl.BVHModel()
-    model.beginModel(len(vertices), len(faces))
-    model.addSubModel(vertices, faces)
-    model.endModel()
-    edges = faces[:, [0, 1, 1, 2]].reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(vertices), len(vertices)))
-    component = connected_components(graph, directed=False)[1][faces[:, 0]]
-    corners = vertices[faces[np.unique(component, return_index=True)[1], 0]]
-    return Surface(model, vertices.min(axis=0), vertices.max(axis=0), corners, Solid(vertices, faces))
-
-
-_SURFACES: ContentCache[Surface] = ContentCache(64 << 20, lambda made: TRIANGLE_BYTES * len(made.solid.faces))
-
-
-def surface_of(mesh: Mesh) -> Surface:
-    """The surface of a mesh, computed once for each mesh object."""
-    return _SURFACES.get_or_make(_Arrays(mesh), lambda: _surface(mesh))
-
-
-def surrounds(outer: Surface, points: Array) -> bool:
-    """Whether a solid contains any of the points (P, 3), given in its own frame."""
-    within = ((outer.low <= points) & (points <= outer.high)).all(axis=1)
-    return bool(within.any()) and bool(outer.solid.insides(points[within]).any())
 
 
 class ExactView:
@@ -110,16 +53,14 @@ class ExactView:
         self._frames = np.zeros((self._chain.joints.shape[1], 12))
         self._frames[0, [0, 4, 8]] = 1.0
         self._joint, self._moving = np.array([group.joint for group in moving], np.int64), len(moving)
-        self._surfaces = [surface_of(group.mesh) for group in groups if group.mesh]
+        self._surfaces = [surface_of(group) for group in groups]
         self._pairs = np.asarray(pairs, np.int64).reshape(-1, 2)
         self._first, self._second = (np.ascontiguousarray(column) for column in self._pairs.T)
         joints = np.concatenate([self._joint, np.zeros(len(fixed), np.int64)])
         self._carriers = last_shared_joints(self._chain, joints[self._first], joints[self._second]).tolist()
         self._place(poses_of(moving, fixed))
-        self._bodies = [fcl.CollisionObject(surface.model, fcl.Transform()) for surface in self._surfaces]
-        for body, rotation, translation in zip(self._bodies, self._world_R, self._world_t, strict=True):
-            body.setTransform(fcl.Transform(rotation, translation))
-        self._request, self._ask_distance = fcl.CollisionRequest(), fcl.DistanceRequest()
+        poses = np.column_stack([self._world_R.reshape(-1, 9), self._world_t])
+        self._bodies = [placed(surface, pose) for surface, pose in zip(self._surfaces, poses, strict=True)]
         self._placed: set[int] = set()  # moving groups whose fcl body is where the group is
         self._corners = np.zeros((len(groups), max((len(s.corners) for s in self._surfaces), default=1), 3))
         for corners, surface in zip(self._corners, self._surfaces, strict=True):
@@ -129,12 +70,10 @@ class ExactView:
     def _place(self, poses: Array) -> None:
         """Computes the poses of all groups in their joint's frame, and the boxes of their meshes there."""
         self._rotation, self._translation = poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
-        placed = [
-            s.solid.vertices @ p[:9].reshape(3, 3).T + p[9:] for s, p in zip(self._surfaces, poses, strict=True)
-        ]
-        low = np.array([vertices.min(axis=0) for vertices in placed]).reshape(-1, 3)
-        high = np.array([vertices.max(axis=0) for vertices in placed]).reshape(-1, 3)
-        self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed[: self._moving]])
+        vertices = [s.vertices @ p[:9].reshape(3, 3).T + p[9:] for s, p in zip(self._surfaces, poses, strict=True)]
+        low = np.array([own.min(axis=0) for own in vertices]).reshape(-1, 3)
+        high = np.array([own.max(axis=0) for own in vertices]).reshape(-1, 3)
+        self._radii = np.array([np.linalg.norm(own, axis=1).max() for own in vertices[: self._moving]])
         self._centre, self._half = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
         self._low, self._high = low - BOX_SLACK, high + BOX_SLACK
         self._world_R, self._world_t = self._rotation.copy(), self._translation.copy()
@@ -222,23 +161,26 @@ class ExactView:
         distances: Array = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
         return distances
 
-    def _bodies_of(self, number: int) -> tuple[fcl.CollisionObject, fcl.CollisionObject]:
-        """The two bodies of a pair at their poses."""
+    def _bodies_of(self, number: int) -> Iterator[tuple[Surface, list[fcl.CollisionObject]]]:
+        """The two bodies of a pair, their cores at their poses."""
+        self.counters.pair_checks += 1
         for group in (int(self._first[number]), int(self._second[number])):
             if group < self._moving and group not in self._placed:
                 self._placed.add(group)
-                self._bodies[group].setTransform(fcl.Transform(self._world_R[group], self._world_t[group]))
-        return self._bodies[self._first[number]], self._bodies[self._second[number]]
+                at = fcl.Transform(self._world_R[group], self._world_t[group])
+                for core in self._bodies[group]:
+                    core.setTransform(at)
+            yield self._surfaces[group], self._bodies[group]
 
     def _distance(self, number: int) -> float:
         """The distance of the surfaces of a pair [m], not positive where they meet."""
-        self.counters.pair_checks += 1
-        return float(fcl.distance(*self._bodies_of(number), self._ask_distance, fcl.DistanceResult()))
+        (first, ours), (second, theirs) = self._bodies_of(number)
+        return distance(first, ours, second, theirs)
 
     def _touch(self, number: int) -> bool:
         """Whether the surfaces of a pair share a point."""
-        self.counters.pair_checks += 1
-        return int(fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult())) > 0
+        (first, ours), (second, theirs) = self._bodies_of(number)
+        return touch(first, ours, second, theirs)
 
     def _nested(self, near: Integers) -> int:
         """The first pair in which one body contains a component of the other, for pairs whose surfaces do not meet."""

@@ -148,5 +148,5 @@ WORLD_TREE = _nothing()  # the world alone, for standing bodies
 
 def standing(*bodies: FixedGroup) -> Motion:
     """A motion in which the given fixed bodies stand still."""
-    groups = tuple(MovingGroup(0, body.world_T_group, body.enclosure, body.mesh) for body in bodies)
+    groups = tuple(MovingGroup(0, body.world_T_group, body.enclosure, body.mesh, body.elements) for body in bodies)
     return Motion(WORLD_TREE, groups, np.zeros((1, 0)))

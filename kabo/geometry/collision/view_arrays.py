@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.bundles import (
+    AXIS,
     CHILD_COUNT,
     COUNTER_PLACES,
     EXTENT_COLUMNS,
@@ -60,6 +61,7 @@ class Arrays(NamedTuple):
     bodies: Bodies
     packed: Packed  # in the joint's frame
     extents: Extents
+    cores: Array  # (B, 9) of `Outlines`
     children: Integers  # (B, 2)
     offset: float  # for `support`: a power of two of at least twice every |vertex|
     radii: Array  # (G,) how far corners and discs of parts that decide are from the joint's origin [m]
@@ -147,10 +149,28 @@ def bodies_of(
         bodies,
         Packed(hulls.blocks, hulls.sizes, source.diameters, hulls.rounds),
         extents,
+        cores_of(hulls),
         np.concatenate([np.empty((0, 2), np.int64), *children]),
         offset_for(greatest),
         radii[:, 0] + np.where(trees, geometry, 0.0),
     )
+
+
+def cores_of(hulls: Hulls) -> Array:
+    """`Outlines.cores`: the mean of each part's corners, and their mean square about it, with ball and disc added."""
+    blocks, (radius, disc, *_), normal = hulls.blocks, hulls.rounds.T, hulls.rounds[:, AXIS:]
+    used = np.arange(blocks.shape[2]) < hulls.sizes[:, None]
+    blocks = np.where(used[:, None], blocks, blocks[:, :, :1])
+    weights = (blocks != blocks[:, :, :1]).any(axis=1).astype(np.float64)  # other columns repeat the first corner
+    weights[:, 0] = 1.0
+    weights /= weights.sum(axis=1, keepdims=True)
+    mean = np.einsum("bk,brk->br", weights, blocks)
+    about = blocks - mean[:, :, None]
+    spread = np.einsum("bk,brk,bsk->brs", weights, about, about)
+    spread += (radius**2 + disc**2)[:, None, None] * np.eye(3)
+    spread -= (disc**2)[:, None, None] * normal[:, :, None] * normal[:, None, :]
+    spread += 1e-3 * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)  # flat parts
+    return np.column_stack([mean, spread[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]])
 
 
 def _groups(
@@ -212,6 +232,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     numbers = [
         *chain[1:],
         *made.extents,
+        made.cores,
         made.packed.diameters,
         world_T,
         np.zeros((3, joints)),

@@ -8,16 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
+from kabo.geometry.triangles.component_groups import uniting_groups
+from kabo.geometry.triangles.convexity import is_convex
 from kabo.geometry.triangles.kernels.solids import insides, surface_distances, winding_number
 from kabo.geometry.triangles.triangle_trees import tree_of
 
-PLANE_TOLERANCE = 1e-9  # [m] of rounding in the planes of a convex mesh
-MAX_CONVEXITY_WORK = 20_000_000  # faces times vertices: above, convexity is not tested
+MAX_GROUPS = 64  # of components, the largest, whose depths are asked one by one
 MAX_OCTREE_NODES = 1_000_000  # of the depth octree
 
 
 class SolidArrays(NamedTuple):
-    """What kernels ask of a solid: its box tree, its depth octree, and a stack."""
+    """What kernels ask of a solid: its box tree, its depth octree, a stack, and box trees of groups of components.
+
+    The solid is the union of its groups. A group is its first node, its first triangle, the end of its triangles, and
+    whether it is convex. There are none if the whole solid is one group.
+    """
 
     boxes: Array  # (N, 6) [m]
     children: Integers  # (N, 2)
@@ -26,6 +31,10 @@ class SolidArrays(NamedTuple):
     depths: Array  # (M,) [m], NaN where not computed yet
     firsts: Integers  # (M,) first child of a node
     stack: Integers  # (64,)
+    groups: Integers  # (G, 4)
+    group_boxes: Array  # (N, 6) [m]
+    group_children: Integers  # (N, 2), each group's from 0 on
+    group_triangles: Array  # (T, 3, 3) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +63,32 @@ class Solid:
     @property
     def arrays(self) -> SolidArrays:
         """The arrays that kernels ask, with a stack of their own."""
-        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64))
+        groups, boxes, children, triangles = self._group_trees
+        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64), groups, boxes, children, triangles)
+
+    @cached_property
+    def groups(self) -> list["SolidGroup"]:
+        """Groups of components whose union is the solid, the largest first."""
+        found = [SolidGroup(own, self._alone(own)) for own in uniting_groups(self.vertices, self.faces)]
+        return sorted(found, key=lambda group: -round(group.solid.diagonal, 9))
+
+    def _alone(self, own: Integers) -> "Solid":
+        """The solid inside some of the faces."""
+        used, index = np.unique(self.faces[own], return_inverse=True)
+        return Solid(self.vertices[used], index.reshape(-1, 3).astype(np.int64))
+
+    @cached_property
+    def _group_trees(self) -> tuple[Integers, Array, Integers, Array]:
+        """The largest groups (G, 4) with their box trees, as in `SolidArrays`."""
+        solids = [group.solid for group in self.groups[:MAX_GROUPS]] if len(self.groups) > 1 else []
+        rows, nodes, triangles = np.zeros((len(solids), 4), np.int64), 0, 0
+        for row, solid in zip(rows, solids, strict=True):
+            row[:] = nodes, triangles, triangles + len(solid.faces), solid.is_convex
+            nodes, triangles = nodes + len(solid.tree[0]), triangles + len(solid.faces)
+        trees = [solid.tree for solid in solids] or [self.tree]
+        boxes = np.concatenate([tree[0] for tree in trees])
+        children = np.concatenate([tree[1] for tree in trees])
+        return rows, boxes, children, np.concatenate([tree[2] for tree in trees])
 
     def outside_distances(self, points: Array) -> Array:
         """The distance of each point (N, 3) from the solid (N,) [m]; 0 inside."""
@@ -98,14 +132,11 @@ class Solid:
     @cached_property
     def is_convex(self) -> bool:
         """Whether the solid is convex: no vertex lies in front of any face by more than `PLANE_TOLERANCE`."""
-        corners = self.vertices[self.faces]
-        if len(self.faces) * len(self.vertices) > MAX_CONVEXITY_WORK:
-            return False
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        lengths = np.linalg.norm(normals, axis=1)
-        area = lengths > 0.0  # a face without area has no front
-        if not area.any():
-            return False
-        normals = normals[area] / lengths[area, None]
-        heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[area, 0])[:, None]
-        return bool(np.nanmax(heights) <= PLANE_TOLERANCE)
+        return is_convex(self.vertices, self.faces)
+
+
+class SolidGroup(NamedTuple):
+    """A group of a solid's components: the indices of its faces in the solid (F,), and what they enclose."""
+
+    faces: Integers
+    solid: Solid

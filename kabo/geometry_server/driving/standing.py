@@ -156,9 +156,10 @@ class Standing:
         names = [f"{self.robot.name}.{name}" for name in links]
         fixed, others = [], []
         for name, pose in self.surroundings.scene.fixed_poses.items():
-            mesh = self.surroundings.scene.bodies[name].mesh
+            body = self.surroundings.scene.bodies[name]
+            arrays = body.mesh.vertices, body.mesh.faces
             enclosure = self.surroundings.enclosure(name)
-            fixed.append(FixedGroup(flat(pose), enclosure, (mesh.vertices, mesh.faces)))
+            fixed.append(FixedGroup(flat(pose), enclosure, arrays, body.elements))
             others.append(name)
         apart = self.surroundings.never_collide
         pairs = [
@@ -186,7 +187,8 @@ class Standing:
         own = self.robot.links[link]
         assert own.mesh is not None
         enclosure = self.surroundings.enclosure(f"{self.robot.name}.{link}")
-        return MovingGroup(own.joint, flat(own.joint_T_link), enclosure, (own.mesh.vertices, own.mesh.faces))
+        arrays = own.mesh.vertices, own.mesh.faces
+        return MovingGroup(own.joint, flat(own.joint_T_link), enclosure, arrays, own.elements)
 
 
 def standing_of(surroundings: SceneSurroundings, robot: Robot) -> Standing | None:

@@ -8,7 +8,7 @@ from kabo.children import never
 from kabo.content_cache import ContentCache
 from kabo.errors import MeshError
 from kabo.geometry import Enclosure
-from kabo.geometry_server.preparation.remedies import Failure, findings
+from kabo.geometry_server.preparation.remedies import Failure, findings, flat_hull
 from kabo.meshes import Mesh, hull_of
 from kabo.scene import Element, Scene
 
@@ -50,7 +50,10 @@ class SceneEnclosures:
         if link not in self.scene.robots[robot].hulls or own.mesh is None:
             return own.elements
         if name not in self._hulls:
-            self._hulls[name] = Element("mesh", hull_of(own.mesh), place=own.place)
+            try:
+                self._hulls[name] = Element("mesh", hull_of(own.mesh), place=own.place)
+            except MeshError as error:
+                raise flat_hull(Failure(name, own.elements[0], error)) from None
         return (self._hulls[name],)
 
     def of(self, name: str) -> Enclosure:

@@ -23,14 +23,30 @@ def findings(scene: Scene, failures: Sequence[Failure]) -> list[Diagnostic]:
     hulls = _lines_to_paste(scene, failures)
     found = []
     for failure in failures:
-        robot, dot, link = failure.thing.partition(".")
-        owner = f'link "{link}" of robot "{robot}"' if dot else f'body "{failure.thing}"'
+        robot, dot, _ = failure.thing.partition(".")
         for finding in failure.error.diagnostics:
             said = _with_path(finding.message, failure.element.path)
             ways = list(_ways(failure, finding, hulls.get(robot) if dot else None))
-            told = replace(finding, message=f"{owner}: {said}", hint="; or ".join(ways) or finding.hint)
+            told = replace(
+                finding, message=f"{owner(failure.thing)}: {said}", hint="; or ".join(ways) or finding.hint
+            )
             found.append(_at_its_place(told, failure.element))
     return found
+
+
+def flat_hull(failure: Failure) -> MeshError:
+    """The error for a link in `hulls` that lies in a plane."""
+    told = (
+        replace(finding, message=f"{owner(failure.thing)}: {_with_path(finding.message, failure.element.path)}")
+        for finding in failure.error.diagnostics
+    )
+    return MeshError(_at_its_place(finding, failure.element) for finding in told)
+
+
+def owner(thing: str) -> str:
+    """A body or `robot.link` in words."""
+    robot, dot, link = thing.partition(".")
+    return f'link "{link}" of robot "{robot}"' if dot else f'body "{thing}"'
 
 
 def _with_path(message: str, path: Path | None) -> str:

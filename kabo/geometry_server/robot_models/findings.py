@@ -11,6 +11,8 @@ from kabo.errors import Diagnostic, InputError, MeshError
 from kabo.geometry import Budget, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.predicates import ScenePredicates
+from kabo.geometry_server.preparation.remedies import Failure
+from kabo.geometry_server.preparation.remedies import findings as open_findings
 from kabo.geometry_server.robot_models.covers import CoverSurroundings
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.language.formulas import Place
@@ -45,9 +47,9 @@ def robot_findings(description: SceneDescription, look: Callable[[], None] = nev
 
 
 def _mesh_findings(scene: Scene, description: SceneDescription, name: str) -> Iterator[Diagnostic]:
-    """Errors of links whose meshes are open, with one line to paste for all of them; warnings about tiny ones."""
+    """Errors of links whose meshes are open, each with remedies that were tried; warnings about tiny ones."""
     robot, described = scene.robots[name], description.robots[name]
-    failed: list[tuple[str, Diagnostic]] = []
+    failures: list[Failure] = []
     for link in robot.links.values():
         for element in link.elements:
             if element.kind != "mesh" or link.name in robot.hulls:
@@ -55,15 +57,10 @@ def _mesh_findings(scene: Scene, description: SceneDescription, name: str) -> It
             try:
                 require_closed(element.mesh, element.place)
             except MeshError as error:
-                failed += [(link.name, each) for each in error.diagnostics]
+                failures.append(Failure(f"{name}.{link.name}", element, error))
             if (extent := _extent(element.mesh)) < SMALL_EXTENT:
                 yield _tiny(link.name, name, extent, element.place or described.place)
-    hulls = dict.fromkeys([*robot.hulls, *(word for word, _ in failed)])
-    for number, (word, finding) in enumerate(failed, 1):
-        said = f'link "{word}" of robot "{name}": {finding.message}'
-        whole = number == len(failed)  # once is enough to paste
-        every = f"write in the scene: hulls: [{', '.join(hulls)}]" if whole else f"hulls: [{word}]"
-        yield replace(finding, message=said, hint=f"{every}; or close the mesh, e.g. with kabo bound --repair")
+    yield from open_findings(scene, failures)
 
 
 def _extent(mesh: Mesh) -> float:

@@ -79,13 +79,14 @@ def _body(leg: Leg) -> _Body:
         if link.mesh is not None and not robot.stands(link.name):
             own, arrays = f"{name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
             enclosure = surroundings.enclosure(own)
-            found.append((own, MovingGroup(link.joint, flat(link.joint_T_link), enclosure, arrays)))
+            placed = flat(link.joint_T_link)
+            found.append((own, MovingGroup(link.joint, placed, enclosure, arrays, link.elements)))
     for held in scene.situation.carried(name):
-        at, mesh = scene.situation.attachment(held), scene.context.scene.bodies[held].mesh
+        at, body = scene.situation.attachment(held), scene.context.scene.bodies[held]
         link = robot.links[at.parent.partition(".")[2]]
         pose = flat(link.joint_T_link @ transform(at.position, at.quaternion))
-        enclosure = surroundings.enclosure(held)
-        found.append((held, MovingGroup(link.joint, pose, enclosure, (mesh.vertices, mesh.faces))))
+        enclosure, arrays = surroundings.enclosure(held), (body.mesh.vertices, body.mesh.faces)
+        found.append((held, MovingGroup(link.joint, pose, enclosure, arrays, body.elements)))
     motion = Motion(robot.tree, tuple(group for _, group in found), leg.path)
     boxes = np.array([[_box(swept) for swept in motion.swept(*piece, 1)] for piece in motion.segments])
     return _Body(tuple(own for own, _ in found), motion, boxes[..., 0, :], boxes[..., 1, :])

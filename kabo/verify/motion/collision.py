@@ -90,7 +90,7 @@ def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
     digest = hashlib.sha256(" ".join(pair.path.arms).encode())
     digest.update(pair.path.configurations.tobytes() + pair.path.times.tobytes())
     for thing in (pair.first, pair.second):
-        digest.update(thing.surface.digest.encode())
+        digest.update(thing.surface.identity)
         if thing.mount is not None:
             digest.update(
                 b"on %s %d" % (thing.mount.robot.encode(), thing.mount.joint) + thing.mount.joint_T_body.tobytes()

@@ -7,11 +7,11 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.plan import ObjectPose
-from kabo.scene import Mesh, Scene
+from kabo.scene import Body, Link, Scene
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.constraints import Role
 from kabo.verify.motion.floors import Floor, floor_of
-from kabo.verify.motion.surfaces import Surface, surface
+from kabo.verify.motion.surfaces import Surface, identity, surface
 from kabo.verify.motion.sweep import SweptBody
 
 
@@ -33,7 +33,7 @@ class SceneModel:
         self.scene = scene
         self.models = models or {}  # body -> its model, which mates refer to
         self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
-        self._surfaces: dict[str, Surface] = {}
+        self._surfaces: dict[bytes, Surface] = {}
         self._meet: dict[tuple[str, str], bool] = {}
 
     @cached_property
@@ -41,11 +41,13 @@ class SceneModel:
         """The floor of each robot whose base drives; None for the others."""
         return {name: floor_of(arm, self.scene.regions) for name, arm in self.arms.items()}
 
-    def surface_of(self, mesh: Mesh) -> Surface:
-        """The surface of a mesh; equal meshes share one."""
-        if mesh.digest not in self._surfaces:
-            self._surfaces[mesh.digest] = surface(mesh)
-        return self._surfaces[mesh.digest]
+    def surface_of(self, thing: Body | Link) -> Surface:
+        """The surface of a body, or of a link with geometry; equal ones share one."""
+        assert thing.mesh is not None
+        key = identity(thing.mesh, thing.elements)
+        if key not in self._surfaces:
+            self._surfaces[key] = surface(thing.mesh, thing.elements)
+        return self._surfaces[key]
 
     def may_meet(self, first: str, second: str) -> bool:
         """Whether contact of two bodies (`robot.link` or an object) would be a collision."""
@@ -58,13 +60,13 @@ class SceneModel:
     def fixed(self) -> list[SweptBody]:
         """The bodies that never move."""
         poses = self.scene.fixed_poses
-        return [SweptBody(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
+        return [SweptBody(name, self.surface_of(self.scene.bodies[name]), poses[name]) for name in poses]
 
     def links(self, robot: str) -> list[SweptBody]:
         """The links of a robot, each with its mount, for a robot that moves."""
         links, mounts = self.scene.robots[robot].links, self.arms[robot].mounts
         return [
-            SweptBody(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
+            SweptBody(f"{robot}.{name}", self.surface_of(link), mount=mounts[name])
             for name, link in links.items()
             if link.mesh is not None
         ]

@@ -64,7 +64,7 @@ def situation(
         if name in followed:
             _follow(name, states[name], holding)
         else:
-            own = world.surface_of(scene.bodies[name].mesh)
+            own = world.surface_of(scene.bodies[name])
             places = {where.tobytes(): where for where in (state.pose(name) for state in states[name])}
             result.standing.extend(SweptBody(name, own, where) for where in places.values())
     for robot in scene.robots:

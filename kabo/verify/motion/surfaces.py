@@ -1,60 +1,84 @@
-"""The data of a mesh for the library coal: its triangles, convex hull and bounding ball."""
+"""The data of a body for the library coal: its triangles, round shapes, convex hull and bounding ball."""
 
+import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.scene import Mesh
+from kabo.scene import Element, Mesh
+from kabo.verify.motion.shapes import Shape, round_shape, triangles
 
 DISTANCE_ERROR = (
     1e-7  # [m] by which a distance that coal measures may be too large (4e-8 measured on healthy meshes)
 )
+ROUND_ERROR = 2e-6  # [m] the same for round shapes (8e-7 measured, two cylinders of a metre)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh for distance queries, in the frame of its body."""
+    """A body for distance queries, in its own frame; its mesh, hull, ball and box lie around round shapes."""
 
-    triangles: Any  # coal BVH of all triangles
+    triangles: Any  # coal BVH of all triangles, those around round shapes, too
+    shapes: tuple[Shape, ...]  # what the body is: round shapes, and the triangles of all else
     hull: Any  # coal convex hull, or None for flat or tiny meshes
     hull_vertices: Array  # (H, 3)
     centre: Array  # (3,) of a ball around it
     radius: float  # [m]
     lower: Array  # (3,) of its box
     upper: Array
-    witnesses: Array  # (C, 3) one vertex of every connected component
-    corners: Array  # (F, 3, 3) the triangles
-    digest: str
+    witnesses: Array  # (C, 3) one point of every connected component and of every round shape
+    corners: Array  # (F, 3, 3) the triangles of what is not round
+    digest: str  # of the mesh
+    identity: bytes  # of the mesh and the round shapes
+
+    @property
+    def is_round(self) -> bool:
+        """Whether the body has round shapes."""
+        return any(shape.element is not None for shape in self.shapes)
 
 
-def surface(mesh: Mesh) -> Surface:
-    """The data of a mesh for distance queries."""
-    import coal
+def surface(mesh: Mesh, elements: Sequence[Element] = ()) -> Surface:
+    """The data of a body for distance queries.
 
+    Args:
+        mesh: the mesh of the body.
+        elements: of what the body consists; without round ones it is the mesh.
+    """
     vertices, faces = np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces)
     lower, upper = vertices.min(axis=0), vertices.max(axis=0)
     centre = (lower + upper) / 2
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
-    tree = coal.BVHModelOBBRSS()
-    tree.beginModel(len(faces), len(vertices))
-    tree.addVertices(vertices)
-    tree.addTriangles(faces.astype(np.uint64))
-    tree.endModel()
+    tree, rounds = triangles(vertices, faces), [shape for shape in map(round_shape, elements) if shape is not None]
+    others = [each.mesh for each in elements if each.rounding is None] if rounds else [mesh]
     hull, hull_vertices = _hull(vertices)
     return Surface(
         tree,
+        (*rounds, *(Shape(triangles(np.ascontiguousarray(m.vertices), m.faces), np.eye(4)) for m in others)),
         hull,
         hull_vertices,
         centre,
         radius,
         lower,
         upper,
-        _witnesses(vertices, faces),
-        vertices[faces],
+        np.concatenate(
+            [*(_witnesses(m.vertices, m.faces) for m in others), *(r.body_T[None, :3, 3] for r in rounds)]
+        ),
+        np.concatenate([np.empty((0, 3, 3)), *(m.vertices[m.faces] for m in others)]),
         mesh.digest,
+        identity(mesh, elements),
     )
+
+
+def identity(mesh: Mesh, elements: Sequence[Element]) -> bytes:
+    """What tells a body from all that have another shape."""
+    digest = hashlib.sha256(mesh.digest.encode())
+    for each in elements:
+        if each.rounding is not None and each.corners is not None:
+            digest.update(each.corners.tobytes() + repr(each.rounding).encode())
+    return digest.digest()
 
 
 def _hull(vertices: Array) -> tuple[Any, Array]:
@@ -86,11 +110,14 @@ def _witnesses(vertices: Array, faces: Integers) -> Array:
 
 
 def encloses(outer: Surface, world_T_outer: Array, inner: Surface, world_T_inner: Array) -> bool:
-    """Whether a connected component of `inner` lies inside the closed surface `outer`; the surfaces must not cross."""
+    """Whether a component of `inner` lies inside the body of the closed surface `outer`; they must not cross."""
     outer_T_inner = inverse(world_T_outer) @ world_T_inner
     points = inner.witnesses @ outer_T_inner[:3, :3].T + outer_T_inner[:3, 3]
     boxed = ((points >= outer.lower) & (points <= outer.upper)).all(axis=1)
-    return any(abs(_winding_number(outer.corners, point)) > 0.5 for point in points[boxed])
+    return any(
+        abs(_winding_number(outer.corners, point)) > 0.5 or any(shape.holds(point) for shape in outer.shapes)
+        for point in points[boxed]
+    )
 
 
 def _winding_number(corners: Array, point: Array) -> float:
@@ -137,21 +164,39 @@ def hull_depth(first: Surface, world_T_first: Array, second: Surface, world_T_se
 
 
 def mesh_distance(first: Surface, world_T_first: Array, second: Surface, world_T_second: Array) -> float:
-    """The distance of two surfaces [m] less coal's possible error; 0 or less if they touch or cross."""
+    """The distance of two bodies [m] less coal's possible error; 0 or less if they touch or cross.
+
+    The meshes around round shapes bound it, too, and more closely where they lie on the shapes.
+    """
+    around = _distance(first.triangles, world_T_first, second.triangles, world_T_second) - DISTANCE_ERROR
+    if not (first.is_round or second.is_round):
+        return around
+    exact = min(
+        _distance(a.geometry, world_T_first @ a.body_T, b.geometry, world_T_second @ b.body_T)
+        for a in first.shapes
+        for b in second.shapes
+    )
+    return max(around, exact - ROUND_ERROR)
+
+
+def _distance(first: Any, world_T_first: Array, second: Any, world_T_second: Array) -> float:
     import coal
 
     result = coal.DistanceResult()
-    coal.distance(first.triangles, _pose(world_T_first), second.triangles, _pose(world_T_second), _REQUEST, result)
-    return float(result.min_distance) - DISTANCE_ERROR
+    coal.distance(first, _pose(world_T_first), second, _pose(world_T_second), _FINE, result)
+    return float(result.min_distance)
 
 
-def _request() -> Any:
+def _request(tolerance: float | None = None) -> Any:
     import coal
 
-    return coal.DistanceRequest()
+    request = coal.DistanceRequest()
+    if tolerance is not None:
+        request.gjk_tolerance, request.gjk_max_iterations = tolerance, 300
+    return request
 
 
-_REQUEST = _request()
+_REQUEST, _FINE = _request(), _request(1e-9)
 
 
 def _pose(world_T: Array) -> Any:

@@ -71,7 +71,7 @@ class _View:
             self.others += [(link.name, link.surface, link.pose({})) for link in links]
         for other in holding.hung:
             if other != name:
-                own = world.surface_of(world.scene.bodies[other].mesh)
+                own = world.surface_of(world.scene.bodies[other])
                 self.others.append((other, own, holding.pose(other)))
 
     def lacking(self, sensor: Sensor) -> Lacking | None:

@@ -171,7 +171,7 @@ class Walk:
             else:
                 standing.extend(self.world.links_at(robot, self.q[robot].tolist()))
         for name in self.holding.hung:
-            own = self.world.surface_of(self.world.scene.bodies[name].mesh)
+            own = self.world.surface_of(self.world.scene.bodies[name])
             if self.holding.holder(name) in path.arms:
                 moving.append(SweptBody(name, own, mount=self.holding.mount(name)))
             else:

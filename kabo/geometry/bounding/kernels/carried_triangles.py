@@ -39,14 +39,14 @@ def start(carried, triangles):
 
 
 @lean_kernel
-def set_candidates(net, star, count, x, y, z, pieces):
+def set_candidates(net, star, trial, pieces):
     """Writes the new faces of the star to `star.triangles`, their face indices to `star.slots`; returns their number."""
     vertices, faces, listed, corners = net.vertices, net.faces, star.faces, star.corners
     triangles, slots, places = star.triangles, star.slots, star.places
     many = 0
-    for i in range(count):
+    for i in range(trial.size):
         if corners[i] >= 0:
-            set_moved(vertices, faces, listed[i], corners[i], x, y, z, pieces)
+            set_moved(vertices, faces, listed[i], corners[i], trial.x, trial.y, trial.z, pieces)
             for k in range(3):
                 for r in range(3):
                     triangles[many, k, r] = pieces[0, 3 * k + r]
@@ -110,12 +110,12 @@ def draft_moves(net, carried, star, count, many, limit, draft):
 
 
 @lean_kernel
-def _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, stack):
+def _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, work):
     """The squared distance of a point to the nearest candidate, its index, and the number of candidates.
 
     Candidates are the new faces; if all are farther than the limit, the nearest face outside the star is added.
     """
-    triangles, slots = star.triangles, star.slots
+    triangles, slots, found = star.triangles, star.slots, work.found
     best, which = to_triangle_squared(x, y, z, triangles, hint), hint
     for g in range(many):
         distance = to_triangle_squared(x, y, z, triangles, g)
@@ -125,7 +125,7 @@ def _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, sta
         return best, which, many
     vertices, faces, face_marks, star_mark = net.vertices, net.faces, net.face_marks, net.clock[1]
     limit, face = np.sqrt(squared), star_mark
-    count = query(tree, x - limit, y - limit, z - limit, x + limit, y + limit, z + limit, stack, found)
+    count = query(tree, x - limit, y - limit, z - limit, x + limit, y + limit, z + limit, work.stack, found)
     for i in range(min(count, found.shape[0])):
         f = found[i]
         if face_marks[f] != star_mark:
@@ -157,13 +157,14 @@ def _add(draft, begun, moves, t, f, bound):
 
 
 @lean_kernel
-def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree, pieces, found, stack, budget):
-    """Drafts nodes for all parts of original triangle t, each on a face proven within the limit of the part.
+def draft_proof(net, source, star, many, m, limit, moves, draft, tree, work):
+    """Drafts nodes for all parts of the m-th original triangle of `draft.again`, each on a face within the limit of it.
 
-    `near_to`: the new face that is tried first. budget (1,) i8: about how many distances may be computed.
+    `source` (T, 3, 3) are the original triangles, and `work.budget` says about how many distances may be computed.
     Returns the total number of drafted moves; -1 if the proof fails.
     """
-    triangles, slots, source, squared, begun = star.triangles, star.slots, original.triangles, limit * limit, moves
+    triangles, slots, squared, begun = star.triangles, star.slots, limit * limit, moves
+    pieces, budget, t, near_to = work.pieces, work.budget, draft.again[m, 0], draft.again[m, 1]
     for k in range(3):
         for r in range(3):
             pieces[0, 3 * k + r] = source[t, k, r]
@@ -172,7 +173,7 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
         return _add(draft, begun, moves, t, slots[near_to], np.sqrt(bound))
     for c in range(3):
         x, y, z = pieces[0, 3 * c], pieces[0, 3 * c + 1], pieces[0, 3 * c + 2]
-        far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, near_to, squared, found, stack)
+        far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, near_to, squared, work)
         if far > squared:
             return -1
         pieces[0, DISTANCE_COLUMNS + c], pieces[0, NEAREST_COLUMNS + c] = far, near_to
@@ -196,7 +197,7 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
             return -1
         corner, x, y, z = cut(pieces, top, triangles, squared)
         hint = int(pieces[top, NEAREST_COLUMNS + corner])
-        far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, stack)
+        far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, work)
         if far > squared:
             return -1
         set_new_corner(pieces, top, corner, far, near_to)

@@ -9,6 +9,7 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels import heap
+from kabo.geometry.bounding.kernels.bundles import Trial
 from kabo.geometry.bounding.kernels.carried_triangles import (
     apply_draft,
     draft_moves,
@@ -62,10 +63,11 @@ def enter_face(net, tree, f):
 
 
 @lean_kernel
-def faces_near_original(net, original, star, count, x, y, z, limit, work):
+def faces_near_original(net, original, star, trial, limit, work):
     """Whether every new face is proven within the limit of the original; writes the bounds to star.errors."""
     vertices, faces, bounds, hints, pieces = net.vertices, net.faces, net.errors, net.hints, work.pieces
     listed, corners, errors, squared, budget = star.faces, star.corners, star.errors, limit * limit, work.budget
+    count, x, y, z = trial.size, trial.x, trial.y, trial.z
     budget[0] = MIN_PIECE_BUDGET + PIECES_PER_FACE * count
     reached, _ = nearest_triangle(original, x, y, z, hints[listed[0]], squared, work.stack)
     if reached > squared:
@@ -92,18 +94,16 @@ def faces_near_original(net, original, star, count, x, y, z, limit, work):
 
 
 @lean_kernel
-def original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
-    """Whether every original triangle of the star is proven within the limit of the new faces; fills `draft`."""
-    pieces, found, stack, budget, proven = work.pieces, work.found, work.stack, work.budget, draft.proven
-    many = set_candidates(net, star, count, x, y, z, pieces)
-    moves, again = draft_moves(net, carried, star, count, many, limit, draft)
+def original_near_faces(net, star, trial, limit, evidence):
+    """Whether every original triangle of the star is proven within the limit of the new faces; drafts their places."""
+    carried, draft, octree, work = evidence.carried, evidence.draft, evidence.octree, evidence.work
+    source, proven = evidence.original.triangles, draft.proven
+    many = set_candidates(net, star, trial, work.pieces)
+    moves, again = draft_moves(net, carried, star, trial.size, many, limit, draft)
     proven[0], proven[2] = moves, again
-    budget[0] = MIN_DISTANCE_BUDGET + DISTANCES_PER_PART * (moves + again)
+    work.budget[0] = MIN_DISTANCE_BUDGET + DISTANCES_PER_PART * (moves + again)
     for m in range(again):  # the part that has come farthest is the first of the list
-        t, near = draft.again[m, 0], draft.again[m, 1]
-        moves = draft_proof(
-            net, original, star, many, t, near, limit, moves, draft, tree, pieces, found, stack, budget
-        )
+        moves = draft_proof(net, source, star, many, m, limit, moves, draft, octree, work)
         if moves < 0:
             return False
     proven[1] = moves
@@ -111,19 +111,19 @@ def original_near_faces(net, original, carried, star, count, x, y, z, limit, dra
 
 
 @lean_kernel
-def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+def _proven_near(net, star, trial, evidence, limit, counters):
     """Whether both directions of distance of a contraction are proven.
 
     Stars of hundreds of faces may exceed the budget of proofs; their vertex then waits until its star has half the
     faces.
     """
-    waits, limit = net.waits, settings.limit
+    waits, work, a, b, count = net.waits, evidence.work, trial.a, trial.b, trial.size
     if count > min(waits[a], waits[b]):
         counters[POSTPONED] += 1
         return False
-    if not faces_near_original(net, original, star, count, x, y, z, limit, work):
+    if not faces_near_original(net, evidence.original, star, trial, limit, work):
         counters[TOO_FAR] += 1
-    elif not original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
+    elif not original_near_faces(net, star, trial, limit, evidence):
         counters[UNCOVERED] += 1
     else:
         return True
@@ -133,46 +133,49 @@ def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree
 
 
 @lean_kernel
-def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+def _admissible(net, star, trial, evidence, settings, counters):
     """Whether all conditions of a contraction are proven."""
-    if not keeps_topology(net, a, b, count):
+    if not keeps_topology(net, trial):
         counters[TOPOLOGY] += 1
         return False
-    if not keeps_facing(net, star, count, x, y, z, settings.diagonal, settings.facing):
+    if not keeps_facing(net, star, trial, settings):
         counters[FACING] += 1
         return False
-    if not keeps_sides(net.vertices, net.faces, star.faces, count, x, y, z, work.exact):
+    vertices, spare = net.vertices, net.vertices.shape[0] - 1
+    vertices[spare, 0], vertices[spare, 1], vertices[spare, 2] = trial.x, trial.y, trial.z
+    if not keeps_sides(net, star, trial, evidence.work.exact):
         counters[SIDES] += 1
         return False
-    if not keeps_orientation(net, star.faces, count, x, y, z):
+    if not keeps_orientation(net, star, trial):
         counters[SIDES] += 1
         return False
     net.clock[1] += 1
-    for i in range(count):
+    for i in range(trial.size):
         net.face_marks[star.faces[i]] = net.clock[1]
     if not settings.certify:
         return True
-    if not _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+    if not _proven_near(net, star, trial, evidence, settings.limit, counters):
         return False
-    if not keeps_apart(net, star, count, x, y, z, tree, work):
+    if not keeps_apart(net, star, trial, evidence.octree, evidence.work):
         counters[CROSSING] += 1
         return False
     return True
 
 
 @lean_kernel
-def _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings):
+def _replace(net, star, trial, evidence, settings):
     """Executes a contraction in all data structures."""
+    octree, carried, count = evidence.octree, evidence.carried, trial.size
     if settings.certify:
         for i in range(count):
-            remove(tree, star.faces[i])
+            remove(octree, star.faces[i])
             net.errors[star.faces[i]] = star.errors[i]
-    contract(net, a, b, star, count, x, y, z, settings)
+    contract(net, star, trial, settings)
     if settings.certify:
         for i in range(count):
             if star.corners[i] >= 0:
-                enter_face(net, tree, star.faces[i])
-        apply_draft(carried, star, count, draft)
+                enter_face(net, octree, star.faces[i])
+        apply_draft(carried, star, count, evidence.draft)
         drop_stale(carried)
 
 
@@ -223,9 +226,9 @@ def drop_outdated(net, queue, size):
 
 
 @lean_kernel
-def _offer_again(net, star, queue, refused, settings, counters):
-    """Queues refused edges around which the mesh has changed since; returns the queue's size and the number of others."""
-    size, kept = 0, 0
+def _offer_again(net, star, queue, settings, counters):
+    """Queues refused edges around which the mesh has changed since; returns the queue's size."""
+    size, kept, refused = 0, 0, queue.refused
     for i in range(net.clock[2]):
         a, b, stamp = refused[i, 0], refused[i, 1], refused[i, 2]
         if net.dead[a] or net.dead[b] or refused[i, 3] < max(net.moved[a], net.moved[b]):
@@ -254,9 +257,9 @@ def _offer_all(net, star, queue, settings, counters):
 
 
 @lean_kernel
-def contract_all(net, original, carried, star, queue, refused, draft, tree, settings, work, counters):
+def contract_all(net, star, queue, evidence, settings, counters):
     """Contracts edges, cheapest first, until none can be contracted, or `settings.vertices` are left."""
-    net.clock[2] = 0
+    net.clock[2], refused = 0, queue.refused
     size = _offer_all(net, star, queue, settings, counters)
     alive, before = settings.alive - counters[DONE], -1
     while alive > settings.vertices:
@@ -265,7 +268,7 @@ def contract_all(net, original, carried, star, queue, refused, draft, tree, sett
                 break
             before = counters[DONE]
             counters[PASSES] += 1
-            size = _offer_again(net, star, queue, refused, settings, counters)
+            size = _offer_again(net, star, queue, settings, counters)
             continue
         cost, a, b, stamp = queue.costs[0], queue.edges[0, 0], queue.edges[0, 1], queue.edges[0, 2]
         size = heap.pop(queue.costs, queue.edges, size)
@@ -280,15 +283,14 @@ def contract_all(net, original, carried, star, queue, refused, draft, tree, sett
         if today > cost * settings.patience and size > 0 and today > queue.costs[0]:
             size = heap.push(queue.costs, queue.edges, size, today, a, b, stamp)
             continue
-        if not _admissible(
-            net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters
-        ):
+        trial = Trial(a, b, count, x, y, z)
+        if not _admissible(net, star, trial, evidence, settings, counters):
             if net.clock[2] < refused.shape[0]:
                 refused[net.clock[2], 0], refused[net.clock[2], 1] = a, b
                 refused[net.clock[2], 2], refused[net.clock[2], 3] = counters[DONE], stamp
                 net.clock[2] += 1
             continue
-        _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings)
+        _replace(net, star, trial, evidence, settings)
         counters[DONE] += 1
         alive -= 1
         net.moved[a] = counters[DONE]

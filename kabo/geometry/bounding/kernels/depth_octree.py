@@ -1,12 +1,15 @@
 """An octree of signed distances from a solid, refined on demand: classifies balls and points as near or far.
 
-A node holds the distance of its centre from the surface, negative inside. The distance changes by no more than the
-distance to another point, so the bounds for points around the centre are as certain as the distance itself.
+A node holds the distance of its centre from the surface, negative inside: there it is the depth below the surface of
+one group of components, whichever is deepest, since faces inside other components are no surface. The distance
+changes by no more than the distance to another point, so the bounds for points around the centre are as certain as
+the distance itself.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
+from kabo.geometry.bounding.kernels.union_depth import deepest_squared
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 
 FINEST_NODE_SHARE = 0.1  # of the limit: half the side of the smallest nodes
@@ -17,13 +20,16 @@ CHILD_DISTANCE = 0.8660255  # of half the side of a node, from its centre to a c
 
 @lean_kernel  # f8 x 3, f8, f8 [m], SolidArrays -> f8
 def _depth(x, y, z, known, away, solid):
-    """The distance of a point to the surface, negative inside; `known` is that of another point, `away` from this one."""
+    """The distance of a point to the surface, negative inside, and there of the group that it is deepest in.
+
+    `known` is that of another point, `away` from this one.
+    """
     most = (abs(known) + away) * (1.0 + 1e-9)
     squared, _ = nearest_triangle(solid.boxes, solid.children, solid.triangles, x, y, z, most * most, solid.stack)
     within = known < 0.0
     if not abs(known) > away * (1.0 + 1e-9):  # the surface may lie between
         within = inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack)
-    return -np.sqrt(squared) if within else np.sqrt(squared)
+    return -np.sqrt(deepest_squared(x, y, z, squared, solid)) if within else np.sqrt(squared)
 
 
 @lean_kernel  # f8 x 5 [m], SolidArrays -> i8

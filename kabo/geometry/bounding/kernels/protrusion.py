@@ -8,6 +8,7 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels.depth_octree import ALL_NEAR, MIDDLE_FAR, settled
+from kabo.geometry.bounding.kernels.union_depth import deepest_squared, in_convex_group
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
 
@@ -103,7 +104,7 @@ def reaches_beyond(cells, top, limit, solid, most):
         t = t if t >= 0 else known
         cells[top, 13] = t
         far = _far_corner(cells, top, triangles, t, enough)
-        if far < 0:
+        if far < 0 or in_convex_group(cells, top, 4, limit, solid):
             continue
         # The middle of a small one may stay near for ever, however near the corner that is not.
         if radius < small and _is_beyond(cells, top, far, enough, solid):
@@ -111,7 +112,7 @@ def reaches_beyond(cells, top, limit, solid, most):
         distance, radius = np.sqrt(squared), np.sqrt(radius)
         if cells[top, 12] == 0.0:
             if inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack):
-                if radius <= distance + limit:
+                if radius <= np.sqrt(deepest_squared(x, y, z, squared, solid)) + limit:
                     continue
             elif distance > min(limit, radius):
                 cells[top, 12] = 1.0
@@ -171,12 +172,12 @@ def faces_reach_beyond(cells, top, limit, solid, most):
         for c in range(3):
             px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
             within = within and to_triangle_squared(px, py, pz, triangles, t) <= enough
-        if within:
+        if within or in_convex_group(cells, top, 3, limit, solid):
             continue
         distance = np.sqrt(squared)
         if cells[top, 9] == 0.0:
             if inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack):
-                if radius <= distance + limit:
+                if radius <= np.sqrt(deepest_squared(x, y, z, squared, solid)) + limit:
                     continue
             elif distance > min(limit, radius):
                 cells[top, 9] = 1.0

@@ -108,10 +108,11 @@ def contraction_point(net, a, b, star, count, settings):
 
 
 @lean_kernel
-def keeps_topology(net, a, b, count):
+def keeps_topology(net, trial):
     """Whether contracting edge a-b keeps a manifold: a and b have two common neighbours, and more than two faces."""
     faces, first, following, marks, clock = net.faces, net.first, net.following, net.marks, net.clock
-    if count < 5:
+    a, b = trial.a, trial.b
+    if trial.size < 5:
         return False
     stamp, common = clock[0] + 2, 0
     clock[0] = stamp
@@ -132,28 +133,25 @@ def keeps_topology(net, a, b, count):
 
 
 @lean_kernel
-def keeps_sides(vertices, faces, listed, count, x, y, z, exact):
-    """Whether x, y, z is proven not to lie behind any face of the star.
+def keeps_sides(net, star, trial, exact):
+    """Whether the new point, which is the last vertex, is proven not to lie behind any face of the star.
 
     If so, the solid only grows by tetrahedra of non-negative volume, so that winding numbers do not decrease.
     """
-    for i in range(count):
+    vertices, faces, listed, spare = net.vertices, net.faces, star.faces, net.vertices.shape[0] - 1
+    for i in range(trial.size):
         f = listed[i]
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
-        bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
-        cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
-        if orientation(ax, ay, az, bx, by, bz, cx, cy, cz, x, y, z, exact) < 0:
+        if orientation(vertices, faces[f, 0], faces[f, 1], faces[f, 2], spare, exact) < 0:
             return False
     return True
 
 
 @lean_kernel
-def volume_after(net, listed, count, x, y, z):
-    """The signed volume of the star's component after adding the tetrahedra of its faces to x, y, z."""
-    vertices, faces = net.vertices, net.faces
+def volume_after(net, star, trial):
+    """The signed volume of the star's component after adding the tetrahedra of its faces to the new point."""
+    vertices, faces, listed, x, y, z = net.vertices, net.faces, star.faces, trial.x, trial.y, trial.z
     added = 0.0
-    for i in range(count):
+    for i in range(trial.size):
         f = listed[i]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = vertices[a, 0] - x, vertices[a, 1] - y, vertices[a, 2] - z
@@ -164,10 +162,10 @@ def volume_after(net, listed, count, x, y, z):
 
 
 @lean_kernel
-def keeps_orientation(net, listed, count, x, y, z):
+def keeps_orientation(net, star, trial):
     """Whether the star's component keeps the sign of its volume, so that a thin component is not turned inside out."""
-    start = net.volumes[net.components[net.faces[listed[0], 0]], 1]
-    after = volume_after(net, listed, count, x, y, z)
+    start = net.volumes[net.components[net.faces[star.faces[0], 0]], 1]
+    after = volume_after(net, star, trial)
     return after >= MIN_VOLUME_SHARE * start if start > 0.0 else after <= MIN_VOLUME_SHARE * start
 
 
@@ -183,10 +181,11 @@ def set_moved(vertices, faces, f, k, x, y, z, pieces):
 
 
 @lean_kernel
-def keeps_facing(net, star, count, x, y, z, diagonal, least):
-    """Whether no face rotates by more than the angle with cosine `least`, and none degenerates to a line."""
+def keeps_facing(net, star, trial, settings):
+    """Whether no face rotates by more than the angle with cosine `settings.facing`, and none degenerates to a line."""
     vertices, faces, normals, listed, corners = net.vertices, net.faces, net.normals, star.faces, star.corners
-    for i in range(count):
+    x, y, z, diagonal, least = trial.x, trial.y, trial.z, settings.diagonal, settings.facing
+    for i in range(trial.size):
         f, k = listed[i], corners[i]
         if k < 0:
             continue
@@ -218,18 +217,18 @@ def _unlink(first, following, v, f):
 
 
 @lean_kernel
-def contract(net, a, b, star, count, x, y, z, settings):
-    """Contracts edge a-b: moves vertex a to x, y, z; removes vertex b and the faces that contain both."""
+def contract(net, star, trial, settings):
+    """Contracts edge a-b: moves vertex a to the new point; removes vertex b and the faces that contain both."""
     vertices, faces, normals, first, following = net.vertices, net.faces, net.normals, net.first, net.following
-    listed, corners = star.faces, star.corners
-    net.volumes[net.components[a], 0] = volume_after(net, listed, count, x, y, z)
+    listed, corners, a, b = star.faces, star.corners, trial.a, trial.b
+    net.volumes[net.components[a], 0] = volume_after(net, star, trial)
     if settings.cost != MEMORYLESS:
         combine(settings.cost, net.quadrics[a], net.quadrics[b], star.quadric, settings.epsilon, star.scratch)
         for r in range(10):
             net.quadrics[a, r] = star.quadric[r]
-    vertices[a, 0], vertices[a, 1], vertices[a, 2] = x, y, z
+    vertices[a, 0], vertices[a, 1], vertices[a, 2] = trial.x, trial.y, trial.z
     first[a] = first[b] = -1
-    for i in range(count):
+    for i in range(trial.size):
         f, k = listed[i], corners[i]
         if k < 0:
             for j in range(3):

@@ -176,11 +176,13 @@ def _crossings_grow(net, star, count, tree, work):
 
 
 @lean_kernel
-def keeps_apart(net, star, count, x, y, z, tree, work):
-    """Whether the contraction creates no crossing faces, or at least does not increase existing crossings."""
-    v, faces = net.vertices, net.faces
+def keeps_apart(net, star, trial, tree, work):
+    """Whether the contraction creates no crossing faces, or at least does not increase existing crossings.
+
+    The new point is the last vertex.
+    """
+    v, faces, count, x, y, z = net.vertices, net.faces, trial.size, trial.x, trial.y, trial.z
     spare, star_mark = v.shape[0] - 1, net.clock[1]
-    v[spare, 0], v[spare, 1], v[spare, 2] = x, y, z
     apart = _is_graph(v, faces, star, count, spare) or not _star_crosses_itself(v, faces, star, count, spare, work)
     for i in range(count if apart else 0):
         f, k = star.faces[i], star.corners[i]

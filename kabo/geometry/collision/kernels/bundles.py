@@ -15,6 +15,7 @@ PARTNER, NUMBER = 0, 1
 # Columns of `Hulls.rounds`: the radii of the ball and of the disc, and the disc's axis.
 RADIUS, DISC, AXIS = 0, 1, 2
 EXTENT_COLUMNS, BALL_OF_BOX, DISC_OF_BOX = 8, 6, 7  # of `Extents`
+CORE_COLUMNS = 9  # of `Outlines.cores`
 # Columns of `Tree.children`, and the number of children of a part that `Enclosure.finer` would divide.
 FIRST_CHILD, CHILD_COUNT, OPEN = 0, 1, -1
 # Places of `Search.counters`.
@@ -52,6 +53,14 @@ class Extents(NamedTuple):
 
     parts: Array  # (B, 8) the box, and the radii of ball and disc
     groups: Array  # (G, 8) the box
+
+
+class Outlines(NamedTuple):
+    """As `Extents`, and how the corners of parts are spread."""
+
+    parts: Array  # (B, 8)
+    groups: Array  # (G, 8)
+    cores: Array  # (B, 9) the corners' mean, and the spread: xx, xy, xz, yy, yz, zz
 
 
 class Tree(NamedTuple):

@@ -5,7 +5,7 @@ Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layo
 
 import numpy as np
 
-from kabo.compilation import brief_kernel, lean_kernel, window
+from kabo.compilation import brief_kernel, joined_kernel, lean_kernel, window
 from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
 from kabo.geometry.collision.kernels.bundles import (
     BALL_OF_BOX,
@@ -20,12 +20,13 @@ from kabo.geometry.collision.kernels.bundles import (
     POSITIVE,
     ROOTS_END,
     UNUSABLE,
-    Extents,
     Hulls,
+    Outlines,
     Search,
     Tree,
 )
 from kabo.geometry.collision.kernels.descent import FINAL, put_children
+from kabo.geometry.collision.kernels.first_axis import first_axis
 from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
 from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
@@ -43,7 +44,7 @@ def usable(q, bound):
     return good
 
 
-@lean_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
+@joined_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
 def _group_boxes(world_T, moving, joint, group_extents, rows):
     """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
     for g in range(moving):
@@ -89,59 +90,51 @@ def _number_of(groups, pairs, g, h):
     return pairs[NUMBER, p]
 
 
-@lean_kernel
+@joined_kernel
 def _posed_apart(part_extents, hulls, a, b, pose, margin, search):
     """The result of `posed_apart` for parts of any kind; the last row of the hulls is for those with a disc."""
     if not part_extents[a, DISC_OF_BOX] + part_extents[b, DISC_OF_BOX] > 0.0:
         balls = part_extents[a, BALL_OF_BOX] + part_extents[b, BALL_OF_BOX]
-        return posed_apart(hulls, a, b, pose, margin, balls, search)
+        return posed_apart(hulls, a, b, pose, margin, balls, 1, search)
     row = hulls.sizes.shape[0] - 1
     place_part(window(pose, 0, (1, 12)), 0, hulls, b, hulls, row)
     return apart(hulls, a, a, row, row, margin, search)
 
 
-@lean_kernel  # (12,) f8, (B, 8) f8, i8, i8 -> writes (3,) f8
-def _between(pose, extents, a, b, axis):
-    """Writes the vector from the centre of box b to that of box a, as a first axis."""
-    x, y, z = extents[b, 0], extents[b, 1], extents[b, 2]
-    for r in range(3):
-        axis[r] = extents[a, r] - (pose[3 * r] * x + pose[3 * r + 1] * y + pose[3 * r + 2] * z + pose[9 + r])
-
-
 @lean_kernel
-def _descend(a, b, pose, extents, hulls, tree, margin, search):
+def _descend(a, b, pose, outlines, hulls, tree, margin, search):
     """FREE if the children of two parts are apart, as fine as need be; 0 if not; FIRST_OPEN - p if p has none yet."""
     top = put_children(tree, a, b, 0)
     while top > 0:
         top -= 1
         a, b = tree.stack[top, 0], tree.stack[top, 1]
-        if faces_near(pose, extents.parts, a, extents.parts, b, margin):
-            _between(pose, extents.parts, a, b, search.axis)
-            if not _posed_apart(extents.parts, hulls, a, b, pose, margin, search):
+        if faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
+            first_axis(pose, outlines, a, b, search)
+            if not _posed_apart(outlines.parts, hulls, a, b, pose, margin, search):
                 top = put_children(tree, a, b, top)
     return FREE if top == 0 else 0 if top == FINAL else top
 
 
-@lean_kernel
-def _parts_hit(g, h, pose, groups, listed, extents, hulls, tree, margin, search):
+@joined_kernel
+def _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search):
     """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`."""
     count = 0
     for b in range(groups[PARTS, h], groups[ROOTS_END, h]):
-        if faces_near(pose, extents.groups, g, extents.parts, b, margin):
+        if faces_near(pose, outlines.groups, g, outlines.parts, b, margin):
             listed[count] = b
             count += 1
     if count == 0:
         return FREE
     for a in range(groups[PARTS, g], groups[ROOTS_END, g]):
-        if not faces_near(pose, extents.parts, a, extents.groups, h, margin):
+        if not faces_near(pose, outlines.parts, a, outlines.groups, h, margin):
             continue
         for k in range(count):
             b = listed[k]
-            if not faces_near(pose, extents.parts, a, extents.parts, b, margin):
+            if not faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
                 continue
-            _between(pose, extents.parts, a, b, search.axis)
-            if not _posed_apart(extents.parts, hulls, a, b, pose, margin, search):
-                found = _descend(a, b, pose, extents, hulls, tree, margin, search)
+            first_axis(pose, outlines, a, b, search)
+            if not _posed_apart(outlines.parts, hulls, a, b, pose, margin, search):
+                found = _descend(a, b, pose, outlines, hulls, tree, margin, search)
                 if found != FREE:
                     return found
     return FREE
@@ -155,13 +148,13 @@ def first_hit(q, memory):
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, diameters, world_T, angles, rows, pose, axis, simplex,
-        points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
+        simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]
-    extents, hulls, tree = (
-        Extents(part_extents, group_extents),
+    outlines, hulls, tree = (
+        Outlines(part_extents, group_extents, cores),
         Hulls(blocks, sizes, rounds),
         Tree(children, diameters, stack),
     )
@@ -182,7 +175,7 @@ def first_hit(q, memory):
                 h = GROUPS_PER_WORD * word + _place_of(bit)
                 relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
                 if faces_near(pose, group_extents, g, group_extents, h, margin):
-                    found = _parts_hit(g, h, pose, groups, listed, extents, hulls, tree, margin, search)
+                    found = _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search)
                     if found != FREE:
                         counters[POSITIVE] += 1
                         return found if found < FREE else _number_of(groups, pairs, g, h)

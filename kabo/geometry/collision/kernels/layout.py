@@ -8,7 +8,7 @@ it.
 import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, window
-from kabo.geometry.collision.kernels.bundles import COUNTER_PLACES, EXTENT_COLUMNS
+from kabo.geometry.collision.kernels.bundles import CORE_COLUMNS, COUNTER_PLACES, EXTENT_COLUMNS
 
 # Places of whole numbers in the head: how many there are of what, and where numbers and blocks begin.
 JOINTS, VALUES, MOVING, GROUPS, PARTS, PAIRS, LARGEST, NUMBERS, BLOCKS, ROOM, COLUMNS = range(11)
@@ -32,12 +32,12 @@ def words_for(groups):
 
 @leaf_kernel
 def numbers_of(memory):
-    """The floating-point arrays in a memory: of `Chain`, `Extents`, `Tree`, `Search` and `Hulls`, and what a check writes.
+    """The floating-point arrays in a memory: of `Chain`, `Outlines`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
-    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), diameters (B,), world_T
-    (J, 12), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3),
-    rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then those that
-    sweeps place.
+    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), cores (B, 9), diameters
+    (B,), world_T (J, 12), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3),
+    points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
+    those that sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
@@ -53,6 +53,10 @@ def numbers_of(memory):
         window(memory, start, (whole[GROUPS], EXTENT_COLUMNS)),
         after(start, EXTENT_COLUMNS * whole[GROUPS]),
     )
+    cores, start = (
+        window(memory, start, (whole[PARTS], CORE_COLUMNS)),
+        after(start, CORE_COLUMNS * whole[PARTS]),
+    )
     diameters, start = window(memory, start, (whole[PARTS],)), after(start, whole[PARTS])
     world_T, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
     angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
@@ -64,8 +68,8 @@ def numbers_of(memory):
     rounds = window(memory, start, (rows_of_hulls, 5))
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
-        factors, placement, bound, part_extents, group_extents, diameters, world_T, angles, rows, pose, axis, simplex,
-        points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
+        simplex, points, rounds, blocks,
     )  # fmt: skip
 
 

@@ -5,10 +5,10 @@ along the world's axes, and only pairs that need it are transformed. The edges' 
 1996] would exclude a tenth more pairs, and cost more than a search for an axis.
 """
 
-from kabo.compilation import lean_kernel
+from kabo.compilation import joined_kernel
 
 
-@lean_kernel  # (J, 12) f8, i8, i8 -> writes (12,) f8
+@joined_kernel  # (J, 12) f8, i8, i8 -> writes (12,) f8
 def relative(world_T, first, second, pose):
     """Writes first_T_second, the pose of joint `second` in the frame of joint `first`."""
     for r in range(3):
@@ -19,7 +19,7 @@ def relative(world_T, first, second, pose):
         pose[9 + r] = a * x + b * y + c * (world_T[second, 11] - world_T[first, 11])
 
 
-@lean_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
+@joined_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
 def faces_near(pose, first, a, second, b, margin):
     """Whether no axis of either box proves two oriented boxes farther apart than `margin`; True if a number is NaN."""
     x, y, z = second[b, 0], second[b, 1], second[b, 2]

@@ -18,7 +18,7 @@ columns of blocks repeat the first vertex, so that loops run over multiples of e
 
 import numpy as np
 
-from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
+from kabo.compilation import joined_kernel, leaf_kernel, lean_kernel, reduction_kernel
 from kabo.geometry.collision.kernels.bundles import AXIS, DISC, ITERATIONS, RADIUS, SEARCHES, UNDECIDED
 from kabo.geometry.collision.kernels.simplex import nearest
 
@@ -184,13 +184,14 @@ def apart(hulls, a0, a1, b0, b1, margin, search):
     return False
 
 
-@lean_kernel
-def posed_apart(hulls, a, b, pose, margin, balls, search):
+@joined_kernel
+def posed_apart(hulls, a, b, pose, margin, balls, known, search):
     """The result of `apart` for row `a` and row `b` moved by `pose` (12,), computed in the frame of `a`.
 
     Corners stay in their own frames and only farthest ones are transformed, since few rounds decide most pairs.
     Of `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth. Neither
-    row has a disc; `balls` is the sum of their balls' radii.
+    row has a disc; `balls` is the sum of their balls' radii. So many points of the difference of both hulls are
+    `known` beforehand (0 or 1), in the simplex.
     """
     axis, simplex, counters, offset, blocks = (
         search.axis, search.simplex, search.counters, search.offset, hulls.blocks
@@ -198,7 +199,7 @@ def posed_apart(hulls, a, b, pose, margin, balls, search):
     count_a, count_b = hulls.sizes[a], hulls.sizes[b]
     margin += balls
     x, y, z = axis[0], axis[1], axis[2]
-    square, size = x * x + y * y + z * z, 0
+    square, size = x * x + y * y + z * z, known
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     counters[SEARCHES] += 1
@@ -220,7 +221,7 @@ def posed_apart(hulls, a, b, pose, margin, balls, search):
         if gap > margin:
             axis[0], axis[1], axis[2] = ux, uy, uz
             return True
-        if size > 0 and norm - gap <= 1e-9 * (norm - balls) + 1e-10:
+        if iteration > 0 and norm - gap <= 1e-9 * (norm - balls) + 1e-10:
             break
         simplex[size, 0], simplex[size, 1], simplex[size, 2] = wx, wy, wz
         size, x, y, z = nearest(simplex, size + 1)

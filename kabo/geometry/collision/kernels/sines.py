@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kabo.compilation import lean_kernel
+from kabo.compilation import joined_kernel, lean_kernel
 from kabo.scene.kernels.poses import forward_kinematics
 
 # Coefficients of Sun's fdlibm (__kernel_sin, __kernel_cos), right to the last place on |x| <= pi / 4.
@@ -35,17 +35,9 @@ def sines_and_cosines(angles, sines, cosines):
         cosines[i] = -cosine if (quadrant == 1) | (quadrant == 2) else cosine
 
 
-@lean_kernel  # (n,) f8, (3, J) i8, (2, J) f8, (J, 12) f8 -> writes (3, J) f8, (J, 12) f8
-def frames_of(q, joints, factors, placement, angles, world_T):
-    """As `forward_kinematics`, to the last place or two; `angles` are for joint values, their sines and cosines."""
-    greatest = 0.0
-    for j in range(1, world_T.shape[0]):
-        angles[0, j] = factors[0, j] * q[joints[2, j]] + factors[1, j]
-        greatest = max(greatest, abs(angles[0, j]))
-    if not greatest < GREATEST_ANGLE:
-        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
-        return
-    sines_and_cosines(angles[0], angles[1], angles[2])
+@joined_kernel  # (3, J) i8, (3, J) f8, (J, 12) f8 -> writes (J, 12) f8
+def _compose(joints, angles, placement, world_T):
+    """Writes the frames of all joints but the world's; parents come first."""
     for j in range(1, world_T.shape[0]):
         p = joints[0, j]
         s, c, slide = angles[1, j], angles[2, j], 0.0
@@ -61,3 +53,17 @@ def frames_of(q, joints, factors, placement, angles, world_T):
             world_T[j, 3 * r + 2] = z
             origin = a * placement[j, 9] + b * placement[j, 10] + d * placement[j, 11] + world_T[p, 9 + r]
             world_T[j, 9 + r] = origin + z * slide
+
+
+@lean_kernel  # (n,) f8, (3, J) i8, (2, J) f8, (J, 12) f8 -> writes (3, J) f8, (J, 12) f8
+def frames_of(q, joints, factors, placement, angles, world_T):
+    """As `forward_kinematics`, to the last place or two; `angles` are for joint values, their sines and cosines."""
+    greatest = 0.0
+    for j in range(1, world_T.shape[0]):
+        angles[0, j] = factors[0, j] * q[joints[2, j]] + factors[1, j]
+        greatest = max(greatest, abs(angles[0, j]))
+    if not greatest < GREATEST_ANGLE:
+        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
+        return
+    sines_and_cosines(angles[0], angles[1], angles[2])
+    _compose(joints, angles, placement, world_T)

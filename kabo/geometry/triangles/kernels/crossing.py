@@ -10,8 +10,8 @@ same order. In `scratch`, (SCRATCH,) f8, three numbers make a vector: 0 to 5 are
 
 import numpy as np
 
-from kabo.compilation import lean_kernel
-from kabo.geometry.triangles.kernels.orientation import likely_orientation, orientation
+from kabo.compilation import lean_kernel, window
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE, likely_orientation, orientation
 
 _EDGES, _NORMALS, _OFFSET, _AXIS, _OTHER = 6, 12, 14, 15, 16  # vectors in scratch: 6, 2, 1, 1, 1 of them
 # The axes of disjoint triangles: v, w and where v x w goes (v itself if v is w). First normals, and normals of edges in
@@ -25,36 +25,31 @@ _AXES = np.array(
 )
 _AXES_WITH_AREA = 8  # the first so many axes need triangles with an area
 _SIZE_PLACE = 60  # in scratch: the largest coordinate
+_SEEN_PLACE = SCRATCH_SIZE - 12  # in scratch: four points, behind all that `orientation` writes
 _GAP_ROUNDING = 2.0**-49  # of a gap, relative: 16 u, while differences, three products and their sums cost 10 u
 _UNDERFLOW = 1e-290  # a bound of underflow
 
 
-@lean_kernel  # (6, 3) f8, i8 x 4 -> i8
-def _likely_side(pair, a, b, c, d):
-    return likely_orientation(
-        pair[a, 0], pair[a, 1], pair[a, 2], pair[b, 0], pair[b, 1], pair[b, 2],
-        pair[c, 0], pair[c, 1], pair[c, 2], pair[d, 0], pair[d, 1], pair[d, 2],
-    )  # fmt: skip
+@lean_kernel  # (6, 3) f8, i8, i8, i8, i8, (SCRATCH,) f8 -> i8
+def _turn(pair, axis, a, b, c, scratch):
+    """The exact sign of the turn of a, b, c seen along a coordinate axis, 0 if they are on a line.
 
-
-@lean_kernel  # (6, 3) f8, i8, i8 x 4, (SCRATCH,) f8 -> i8
-def _side(pair, axis, a, b, c, d, scratch):
-    """The side of triangle a, b, c on which d lies; with an axis 0 to 2, the turn of a, b, c seen along it."""
-    if axis < 0:
-        x, y, z, height, above = 0, 1, 2, 1.0, 0.0
-    else:  # seen along the axis: corners at height 0, and one point at height 1
-        x, y, z, height, above = (axis + 1) % 3, (axis + 2) % 3, axis, 0.0, 1.0
-    return orientation(
-        pair[a, x], pair[a, y], height * pair[a, z], pair[b, x], pair[b, y], height * pair[b, z],
-        pair[c, x], pair[c, y], height * pair[c, z], pair[d, x], pair[d, y], height * pair[d, z] + above, scratch,
-    )  # fmt: skip
+    That is the side of these corners, at height 0, on which a point at height 1 lies.
+    """
+    x, y = (axis + 1) % 3, (axis + 2) % 3
+    seen = window(scratch, _SEEN_PLACE, (4, 3))
+    seen[0, 0], seen[0, 1], seen[0, 2] = pair[a, x], pair[a, y], 0.0
+    seen[1, 0], seen[1, 1], seen[1, 2] = pair[b, x], pair[b, y], 0.0
+    seen[2, 0], seen[2, 1], seen[2, 2] = pair[c, x], pair[c, y], 0.0
+    seen[3, 0], seen[3, 1], seen[3, 2] = pair[a, x], pair[a, y], 1.0
+    return orientation(seen, 0, 1, 2, 3, scratch)
 
 
 @lean_kernel  # (6, 3) f8, i8, (SCRATCH,) f8 -> i8
 def _clear_axis(pair, t, scratch):
     """A coordinate axis along which the triangle from row t on has an area, or -1."""
     for axis in range(3):
-        if _side(pair, axis, t, t + 1, t + 2, t, scratch) != 0:
+        if _turn(pair, axis, t, t + 1, t + 2, scratch) != 0:
             return axis
     return -1
 
@@ -62,7 +57,7 @@ def _clear_axis(pair, t, scratch):
 @lean_kernel  # (6, 3) f8, i8, i8, i8, (SCRATCH,) f8 -> bool
 def _segment_meets(pair, p, q, t, scratch):
     """Whether the closed segment p, q meets the closed triangle from row t on, exactly; False if that has no area."""
-    first, second = _side(pair, -1, t, t + 1, t + 2, p, scratch), _side(pair, -1, t, t + 1, t + 2, q, scratch)
+    first, second = orientation(pair, t, t + 1, t + 2, p, scratch), orientation(pair, t, t + 1, t + 2, q, scratch)
     if first * second > 0:
         return False
     axis, turn = -1, 1
@@ -70,16 +65,16 @@ def _segment_meets(pair, p, q, t, scratch):
         axis = _clear_axis(pair, t, scratch)
         if axis < 0:
             return False
-        turn = _side(pair, axis, t, t + 1, t + 2, t, scratch)
+        turn = _turn(pair, axis, t, t + 1, t + 2, scratch)
     left, right = 0, 0
     for i in range(3):
         a, b = t + i, t + (i + 1) % 3
         if axis < 0:
-            s = _side(pair, axis, p, q, a, b, scratch)  # the line p, q passes edge a, b
+            s = orientation(pair, p, q, a, b, scratch)  # the line p, q passes edge a, b
         else:
-            s = _side(pair, axis, p, q, a, a, scratch)  # corner a beside the line p, q
-            outside = _side(pair, axis, a, b, p, p, scratch) == -turn
-            if outside and _side(pair, axis, a, b, q, q, scratch) == -turn:
+            s = _turn(pair, axis, p, q, a, scratch)  # corner a beside the line p, q
+            outside = _turn(pair, axis, a, b, p, scratch) == -turn
+            if outside and _turn(pair, axis, a, b, q, scratch) == -turn:
                 return False
         left += s > 0
         right += s < 0
@@ -183,11 +178,11 @@ def _vertex_cross(pair, scratch):
 @lean_kernel  # (6, 3) f8, (SCRATCH,) f8 -> bool
 def _edge_cross(pair, scratch):
     """As `triangles_cross` for a shared edge: they meet elsewhere if one is folded flat onto the other."""
-    if _side(pair, -1, 0, 1, 2, 5, scratch) != 0:
+    if orientation(pair, 0, 1, 2, 5, scratch) != 0:
         return False
     turn, flat = 0, True
     for axis in range(3):
-        first, second = _side(pair, axis, 0, 1, 2, 0, scratch), _side(pair, axis, 0, 1, 5, 0, scratch)
+        first, second = _turn(pair, axis, 0, 1, 2, scratch), _turn(pair, axis, 0, 1, 5, scratch)
         turn = first * second if turn == 0 else turn
         flat = flat and first == 0 and second == 0
     # A triangle on the line of the edge meets one with an area in the edge alone.
@@ -202,8 +197,8 @@ def triangles_cross(pair, shared, scratch):
     if shared > 0:
         # The usual case: one lies on one side of the other's plane, but for what they share.
         for t in range(0, 6, 3):
-            side = _likely_side(pair, t, t + 1, t + 2, 3 - t + shared)
-            if side != 0 and (shared == 2 or side == _likely_side(pair, t, t + 1, t + 2, 5 - t)):
+            side = likely_orientation(pair, t, t + 1, t + 2, 3 - t + shared)
+            if side != 0 and (shared == 2 or side == likely_orientation(pair, t, t + 1, t + 2, 5 - t)):
                 return False
     if shared == 0 and _boxes_apart(pair):
         return False

@@ -72,12 +72,13 @@ def _exact_orientation(scratch):
     return 1 if scratch[_START + count - 1] > 0.0 else -1
 
 
-@lean_kernel  # 12 f8 [m] -> i8
-def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
+@lean_kernel  # (N, 3) f8 [m], i8 x 4 -> i8
+def likely_orientation(points, a, b, c, d):
     """The sign that `orientation` computes if rounding cannot change it, else 0 for "undecided"."""
-    adx, ady, adz = ax - dx, ay - dy, az - dz
-    bdx, bdy, bdz = bx - dx, by - dy, bz - dz
-    cdx, cdy, cdz = cx - dx, cy - dy, cz - dz
+    dx, dy, dz = points[d, 0], points[d, 1], points[d, 2]
+    adx, ady, adz = points[a, 0] - dx, points[a, 1] - dy, points[a, 2] - dz
+    bdx, bdy, bdz = points[b, 0] - dx, points[b, 1] - dy, points[b, 2] - dz
+    cdx, cdy, cdz = points[c, 0] - dx, points[c, 1] - dy, points[c, 2] - dz
     bc, cb, ca, ac, ab, ba = bdx * cdy, cdx * bdy, cdx * ady, adx * cdy, adx * bdy, bdx * ady
     volume = adz * (bc - cb) + bdz * (ca - ac) + cdz * (ab - ba)
     products = (abs(bc) + abs(cb)) * abs(adz) + (abs(ca) + abs(ac)) * abs(bdz) + (abs(ab) + abs(ba)) * abs(cdz)
@@ -86,15 +87,17 @@ def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     return 1 if volume < -VOLUME_ERROR * products else 0
 
 
-@lean_kernel  # 12 f8 [m], (SCRATCH_SIZE,) f8 -> i8
-def orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz, scratch):
+@lean_kernel  # (N, 3) f8 [m], i8 x 4, (SCRATCH_SIZE,) f8 -> i8
+def orientation(points, a, b, c, d, scratch):
     """The exact sign, 1, 0 or -1, of the volume (b - a) x (c - a) . (d - a): 1 where d lies in front of a, b, c.
 
-    The front is the side to which the normal of the counter-clockwise triangle a, b, c points.
+    a, b, c and d are rows of `points`. The front is the side to which the normal of the counter-clockwise triangle
+    a, b, c points.
     """
-    sign = likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz)
+    sign = likely_orientation(points, a, b, c, d)
     if sign != 0:
         return sign
-    scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5] = ax, ay, az, bx, by, bz
-    scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11] = cx, cy, cz, dx, dy, dz
+    for k in range(3):
+        scratch[k], scratch[3 + k] = points[a, k], points[b, k]
+        scratch[6 + k], scratch[9 + k] = points[c, k], points[d, k]
     return _exact_orientation(scratch)

@@ -37,24 +37,13 @@ def _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz):
     return best
 
 
-@lean_kernel  # 12 f8 -> f8
-def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
-    """The squared distance of a point to the triangle a, b, c [Ericson 2005, 5.1.5].
+@lean_kernel  # 9 f8 -> f8
+def origin_squared(ax, ay, az, bx, by, bz, cx, cy, cz):
+    """The squared distance of the origin to the triangle a, b, c [Ericson 2005, 5.1.5].
 
     The distance is that of a point with barycentric coordinates within [0, 1]: their errors make it larger, never
     smaller.
     """
-    ax, ay, az, bx, by, bz, cx, cy, cz = (
-        ax - px,
-        ay - py,
-        az - pz,
-        bx - px,
-        by - py,
-        bz - pz,
-        cx - px,
-        cy - py,
-        cz - pz,
-    )
     ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
     d1, d2 = -(ux * ax + uy * ay + uz * az), -(vx * ax + vy * ay + vz * az)
     if d1 <= 0.0 and d2 <= 0.0:
@@ -90,20 +79,20 @@ def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
 @lean_kernel  # f8 x 3, (T, 3, 3) f8, i8 -> f8
 def to_triangle_squared(x, y, z, triangles, t):
     """The squared distance of a point to triangle t."""
-    ax, ay, az = triangles[t, 0, 0], triangles[t, 0, 1], triangles[t, 0, 2]
-    bx, by, bz = triangles[t, 1, 0], triangles[t, 1, 1], triangles[t, 1, 2]
-    cx, cy, cz = triangles[t, 2, 0], triangles[t, 2, 1], triangles[t, 2, 2]
-    return point_triangle_squared(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz)
+    ax, ay, az = triangles[t, 0, 0] - x, triangles[t, 0, 1] - y, triangles[t, 0, 2] - z
+    bx, by, bz = triangles[t, 1, 0] - x, triangles[t, 1, 1] - y, triangles[t, 1, 2] - z
+    cx, cy, cz = triangles[t, 2, 0] - x, triangles[t, 2, 1] - y, triangles[t, 2, 2] - z
+    return origin_squared(ax, ay, az, bx, by, bz, cx, cy, cz)
 
 
 @lean_kernel  # f8 x 3, (V, 3) f8, (F, 3) i8, i8 -> f8
 def to_face_squared(x, y, z, vertices, faces, f):
     """The squared distance of a point to face f."""
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-    ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
-    bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
-    cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
-    return point_triangle_squared(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz)
+    ax, ay, az = vertices[a, 0] - x, vertices[a, 1] - y, vertices[a, 2] - z
+    bx, by, bz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+    cx, cy, cz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
+    return origin_squared(ax, ay, az, bx, by, bz, cx, cy, cz)
 
 
 @lean_kernel  # (T, 3, 3) f8, (T,) i8, i8, i8, (N, 6) f8, i8 -> nothing

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry import signed_distance
 from kabo.geometry_server import ScenePredicates
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
@@ -32,6 +31,6 @@ def _least(scene: TaskScene, robot: str, greatest: float) -> float:
     for first, second in workspace.pairs:
         if any(extra.name in (first, second) for extra in scene.extras):
             continue
-        bounds = signed_distance(predicates.thing(first), predicates.thing(second))
+        bounds = predicates.distance(first, second)
         least = min(least, max(bounds.lower, 0.0))
     return least

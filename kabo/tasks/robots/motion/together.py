@@ -228,21 +228,22 @@ class _MovingBodies:
                 if link.mesh is not None and not robot.stands(link.name):
                     name, arrays = f"{robot.name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
                     joint = self.team.joined.joint(k, link.joint)
-                    yield name, MovingGroup(joint, flat(link.joint_T_link), surroundings.enclosure(name), arrays)
+                    enclosure, at = surroundings.enclosure(name), flat(link.joint_T_link)
+                    yield name, MovingGroup(joint, at, enclosure, arrays, link.elements)
         for name in self.scene.situation.objects:
             if name in self.owners:
-                mesh = self.scene.context.scene.bodies[name].mesh
-                arrays = mesh.vertices, mesh.faces
-                yield name, self._placed(name, np.eye(4), surroundings.enclosure(name), arrays)
+                body = self.scene.context.scene.bodies[name]
+                arrays = body.mesh.vertices, body.mesh.faces
+                enclosure = surroundings.enclosure(name)
+                yield name, self._placed(name, np.eye(4), enclosure, arrays, body.elements)
         for extra in self.scene.extras:
             if extra.parent.partition(".")[0] in self.owners:
                 arrays = extra.mesh.vertices, extra.mesh.faces
-                yield (
-                    extra.name,
-                    self._placed(extra.parent, extra.parent_T, surroundings.enclosed(extra.element), arrays),
-                )
+                enclosure, elements = surroundings.enclosed(extra.element), (extra.element,)
+                placed = self._placed(extra.parent, extra.parent_T, enclosure, arrays, elements)
+                yield extra.name, placed
 
-    def _placed(self, name: str, own: Array, enclosure, arrays) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]
+    def _placed(self, name: str, own: Array, enclosure, arrays, elements) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]
         """A body at a pose (4, 4) in the frame of an object, or of a link of the common tree."""
         parent, at = name, own
         if name in self.scene.situation.objects:
@@ -251,7 +252,7 @@ class _MovingBodies:
         robot, _, link = parent.partition(".")
         names = [each.name for each in self.team.robots]
         if robot not in names:
-            return FixedGroup(flat(self.scene.pose(name) @ own), enclosure, arrays)
+            return FixedGroup(flat(self.scene.pose(name) @ own), enclosure, arrays, elements)
         chosen = self.team.robots[names.index(robot)].links[link]
         joint = self.team.joined.joint(names.index(robot), chosen.joint)
-        return MovingGroup(joint, flat(chosen.joint_T_link @ at), enclosure, arrays)
+        return MovingGroup(joint, flat(chosen.joint_T_link @ at), enclosure, arrays, elements)

@@ -162,7 +162,7 @@ class Grants:
         others = [thing for thing in self._standing_bodies() if thing.name == below]
         if not others:
             raise Unfounded(f"but {below} does not stand")
-        mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name].mesh)
+        mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name])
         assert mount is not None
         moved, start, end = (
             SweptBody(name, own, mount=mount),
@@ -195,7 +195,7 @@ class Grants:
         world, found = self.world, [thing for thing in self.standing if "." not in thing.name]
         for name in self.holding.hung:
             if self.holding.holder(name) not in self.moved:
-                own = world.surface_of(world.scene.bodies[name].mesh)
+                own = world.surface_of(world.scene.bodies[name])
                 found.append(SweptBody(name, own, self.holding.pose(name)))
         return found
 
@@ -310,14 +310,14 @@ class Grants:
             name, other, away = other, name, -away
         mount, beside = self.holding.mount(name), self._mount(other, path)
         assert mount is not None
-        own = self.world.surface_of(self.world.scene.bodies[name].mesh)
+        own = self.world.surface_of(self.world.scene.bodies[name])
         turn, place = mount.joint_T_body[:3, :3], mount.joint_T_body[:3, 3]
         points = own_corners(own) @ turn.T + place
         limits = of_mate(stroke.minimum, stroke.maximum, tolerance)
         wrong = Stroke(path, mount, points, away, limits, True, len(points), beside).fault()
         if wrong is not None:
             raise Unfounded(f"but its insertion {wrong.text}")
-        still = SweptBody(other, self.world.surface_of(self.world.scene.bodies[other].mesh), pose(other))
+        still = SweptBody(other, self.world.surface_of(self.world.scene.bodies[other]), pose(other))
         depth = touching(SweptBody(name, own), pose(name), [still], away, CONTACT_DEPTHS)
         if depth is None:
             raise Unfounded("but where they are put together the two overlap")

@@ -60,12 +60,12 @@ def test_a_part_moved_by_a_pose_is_as_far_as_one_that_lies_there(kind):
             for function in (separation.posed_apart, separation.posed_apart.py_func):
                 search = searching()
                 axis = search.axis
-                assert function(*posed, 1e-3, 0.0, search) == free
+                assert function(*posed, 1e-3, 0.0, 0, search) == free
                 assert search.counters[0] == 1
                 if free:
                     assert (upper @ axis).min() - (lower @ axis).max() > 1e-3 - separation.rounding.py_func(OFFSET)
             pose[9] = np.nan
-            assert not separation.posed_apart(*posed, 1e-3, 0.0, search)
+            assert not separation.posed_apart(*posed, 1e-3, 0.0, 0, search)
 
 
 def test_compiled_and_original_support_name_a_farthest_vertex():

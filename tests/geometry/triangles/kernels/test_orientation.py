@@ -19,11 +19,11 @@ def exact_sign(points):
 
 
 def sign(points):
-    return orientation(*np.asarray(points, dtype=float).ravel(), np.full(SCRATCH_SIZE, np.nan))
+    return orientation(np.array(points, dtype=float), 0, 1, 2, 3, np.full(SCRATCH_SIZE, np.nan))
 
 
 def likely(points):
-    return likely_orientation(*np.asarray(points, dtype=float).ravel())
+    return likely_orientation(np.array(points, dtype=float), 0, 1, 2, 3)
 
 
 def nudged(points, nudges):
@@ -99,4 +99,4 @@ def test_the_compiled_kernel_and_its_python_original_agree():
     rng = np.random.default_rng(1)
     for _ in range(20):
         points = np.round(rng.normal(size=(4, 3)), 1)
-        assert orientation.py_func(*points.ravel(), np.zeros(SCRATCH_SIZE)) == sign(points)
+        assert orientation.py_func(points, 0, 1, 2, 3, np.zeros(SCRATCH_SIZE)) == sign(points)

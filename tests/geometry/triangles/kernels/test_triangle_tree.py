@@ -81,7 +81,7 @@ def measured(seed, kind):
     for _ in range(10):
         corners = triangle(rng, kind)
         point = asked(corners, rng)
-        squared = kernels.point_triangle_squared(*point, *corners.ravel())
+        squared = kernels.to_triangle_squared(*point, corners[None], 0)
         yield np.sqrt(squared), np.sqrt(exact_squared(point, corners)), np.abs(corners - point).max()
 
 
@@ -105,11 +105,11 @@ def test_distances_to_slivers_are_hardly_too_large(seed, kind):
 
 
 def test_a_point_of_the_triangle_is_nowhere_else():
-    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    triangles = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     for point in ([0, 0, 0], [0.25, 0.5, 0], [0.5, 0.5, 0], [0, 0.75, 0], [0, 1, 0]):
-        assert kernels.point_triangle_squared(*map(float, point), *corners.ravel()) == 0.0
-    assert kernels.point_triangle_squared(0.25, 0.25, -3.0, *corners.ravel()) == 9.0
-    assert kernels.point_triangle_squared(2.0, -1.0, 2.0, *corners.ravel()) == 6.0
+        assert kernels.to_triangle_squared(*map(float, point), triangles, 0) == 0.0
+    assert kernels.to_triangle_squared(0.25, 0.25, -3.0, triangles, 0) == 9.0
+    assert kernels.to_triangle_squared(2.0, -1.0, 2.0, triangles, 0) == 6.0
 
 
 def mesh_of(name, rng):
@@ -198,7 +198,7 @@ def test_faces_and_triangles_are_measured_alike():
     triangles = np.ascontiguousarray(vertices[faces])
     for f in range(len(faces)):
         point = rng.normal(size=3)
-        expected = kernels.point_triangle_squared(*point, *triangles[f].ravel())
+        expected = kernels.origin_squared(*(triangles[f] - point).ravel())
         assert kernels.to_face_squared(*point, vertices, faces, f) == expected
         assert kernels.to_triangle_squared(*point, triangles, f) == expected
 
@@ -218,11 +218,9 @@ def test_compiled_and_original_agree():
     for kind in SHAPES:
         for _ in range(20):
             corners = triangle(rng, kind)
-            numbers = (*asked(corners, rng), *corners.ravel())
-            compiled = kernels.point_triangle_squared(*numbers)
-            assert compiled == pytest.approx(
-                kernels.point_triangle_squared.py_func(*numbers), rel=1e-9, abs=1e-300
-            )
+            numbers = (corners - asked(corners, rng)).ravel()
+            compiled = kernels.origin_squared(*numbers)
+            assert compiled == pytest.approx(kernels.origin_squared.py_func(*numbers), rel=1e-9, abs=1e-300)
     vertices, faces = mesh_of("soup", rng)
     triangles, made = vertices[faces], []
     for build in (kernels.build_tree, kernels.build_tree.py_func):
