@@ -1,5 +1,6 @@
 """Finds the goal conjuncts that can never hold, even under delete relaxation, and explains why in sentences."""
 
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
 from kabo.knowledge.grounding.problem import Grounding, conjuncts, ground_whole
@@ -43,6 +44,7 @@ def unreachable_in(causes: RootCauses) -> list[UnreachableGoal]:
     compiler, reach = whole.compiler, whole.reach
     first_with: dict[tuple[object, ...], str] = {}
     found: list[UnreachableGoal] = []
+    texts = {part.text for part in whole.goal}
     for part, (formula, binding) in zip(whole.goal, conjuncts(compiler, compiler.problem.goal, {}), strict=True):
         if part.query == FALSE:
             why = tuple(why_false(compiler, formula, binding))
@@ -54,5 +56,13 @@ def unreachable_in(causes: RootCauses) -> list[UnreachableGoal]:
             why = tuple(causes.sentences(reasons))
             if same != part.text:
                 why = (f"{SAME_REASONS} {same}.",)
+            why = (*_contradiction(part.text, texts), *why)
             found.append(UnreachableGoal(part.text, reasons.layer, why))
     return found
+
+
+def _contradiction(text: str, texts: Set[str]) -> Iterator[str]:
+    """A sentence if another conjunct of the goal asks for the opposite of K(not fact)."""
+    opposite = text.replace("K(not ", "K(", 1)
+    if opposite != text and opposite in texts:
+        yield f"The goal contradicts itself: it asks for {opposite} as well."
