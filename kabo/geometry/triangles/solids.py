@@ -63,7 +63,8 @@ class Solid:
     @property
     def arrays(self) -> SolidArrays:
         """The arrays that kernels ask, with a stack of their own."""
-        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64), *self._group_trees)
+        groups, boxes, children, triangles = self._group_trees
+        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64), groups, boxes, children, triangles)
 
     @cached_property
     def groups(self) -> list["SolidGroup"]:
@@ -85,7 +86,9 @@ class Solid:
             row[:] = nodes, triangles, triangles + len(solid.faces), solid.is_convex
             nodes, triangles = nodes + len(solid.tree[0]), triangles + len(solid.faces)
         trees = [solid.tree for solid in solids] or [self.tree]
-        return rows, *(np.concatenate(each) for each in zip(*trees, strict=True))
+        boxes = np.concatenate([tree[0] for tree in trees])
+        children = np.concatenate([tree[1] for tree in trees])
+        return rows, boxes, children, np.concatenate([tree[2] for tree in trees])
 
     def outside_distances(self, points: Array) -> Array:
         """The distance of each point (N, 3) from the solid (N,) [m]; 0 inside."""

@@ -35,7 +35,8 @@ def small_octree(solid: Solid, nodes: int) -> Octree:
 
 
 def arrays_of(solid: Solid, octree: Octree) -> SolidArrays:
-    return SolidArrays(*solid.tree, *octree, np.zeros(64, np.int64))
+    frame, depths, firsts = octree
+    return solid.arrays._replace(frame=frame, depths=depths, firsts=firsts)
 
 
 @pytest.mark.parametrize("nodes", [1, 60, 40_000])
