@@ -27,6 +27,7 @@ from kabo.compilation import usual_kernels_compiled
 from kabo.errors import KaboError
 
 GRACE_S = 0.15  # from a limit until the child is killed
+REPORT_S, REPORT_SHARE = 1.0, 0.02  # kept of a limit for saying what was found out: at most, and as a share of it
 INTERRUPTED_S = 2.0  # from Ctrl-C until the child is killed
 KILLED_ABOVE = 1.1  # times the memory limit
 POLL_S, MEMORY_POLL_S = 0.05, 0.25  # between two looks at the clock, and at the memory
@@ -88,8 +89,13 @@ class Surrounding:
         self.began = perf_counter()
 
     def left(self, timeout: float | None) -> float | None:
-        """The seconds that are left of `timeout`, at least a millisecond; None if `timeout` is None."""
-        return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
+        """The seconds of `timeout` that are left for working, at least a millisecond; None if `timeout` is None.
+
+        Some are kept for the report: a command that is killed cannot say what it found out.
+        """
+        if timeout is None:
+            return None
+        return max(1e-3, timeout - min(REPORT_S, REPORT_SHARE * timeout) - (perf_counter() - self.began))
 
     @contextmanager
     def reporting(self) -> "Iterator[Callable[[rooms.Progress], None]]":

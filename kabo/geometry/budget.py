@@ -27,10 +27,13 @@ class Budget:
     sweep: float  # how far the hulls of moving parts may stick out of their swept volumes, both together
     clearance: float  # the distance of the enclosing parts that "free" guarantees
     numeric: float = 1e-9  # rounding, and where the search for an axis stops, with a safety factor
+    shared: float | None = None  # the epsilon whose shares these are; their sum is another float than 0.005
 
     @property
     def epsilon(self) -> float:
         """The promised accuracy [m]: bodies at least this far apart are reported free."""
+        if self.shared is not None:
+            return self.shared
         return 2 * self.geometry + self.sweep + self.clearance + self.numeric
 
     @property
@@ -51,4 +54,4 @@ class Budget:
         if not SMALLEST <= epsilon <= LARGEST:
             raise ValueError(f"epsilon must lie between {SMALLEST:g} and {LARGEST:g} m, but is {epsilon:g} m")
         numeric = 1e-9
-        return cls(geometry=0.4 * epsilon, sweep=0.1 * epsilon, clearance=0.1 * epsilon - numeric, numeric=numeric)
+        return cls(0.4 * epsilon, 0.1 * epsilon, 0.1 * epsilon - numeric, numeric, shared=epsilon)

@@ -9,6 +9,7 @@ from kabo.meshes.mesh import Mesh
 
 MAX_COORDINATE = 1e9  # metres: beyond, squares of coordinates lose their meaning long before they overflow
 EXPORT_HINT = "export the mesh again"
+FETCH_HINT = "fetch the mesh itself: git lfs pull"
 
 
 def refuse(place: Place | None, message: str, hint: str | None = None) -> MeshError:

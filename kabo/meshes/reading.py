@@ -7,6 +7,7 @@ size before anything is allocated.
 import hashlib
 import logging
 import math
+import re
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -20,7 +21,7 @@ from kabo.language.formulas import Place
 from kabo.meshes.counts import counted
 from kabo.meshes.headers import MESH_FORMATS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
-from kabo.meshes.mesh_errors import EXPORT_HINT, refuse, require_numbers, unusable
+from kabo.meshes.mesh_errors import EXPORT_HINT, FETCH_HINT, refuse, require_numbers, unusable
 from kabo.meshes.repair import repaired
 
 FORMATS = tuple(MESH_FORMATS)
@@ -32,6 +33,8 @@ _TRIANGLES: ContentCache[tuple[Vertices, Faces]] = ContentCache(
 
 # What trimesh complains of, kabo says itself.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"  # what a clone holds until the large files are fetched
 
 
 def load_mesh(
@@ -99,6 +102,8 @@ def _triangles(
     data: bytes, kind: str, scale: tuple[float, float, float], path: Path, place: Place
 ) -> tuple[Vertices, Faces]:
     """The vertices and triangles in a file's content; `path` and `place` appear in errors only."""
+    if data.startswith(LFS_POINTER):
+        raise refuse(place, f'mesh file "{path.name}" is a pointer of Git LFS, not the mesh', FETCH_HINT)
     data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
@@ -133,7 +138,8 @@ def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Verti
     try:
         return pieces(data, kind)
     except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
-        said = " ".join(str(error).split())[:_MAX_PARSER_CHARACTERS] or type(error).__name__
+        words = re.sub(r"\b\w*(Error|Exception): ", "", str(error)).split()  # names of a parser's classes
+        said = " ".join(words)[:_MAX_PARSER_CHARACTERS] or type(error).__name__
         raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT_HINT) from None
 
 

@@ -13,7 +13,7 @@ import jsonschema
 import pytest
 
 from kabo.budgets import StopFlag, default_memory, held_bytes
-from kabo.cli.limits import add_limits, limited, memory, seconds
+from kabo.cli.limits import Surrounding, add_limits, limited, memory, seconds
 from kabo.cli.solving import add_search_arguments
 from kabo.cli.terminal import interruptible
 from kabo.plan import plan_to_json, schema
@@ -178,6 +178,13 @@ def is_alive(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_a_command_stops_early_enough_to_say_what_it_found_out():
+    left = Surrounding().left
+    assert 8.0 < left(10.0) <= 9.8
+    assert 597.0 < left(600.0) <= 599.0
+    assert left(float("inf")) == float("inf") and left(None) is None
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,12 @@ def test_the_parts_sum_up_to_epsilon(epsilon):
     assert budget.geometry == pytest.approx(0.4 * epsilon)
 
 
+@pytest.mark.parametrize("epsilon", [k / 1000 for k in range(1, 301)])
+def test_the_epsilon_of_its_shares_is_the_same_float(epsilon):
+    """The verifier compares the epsilon of a certificate with that of the plan, and 0.005 is no sum of its shares."""
+    assert Budget.share(epsilon).epsilon == epsilon
+
+
 @pytest.mark.parametrize("epsilon", [0.0, -0.01, np.nan, np.inf, SMALLEST_EPSILON / 2, LARGEST_EPSILON * 1.01])
 def test_an_epsilon_that_makes_no_sense_is_refused(epsilon):
     with pytest.raises(ValueError, match="epsilon must lie between"):

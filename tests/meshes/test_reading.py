@@ -229,3 +229,18 @@ def test_a_scale_that_is_none_is_refused(tmp_path: Path, scale: float) -> None:
     trimesh.creation.box().export(path)
     with pytest.raises(MeshError, match="cannot be scaled"):
         load_mesh(path, scale)
+
+
+def test_a_pointer_of_git_lfs_is_called_so(tmp_path: Path) -> None:
+    path = tmp_path / "hand.stl"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 120\n")
+    with pytest.raises(MeshError, match=r'"hand.stl" is a pointer of Git LFS(.|\n)*git lfs pull'):
+        load_mesh(path)
+
+
+def test_a_cut_off_dae_is_told_without_the_names_of_parsers(tmp_path: Path) -> None:
+    path = tmp_path / "hand.dae"
+    path.write_text("<COLLADA><x>")
+    with pytest.raises(MeshError, match="no element found") as raised:
+        load_mesh(path)
+    assert "Error:" not in str(raised.value)

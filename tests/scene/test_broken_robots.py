@@ -82,3 +82,10 @@ def test_an_srdf_gives_configurations_and_pairs_that_may_touch(tmp_path: Path) -
     assert frozenset(("r.base", "r.lower")) in scene.allowed
     assert robot.tool is not None and robot.tool.frame == "hand"
     assert robot.groups.links_of("arm") == ("upper", "lower", "hand")
+
+
+def test_an_expression_of_xacro_in_a_plain_urdf_is_called_so(tmp_path: Path) -> None:
+    found = check_files(
+        [Broken("xacro", urdf=ARM.replace('size="0.04 0.04 0.3"', 'size="${w} ${w} 0.3"')).place(tmp_path)]
+    )
+    assert [each.hint for each in found] == ["expand it with xacro, or name it .xacro"]

@@ -259,7 +259,7 @@ def _meshes() -> Iterator[Broken]:
         "unknown package", lambda folder: None, 'unknown package "nowhere"', "packages:",
         tag='<mesh filename="package://nowhere/part.stl"/>',
     )  # fmt: skip
-    yield mesh("open mesh", _open_box, 'link "upper"', "not closed", "hulls: [upper]")
+    yield mesh("open mesh", _open_box, 'link "upper"', "not closed", "hulls: [upper]", "closes it (")
     yield mesh("flat mesh", _flat, 'link "upper"', "not closed")
     yield mesh(
         "damaged mesh", lambda folder: (folder / "part.stl").write_bytes(b"solid\nno"), 'link "upper"', "part.stl"

@@ -21,7 +21,7 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
     yield f"{model.name}: {counted(len(shaped), 'link')} with geometry{visual}"
     yield f"  plans {counted(len(model.hand.arm), 'joint')}: {', '.join(model.hand.arm)}"
     if gripper is None:
-        yield f"  no gripper; tool frame {model.hand.tool}"
+        yield f"  no gripper (a scene can mount one); tool frame {model.hand.tool}: check that its z axis points out"
     elif gripper.opening is None:
         yield f"  gripper {', '.join(model.hand.joints[:4])}: not measured, {gripper.unmeasured}"
     else:

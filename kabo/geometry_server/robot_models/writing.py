@@ -80,7 +80,10 @@ def _tool(model: RobotModel) -> Iterator[str]:
     gripper = model.gripper
     if gripper is None:
         point, approach, closing = _vector(np.zeros(3)), _vector(np.eye(3)[2]), _vector(np.eye(3)[1])
-        yield from _comment("No gripper was found: the point and the axes are the frame's.")
+        yield from _comment(
+            "No gripper was found: the point and the axes are the frame's, which may not point outwards. To grasp, add"
+            " gripper: {urdf: FILE, mount: LINK, open: …, closed: …, touch_links: […]}, and put the tool on its palm."
+        )
     else:
         point, approach, closing = (_vector(each) for each in (gripper.point, gripper.approach, gripper.closing))
         told = (
@@ -119,6 +122,8 @@ def _home(model: RobotModel) -> Iterator[str]:
         return
     values = model.home[: model.robot.planned].tolist()
     yield from _comment(f"The links are proven to be {1000 * model.margin:.3g} mm apart there, neighbours aside.")
+    if model.hulls and model.margin < model.epsilon:
+        yield from _comment("That is little: a filled hollow of a hull may take the room. Then close that mesh.")
     yield "configurations:"
     yield f"  home: {_numbers(values)}"
 

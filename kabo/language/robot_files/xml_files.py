@@ -133,6 +133,8 @@ class XmlFile:
         hint = (
             "write it with a point: 0.1" if count == 1 else f"write them with spaces: {' '.join(['0.1'] * count)}"
         )
+        if "${" in text or "$(" in text:
+            hint = "expand it with xacro, or name it .xacro"
         if len(words) != count:
             raise self.wrong(element, f'{named} must be {wanted}, this is "{shortened(text)}"', hint)
         for word in words:
