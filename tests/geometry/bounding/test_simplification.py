@@ -5,6 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
+from kabo.geometry.bounding.kernels.union_depth import CONVEXITY_MARGIN
 from kabo.geometry.bounding.nearness import Voids, faces_near, looks_near
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.triangles.solids import Solid
@@ -91,6 +92,10 @@ def test_depths_that_a_tree_learns_from_coarser_ones_are_those_that_it_would_sea
     known = np.array([depths[n] for n, _ in middles])
     assert len(at) > 500
     inside = solid.insides(at)
-    np.testing.assert_allclose(np.abs(known), solid.surface_distances(at), rtol=1e-12, atol=1e-15)
+    plates_alone = [group.solid for group in solid.groups]
+    assert len(plates_alone) == 3
+    depths = np.max([np.where(each.insides(at), each.surface_distances(at), 0.0) for each in plates_alone], axis=0)
+    searched = np.maximum(solid.surface_distances(at), np.where(inside, depths - CONVEXITY_MARGIN, 0.0))
+    np.testing.assert_allclose(np.abs(known), searched, rtol=1e-12, atol=1e-15)
     clear = np.abs(known) > 1e-9
     assert ((known < 0.0) == inside)[clear].all()

@@ -94,7 +94,7 @@ FORGED: dict[str, Callable[[list[np.ndarray]], tuple[list[np.ndarray], float]]] 
     "one part missing": lambda parts: (parts[1:], TOLERANCE),
     "shifted by a millimetre": lambda parts: ([part + [0.001, 0, 0] for part in parts], TOLERANCE),
     "too small": lambda parts: ([part * 0.98 for part in parts], TOLERANCE),
-    "nearer than it is": lambda parts: (parts, 1e-7),
+    "nearer than it is": lambda parts: ([1.01 * part - 0.01 * part.mean(axis=0) for part in parts], 1e-7),
     "too far away": lambda parts: ([*parts, BOX * 0.02 + 0.04], TOLERANCE),
     "farther than the world": lambda parts: ([*parts, BOX * 1e300], TOLERANCE),
     "NaN": lambda parts: ([np.full((8, 3), np.nan)], TOLERANCE),
