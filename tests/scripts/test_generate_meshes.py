@@ -6,7 +6,6 @@ import numpy as np
 import pinocchio
 import pytest
 import trimesh
-from scipy.spatial import ConvexHull
 
 from kabo.geometry.triangles.crossings import crossing_faces
 from scripts.generate_meshes import GEARBOX, MESHES, ROBOTS, THINGS, generate
@@ -105,15 +104,3 @@ def test_everything_generated_takes_at_most_25_megabytes() -> None:
 
 def test_every_thing_has_a_mesh() -> None:
     assert all((MESHES / name / f"{name}.stl").is_file() for name in THINGS)
-
-
-def test_the_convex_pieces_of_every_solid_contain_its_surface() -> None:
-    robots = [solid for make in ROBOTS.values() for solid in make(LOW).links.values() if solid is not None]
-    for solid in [*robots, *(make(LOW) for make in THINGS.values())]:
-        points, faces = triangles(solid)
-        samples = np.vstack([points, points[faces].mean(axis=1)])
-        covered = np.zeros(len(samples), bool)
-        for piece in solid.pieces:
-            planes = ConvexHull(piece).equations
-            covered |= (samples @ planes[:, :3].T + planes[:, 3] <= 3e-5).all(axis=1)
-        assert covered.all(), samples[~covered][:3]
