@@ -24,8 +24,6 @@ from kabo.meshes import Mesh
 
 PART_WORTH = 24.0  # of one part, in corners: about what a part costs when collisions are checked
 DIRECT_CELLS = 300  # above which a coarser cover is made, and refined on demand
-NEAR_ENOUGH = 1.5  # a stored cover made for a tolerance finer by this factor has hardly more corners
-SIMPLE_CORNERS = 24  # a single part of at most so many corners serves any coarser tolerance
 COARSEST_ROOTS = 64.0  # a stored cover made for a tolerance coarser by more than this factor is not refined
 
 
@@ -132,11 +130,11 @@ def _beside(shape: Shape, source: Path, tolerance: float) -> Cover | None:
 
 
 def _suits(cover: Cover, tolerance: float) -> bool:
-    """Whether a stored cover is as good as one made for a tolerance, or can be refined to it."""
-    if max(cover.deviations) > tolerance:
-        return cover.tolerance <= COARSEST_ROOTS * tolerance
-    simple = len(cover.parts) == 1 and len(cover.parts[0]) <= SIMPLE_CORNERS
-    return simple or NEAR_ENOUGH * cover.tolerance >= tolerance
+    """Whether a cover beside a mesh is near enough for a tolerance, or can be refined to it.
+
+    A finer one serves every coarser tolerance: who put it there chose how near parts shall be, as of hands.
+    """
+    return max(cover.deviations) <= tolerance or cover.tolerance <= COARSEST_ROOTS * tolerance
 
 
 def _made(shape: Shape, request: Request, name: str) -> Cover:
