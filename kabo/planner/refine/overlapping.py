@@ -97,7 +97,7 @@ def _box(swept: Any) -> Array:
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for pose in swept.poses:
         turn, centre = pose[:9].reshape(3, 3), swept.extents[:, :3]
-        middle, half = centre @ turn.T + pose[9:], swept.extents[:, 3:] @ np.abs(turn).T
+        middle, half = centre @ turn.T + pose[9:], swept.extents[:, 3:6] @ np.abs(turn).T
         grown = half + swept.bounds[:, :1] + ROUNDING_M
         low = np.minimum(low, (middle - grown).min(axis=0))
         high = np.maximum(high, (middle + grown).max(axis=0))
