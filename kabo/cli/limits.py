@@ -143,16 +143,14 @@ class _ChildSurrounding(Surrounding):
         self._send(str(state), str(state), state.line)
 
     def _send(self, doing: str, text: str, line: str) -> None:
-        self._channel.send(("doing", doing, text))
-        if line:
-            self._channel.send(("line", line, ""))
+        self._channel.send(("doing", doing, text, line))  # as one message: a cut shows all of it or nothing
 
     @contextmanager
     def showing(self, doing: str) -> "Iterator[Callable[[str], None] | None]":
-        yield lambda text: self._channel.send(("doing", doing, text))
+        yield lambda text: self._send(doing, text, "")
 
     def on_found(self) -> OnFound | None:
-        return lambda body, plan: self._channel.send(("found", body, plan))
+        return lambda body, plan: self._channel.send(("found", body, plan, ""))
 
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
@@ -309,15 +307,15 @@ class _Watch:
             return
 
     def _take(self, message: tuple[Any, ...], show: Callable[[str], None] | None) -> None:
-        kind, first, second = message
+        kind, first, second, line = message
         if kind == "found":
             self.found = dict(first), second
-        elif kind == "line":
-            tell(first)
-        else:
-            self.doing = first
-            if show is not None:
-                show(second)
+            return
+        self.doing = first
+        if show is not None:
+            show(second)
+        if line:
+            tell(line)
 
     def _cut_off(self, why: str | None, status: int) -> int:
         """Reports what was cut off; a plan that was found is written all the same."""

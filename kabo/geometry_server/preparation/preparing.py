@@ -166,7 +166,7 @@ class _Preparation:
         some = f"of {missing} of {self.total}" if missing < self.total else f"of all {self.total}"
         self._tell(f"preparing geometry: the convex parts {some} links and bodies; they are kept for later runs")
         if not usual_kernels_compiled():  # else each process compiles the same ones
-            self._in_children(_made, [min(self.meshes, key=self._size)], 1)
+            self._in_children(_made, [min(self.meshes, key=lambda digest: len(self.meshes[digest].faces))], 1)
         self._in_children(_made, list(self.meshes), processes)
         self._raise_failures()
         parts = counted(sum(each.parts for each in self.prepared.values()), "part")
@@ -200,16 +200,13 @@ class _Preparation:
                     self._take(digest, error)
 
     def _in_children(self, make: Callable[[Mesh, float], _Made], digests: list[str], processes: int) -> None:
-        """Takes the parts of meshes from processes; large meshes begin first."""
-        ordered = sorted(digests, key=self._size, reverse=True)
+        """Takes the parts of meshes from processes; large meshes begin first, those of one size in the scene's order."""
+        ordered = sorted(digests, key=lambda digest: -len(self.meshes[digest].faces))
         makes = [partial(make, self.meshes[digest], self.enclosures.tolerance) for digest in ordered]
         with closing(made_in_children(makes, processes, self.enclosures.look)) as found:
             for index, made in found:
                 if not isinstance(made, _NotStored):
                     self._take(ordered[index], made)
-
-    def _size(self, digest: str) -> tuple[int, str]:
-        return len(self.meshes[digest].faces), digest
 
     def _take(self, digest: str, made: "_Made | Exception") -> None:
         mesh = self.meshes.pop(digest)

@@ -33,7 +33,7 @@ def test_cells_that_each_set_holds_alone_cost_their_set():
 def test_long_cells_are_cut_across_and_still_hold_all_of_the_solid(monkeypatch):
     box = trimesh.creation.box((0.4, 0.1, 0.05))
     solid = Solid(np.array(box.vertices, np.float64), np.array(box.faces, np.int64))
-    whole = unions.cells_of(solid, 0.005)
+    whole = unions.cells_of(solid, unions.Aims(0.005))
     assert len(whole) == 1
     cells = unions._shorter(solid, whole, 0.005)
     assert 8 <= len(cells) < unions.MANY_CELLS
