@@ -129,6 +129,7 @@ def explain_file(
     timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     progress: Callable[[Progress], None] | None = None,
+    known: "Callable[[Explanation], None]" = lambda _: None,
     **options: Any,
 ) -> "tuple[Explanation, InputError | None]":
     """Explains why the problem in a file has no plan; returns the explanation and the input error, or None.
@@ -140,6 +141,7 @@ def explain_file(
         timeout: the time limit, including the reading of files [s]; None for no limit.
         cancelled: called periodically; if it returns True, the explanation ends soon with the results so far.
         progress: called periodically with the progress of solving the problem.
+        known: called with the explanation as far as it is known, whenever more is known.
         options: further options of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation  # as the planner
@@ -149,7 +151,13 @@ def explain_file(
         problem = load_problem(path, domain)
         left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
         return explain(
-            problem, geometry=geometry, timeout=left, cancelled=cancelled, progress=progress, **options
+            problem,
+            geometry=geometry,
+            timeout=left,
+            cancelled=cancelled,
+            progress=progress,
+            known=known,
+            **options,
         ), None
     except InputError as error:
         return invalid_explanation(error), error

@@ -120,7 +120,7 @@ def chosen_options(options: argparse.Namespace) -> SolveOptions:
     return cast("SolveOptions", chosen)
 
 
-def report_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
+def report_cut_off(options: argparse.Namespace, spent: Any, message: str, known: Any = None) -> int:
     """Reports that a search was killed before it found a plan, and returns the exit code."""
     said = f"{message}; no file was written"
     if options.json:

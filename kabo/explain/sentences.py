@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
 from kabo.geometry_server.answers import BLOCKED_REASONS
+from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.refused_calls import blocking_pairs
 from kabo.planner.proofs.wording import counted, listed
 
@@ -14,7 +15,9 @@ EXHAUSTED = {
     "samples": "No plan was found",
     "time": "No plan was found before the time was up",
     "memory": "No plan was found with as much memory as allowed",
+    "so_far": "No plan was found so far",
 }
+SHOWN_LEFT = 4  # calls or changes that a clause about what was not finished names
 RESULTS = {
     "no_plan": "no plan, which is proven",
     "exhausted": "none was found, and that is no proof",
@@ -69,10 +72,10 @@ def why(finding: Finding, epsilon: float) -> str:
                 floor = f", wherever on {finding.floor} the base of {finding.robot} stands"
             told = "; ".join(measure.text for measure in finding.measures)
             return f"It is out of reach by {finding.missing:.3f} m{floor}{f': {told}' if told else ''}."
-        return _sentence(finding.message.partition(": ")[2] or finding.message)
+        return _sentence(finding.message.partition(": ")[2] or finding.message, finding.call)
     wide = _too_wide(finding)
     if reason == "collision" and wide is not None:
-        return _sentence(wide)
+        return _sentence(wide, finding.call)
     share = finding.because_of_epsilon
     samples = _of(share, finding.refused)
     if 2 * share > finding.refused:
@@ -85,9 +88,11 @@ def why(finding: Finding, epsilon: float) -> str:
     return f"It was {how} by {body} in {_of(count, finding.refused)}{too}."
 
 
-def _sentence(said: str) -> str:
+def _sentence(said: str, call: GroundCall) -> str:
     """A clause as a sentence; a name such as `cup_1` with which it begins keeps its spelling."""
-    return f"{said}." if "_" in said.partition(" ")[0] else f"{said[0].upper()}{said[1:]}."
+    first = said.partition(" ")[0]
+    is_name = "_" in first or first in map(str, call.arguments)
+    return f"{said}." if is_name else f"{said[0].upper()}{said[1:]}."
 
 
 def _too_wide(finding: Finding) -> str | None:
@@ -99,6 +104,19 @@ def _too_wide(finding: Finding) -> str | None:
 
 def _of(count: int, total: int) -> str:
     return f"{count} of {counted(total, 'sample')} ({100.0 * count / max(total, 1):.0f} %)"
+
+
+def not_repeated(findings: Sequence[Finding]) -> list[str]:
+    """A clause about the failed calls whose attempts were only counted; empty if all were looked at."""
+    left = [str(finding.call) for finding in findings if not finding.repeated]
+    if not left:
+        return []
+    return [f"whether epsilon alone, or which body alone, is in the way of {listed(left, 'and', SHOWN_LEFT)}"]
+
+
+def not_tried(left: Sequence[Change]) -> list[str]:
+    """A clause about the changes that there was no time to try; empty if there are none."""
+    return [f"what one change would do: {listed(map(str, left), 'and', SHOWN_LEFT)}"] if left else []
 
 
 def blocking(finding: Finding) -> list[tuple[str, int]]:

@@ -111,7 +111,13 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
 # ------------------------------------------------------------------------------------ with a scene's geometry
 def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
-    from kabo.planner.refine.with_geometry import finished, load_procedures, unsuccessful_calls, with_start_faults
+    from kabo.planner.refine.with_geometry import (
+        finished,
+        load_procedures,
+        unsuccessful_calls,
+        with_bases,
+        with_start_faults,
+    )
 
     run.report_progress("loading the scene")
     try:
@@ -130,8 +136,10 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         geometry = rounds.geometry
         cut_off = isinstance(found, Exhausted)
         failures = unsuccessful_calls(geometry, server) if cut_off else geometry.failures()
+        late = run.stop.spent == "time"
+        failures = failures if late else with_bases(failures, server)
         result = without_plan(run, task, found, statistics_of(run, server), failures, proved=geometry.proved())
-        return result if run.stop.spent == "time" else with_start_faults(result, server)
+        return with_start_faults(result, server, late=late)
 
 
 # ------------------------------------------------------------------------------------------ without a scene's
