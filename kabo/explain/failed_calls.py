@@ -16,6 +16,7 @@ from kabo.explain.findings import Finding, LeastMove, Row
 from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, moved_base, shortfall_of
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
+from kabo.planner.geometry.epsilon_alone import epsilon_measure
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
@@ -165,6 +166,9 @@ class _Examiner:
         floor = None if robot is None else self._floor(robot)
         found = Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
         measures = self._measures(where, seen, () if floor is not None else nearer, robot)
+        if 2 * found.because_of_epsilon > found.refused:
+            alone = epsilon_measure(self.asked, call, where, self.stop)
+            measures = measures if alone is None else (*measures, alone)
         needed, handed = call in self.needed, self._handed_by(call, where)
         return replace(found, measures=measures, needed=needed, handed_by=handed)
 

@@ -79,7 +79,10 @@ def why(finding: Finding, epsilon: float) -> str:
     share = finding.because_of_epsilon
     samples = _of(share, finding.refused)
     if 2 * share > finding.refused:
-        return f"It was refused only because of epsilon = {epsilon:g} in {samples}: exact geometry would pass."
+        alone = next((f": {each.said}" for each in finding.measures if each.epsilon), "")
+        return (
+            f"It was refused only because of epsilon = {epsilon:g} in {samples}{alone}: exact geometry would pass."
+        )
     body, count = blocking(finding)[0] if blocking(finding) else (None, 0)
     if body is None:
         return f"No way was found in {_of(reasons[reason], finding.refused)}."

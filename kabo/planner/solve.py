@@ -20,6 +20,7 @@ from kabo.options import Options, SolveOptions, takes_options
 from kabo.planner.geometry.assembly import assemble
 from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.geometry.workers import ProcedureWorkers
+from kabo.planner.proofs.needed_calls import needed_first
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.rounds import ExternalRounds, GeometricRounds, Rounds, SymbolicRounds, Variants
@@ -111,6 +112,7 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
 # ------------------------------------------------------------------------------------ with a scene's geometry
 def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
+    from kabo.planner.geometry.epsilon_alone import with_epsilon
     from kabo.planner.refine.with_geometry import (
         finished,
         load_procedures,
@@ -137,7 +139,8 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         cut_off = isinstance(found, Exhausted)
         failures = unsuccessful_calls(geometry, server) if cut_off else geometry.failures()
         late = run.stop.spent == "time"
-        failures = failures if late else with_bases(failures, server)
+        if not late:
+            failures = with_epsilon(with_bases(needed_first(task, failures), server), server, run.stop.timely())
         result = without_plan(run, task, found, statistics_of(run, server), failures, proved=geometry.proved())
         return with_start_faults(result, server, late=late)
 

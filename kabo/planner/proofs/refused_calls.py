@@ -21,7 +21,17 @@ def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list
 
 
 def refused(call: GroundCall, refusal: Refusal) -> str:
-    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
+    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`, with its numbers."""
+    return "; ".join((_said(call, refusal), *_untold(refusal)))
+
+
+def _untold(refusal: Refusal) -> list[str]:
+    """The numbers of a refusal that its sentence does not tell."""
+    is_told = refusal.reason not in BLOCKED_REASONS or not refusal.pairs
+    return [each.text for each in refusal.measures if not (is_told and each.said in refusal.comment)]
+
+
+def _said(call: GroundCall, refusal: Refusal) -> str:
     body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
     if body is None or refusal.reason not in BLOCKED_REASONS:
         return f"{call}: {refusal.comment.partition(': ')[2] or refusal.comment}"
