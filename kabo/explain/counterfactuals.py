@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kabo.errors import InputError
+from kabo.explain.blame import blocking
 from kabo.explain.findings import (
     BaseMoved,
     BodyRemoved,
@@ -72,6 +73,10 @@ def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequ
     for finding in findings[:MAX_BLAMED_CALLS]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
+    # What blocked most may be worth leaving out although something else is behind it: a plan may move that away.
+    for name in (name for finding in findings[:1] for name, _ in blocking(finding)[:1]):
+        if removable(problem, name) and not _carries(surroundings, name):
+            yield BodyRemoved(name)
     farthest: dict[str, LeastMove] = {}
     floors: dict[str, str] = {}
     for finding in findings:

@@ -3,10 +3,10 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
+from kabo.explain.blame import blocking
 from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
 from kabo.geometry_server.answers import BLOCKED_REASONS
 from kabo.language.formulas import GroundCall
-from kabo.planner.proofs.refused_calls import blocking_pairs
 from kabo.planner.proofs.wording import counted, listed
 
 EXHAUSTED = {
@@ -36,7 +36,7 @@ def main_finding(findings: Sequence[Finding], counterfactuals: Sequence[Counterf
 
 def _concerns(change: Change, finding: Finding) -> bool:
     if isinstance(change, BodyRemoved):
-        return any(name == change.body and count for name, count in finding.freed)
+        return any(name == change.body for name, _ in blocking(finding))
     if isinstance(change, SmallerEpsilon):
         return finding.because_of_epsilon > 0
     return finding.robot == change.robot and bool(finding.nearer)
@@ -120,11 +120,6 @@ def not_repeated(findings: Sequence[Finding]) -> list[str]:
 def not_tried(left: Sequence[Change]) -> list[str]:
     """A clause about the changes that there was no time to try; empty if there are none."""
     return [f"what one change would do: {listed(map(str, left), 'and', SHOWN_LEFT)}"] if left else []
-
-
-def blocking(finding: Finding) -> list[tuple[str, int]]:
-    """The bodies and other robots that blocked attempts, with the number of attempts, the most frequent first."""
-    return blocking_pairs(finding.call, ((row.between, row.count) for row in finding.rows if row.between))
 
 
 def best(others: Sequence[Counterfactual]) -> list[str]:
