@@ -47,6 +47,7 @@ def solve_file(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
+    on_refused: Callable[[Mapping[str, Any]], None] | None = None,
 ) -> SolveAnswer:
     """Solves the problem in a file; for bad input the answer has the status "invalid".
 
@@ -61,13 +62,22 @@ def solve_file(
             the status "exhausted".
         on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
             certified.
+        on_refused: called from time to time with the body of the answer that there would be if planning ended now.
     """
     from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
     try:
         problem = read_problem(path, within, domain)
         found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
-        result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
+        result = solve(
+            problem,
+            **options,
+            workers=workers,
+            progress=progress,
+            cancelled=cancelled,
+            on_found=found,
+            on_refused=None if on_refused is None else lambda each: on_refused(result_to_json(each)),
+        )
     except InputError as error:
         return SolveAnswer(invalid_to_json(error), error=error)
     return SolveAnswer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))

@@ -44,6 +44,7 @@ def solve(
     procedures: Mapping[str, Callable[..., bool]] | None = None,
     on_procedures: OnProcedures | None = None,
     on_found: Callable[[Result], None] | None = None,
+    on_refused: Callable[[Result], None] | None = None,
     **options: "Unpack[SolveOptions]",
 ) -> Result:
     """A plan whose leaves all fulfil the goal and whose motions are proven free, or the reason for having none.
@@ -64,6 +65,7 @@ def solve(
         on_procedures: called with the server of geometric procedures before any call is made; the server keeps the
             outcome of each call.
         on_found: called with the first result that has a plan, if this plan is still to be refined or certified.
+        on_refused: called from time to time with a result without a plan: what was refused so far.
         options: `kabo.options.SolveOptions`; options that are None or absent are taken from the
             problem, the scene or the defaults.
 
@@ -81,7 +83,7 @@ def solve(
     else:
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
-    run.on_procedures, run.on_found = on_procedures, on_found
+    run.on_procedures, run.on_found, run.on_refused = on_procedures, on_found, on_refused
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - external.seconds
     if has_geometry:
@@ -113,6 +115,7 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
 def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
     from kabo.planner.geometry.epsilon_alone import with_epsilon
+    from kabo.planner.geometry.telling import Telling
     from kabo.planner.refine.with_geometry import (
         finished,
         load_procedures,
@@ -130,6 +133,8 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         return replace(result, reason=None if result.reason is None else result.reason.with_details(error.details))
     if run.on_procedures is not None:
         run.on_procedures(server)
+    if run.on_refused is not None:
+        run.stop.cancelled = Telling(run, task, server, run.on_refused, run.cancelled)
     with ProcedureWorkers(server, run.workers, run.stop) as workers:
         rounds = GeometricRounds(run, task, server, workers.expect)
         found = planned(run, task, rounds)
