@@ -135,11 +135,6 @@ class GeometryServer:
         return self.identifiers.state(identifier)
 
     # -------------------------------------------------------------------------------------------------- effort
-    @property
-    def is_coarse_first(self) -> bool:
-        """Whether bodies have parts that are divided where a question needs it, which takes long."""
-        return self.surroundings.coarser is not None
-
     def context(self, effort: int = 0, hasty: bool = False, coarse: bool = False) -> ProcedureContext:
         """The context of procedures and stages, with more batches and samples at each level of effort.
 

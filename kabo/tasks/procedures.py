@@ -13,7 +13,6 @@ A call that is cut off has no answer: it raises CutOff, and is neither cached no
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
 
 from kabo.errors import CutOff
 from kabo.geometry_server import Answer, GeometryServer, GeometryStatistics, Refusal, Situation, Stream, Success
@@ -39,17 +38,6 @@ MAX_CACHED_TASKS = 256  # calls whose tasks are kept for further attempts; other
 
 # The answer of another process to a call in a situation (attempt, effort), with its statistics; None: not asked for.
 Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometryStatistics] | None]
-
-
-class _Care(NamedTuple):
-    """How a task is planned at first.
-
-    Hasty: with short path searches, since where a path is hard to find, another grasp or place may be easy to reach.
-    Coarse: without dividing parts of bodies, since what is free without is free, and another candidate may be.
-    """
-
-    hasty: bool
-    coarse: bool
 
 
 @dataclass
@@ -162,14 +150,12 @@ class GeometricProcedures:
             refusals = Refusals()
             refusals.observe(*refused)
             return self._refusal(call, situation, refusals, False)
-        for coarse in (True, False) if self.server.is_coarse_first else (False,):
-            for hasty in (True, False):
-                care = _Care(hasty, coarse)
-                asked = self._planned((*key, care), call, situation, attempt, effort, care)
-                if attempt < len(asked.successes):
-                    return asked.successes[attempt]
-                if asked.successes or not asked.refusals.count("no_path"):
-                    break
+        for hasty in (True, False):
+            asked = self._planned((*key, hasty), call, situation, attempt, effort, hasty)
+            if attempt < len(asked.successes):
+                return asked.successes[attempt]
+            if asked.successes or not asked.refusals.count("no_path"):
+                break
         refusal = self._refusal(call, situation, asked.refusals, bool(asked.successes))
         blamed = asked.task.explain()
         if asked.successes or not blamed.mismatches:
@@ -184,16 +170,20 @@ class GeometricProcedures:
         situation: Situation,
         attempt: int,
         effort: int,
-        care: _Care,
+        hasty: bool,
     ) -> _PlannedCall:
-        """Plans a call's task until it has enough solutions, is exhausted, or has too often found no path."""
+        """Plans a call's task until it has enough solutions, is exhausted, or has too often found no path.
+
+        A hasty call uses short path searches: where a path is hard to find, another grasp or place may be easy to reach.
+        At effort 0 no part of a body is divided: what is free without is free, and another call may be, too.
+        """
         asked = self._asked.pop(key, None) or self._ask(call)
-        most = (MAX_FAILED_PATHS_HASTY if care.hasty else MAX_FAILED_PATHS) * PATHS_FACTOR**effort
+        most = (MAX_FAILED_PATHS_HASTY if hasty else MAX_FAILED_PATHS) * PATHS_FACTOR**effort
 
         def stop() -> bool:
             return asked.refusals.count("no_path") >= most or self.stop()
 
-        scene = TaskScene.of(self.server.context(effort, care.hasty, care.coarse), situation)
+        scene = TaskScene.of(self.server.context(effort, hasty, coarse=effort == 0), situation)
         try:
             found = asked.task.plan(scene, attempt + 1, stop=stop)
             if len(found) <= attempt:

@@ -92,10 +92,10 @@ class CollisionView:
         self._moving, self._fixed, self._pairs = moving, fixed, np.asarray(pairs).reshape(-1, 2)
         self._groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
         self._counts = np.zeros(COUNTER_PLACES, np.int64)
+        self._build()
         coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
         self._coarse = None if coarse is None else CollisionView(tree, moving, fixed, self._pairs, coarse)
         self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
-        self._build()
 
     def _build(self) -> None:
         """Makes the arrays of all parts that are known."""
