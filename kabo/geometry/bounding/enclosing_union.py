@@ -13,7 +13,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry.bounding.containment import CONTAINMENT_MARGIN, hull_of
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
-from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
+from kabo.geometry.bounding.nearness import Voids, corner_limit, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.bounding.stored_parts import Cover
@@ -178,7 +178,8 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
     reached = float(solid.outside_distances(part).max())
     for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
-        if bound < epsilon and proven_near(solid, part, bound):
+        asks_more = reached > corner_limit(solid, bound) > 0.0  # than corners can prove
+        if bound < epsilon and not asks_more and proven_near(solid, part, bound):
             return bound
     return epsilon
 

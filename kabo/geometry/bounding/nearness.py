@@ -7,7 +7,7 @@ from kabo.arrays import Array
 from kabo.geometry.bounding.containment import hull_of
 from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
-from kabo.geometry.triangles.convexity import PLANE_TOLERANCE
+from kabo.geometry.bounding.kernels.union_depth import CONVEXITY_MARGIN
 from kabo.geometry.triangles.solids import Solid
 
 SIGHT_LINES = 80  # between two sets
@@ -108,13 +108,17 @@ def near_or_witness(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
     """The answer of `proven_near`; if it is False, also a point (3,) of the part that is farther away."""
+    room = corner_limit(solid, limit)
+    if room > 0.0:
+        distances = solid.outside_distances(part)
+        worst = int(np.argmax(distances))
+        if distances[worst] <= room:
+            return True, None
+        if distances[worst] > limit:
+            return False, part[worst]
     hull = hull_of(part)
     if (far := _far_sample(solid, hull, limit)) is not None:
         return False, far
-    if solid.is_convex:  # the distance to a convex set is greatest at a corner
-        distances = solid.outside_distances(part)
-        worst = int(np.argmax(distances))
-        return (True, None) if distances[worst] <= limit - 10 * PLANE_TOLERANCE else (False, part[worst])
     if (far := _far_summit(solid, hull, limit)) is not None:
         return False, far
     arrays, limit = solid.arrays, limit * (1 - 1e-9)
@@ -129,8 +133,19 @@ def near_or_witness(
     return {0: (True, None), 1: (False, cells[0, :3].copy())}.get(answer, (None, None))
 
 
+def corner_limit(solid: Solid, limit: float) -> float:
+    """The distance [m] from a nearly convex solid within which corners prove a convex part within `limit`; or -inf.
+
+    The distance to the solid's convex hull is greatest at a corner, and the solid is nowhere far from its hull.
+    """
+    return limit - solid.convexity_error - CONVEXITY_MARGIN
+
+
 def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
     """Whether a short proof shows that triangles (N, 3, 3) are within `limit` [m] of the solid; False refutes nothing."""
+    room = corner_limit(solid, limit)
+    if room > 0.0 and (solid.outside_distances(faces.reshape(-1, 3)) <= room).all():
+        return True
     cells = np.zeros((len(faces) + SPARE_STACK_ROWS, 11))
     cells[: len(faces), :9] = faces.reshape(-1, 9)
     limit *= 1 - 1e-9

@@ -13,12 +13,13 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.containment import contains_proven, hull_of, widened
 from kabo.geometry.bounding.kernels.depth_octree import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
-from kabo.geometry.bounding.nearness import Voids, faces_near, near_or_witness, proven_near
+from kabo.geometry.bounding.nearness import Voids, corner_limit, faces_near, near_or_witness, proven_near
 from kabo.geometry.triangles.solids import Solid
 
 BATCH_ABOVE_CORNERS = 24  # above which several edges are contracted in a round
 BATCH_SHARE = 0.25  # of the corners, contracted in such a round
 CORNER_SHARES = (0.99, 0.93, 0.85)  # of the limit, for corners; tried in turn until the result is proven
+MIN_CORNER_ROOM = 0.75  # of the limit: corners keep so near a nearly convex solid that they alone prove a part
 MANY_CORNERS = 150  # of a hull, above which contraction begins with a polytope of few planes around it
 LIKE_NORMALS = 0.94  # cosine of the angle below which one of two planes is left out at first
 FEW_PLANES_SHARE = 0.35  # of the limit: how far that polytope may stick out
@@ -68,7 +69,8 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
     if voids.meet(hull, limit):
         return None
     corners = points[np.sort(hull.vertices)]
-    asked = len(corners) > MANY_CORNERS
+    asked, room = len(corners) > MANY_CORNERS, corner_limit(solid, limit)
+    corner_room = room if room > MIN_CORNER_ROOM * limit else limit
     if asked and _is_refuted(solid, corners, hull, limit, voids):
         return None
     around = _around(solid, corners, hull, limit, voids) if asked else None
@@ -76,7 +78,7 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
         for share in CORNER_SHARES:
             way = begun
             for _ in range(MAX_RESUMPTIONS):
-                way = _way(solid, way, share * limit, voids)
+                way = _way(solid, way, min(share * limit, corner_room), voids)
                 end = widened(way[-1])
                 near, far = near_or_witness(solid, end, limit)
                 if near and contains_proven(end, points):
