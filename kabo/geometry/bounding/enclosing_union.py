@@ -219,7 +219,7 @@ def _chosen(
         for members in missing:
             points = np.vstack([cells[i].points for i in members])
             made[members] = enclosing_part(solid, points, aims.tolerance, voids)
-        usable = all(made[members] is not None or len(members) == 1 for members in chosen)
+        usable = all(len(members) == 1 or _is_usable(made[members], aims) for members in chosen)
         cost = sum(_cost(members, made, typical, aims) for members in chosen)
         if usable and cost < best_cost:
             best, best_cost = chosen, cost
@@ -228,6 +228,11 @@ def _chosen(
         if not missing or (best and len(made) > SPARE_PARTS_RATIO * len(best)):
             break
     return best
+
+
+def _is_usable(part: Array | None, aims: Aims) -> bool:
+    """Whether a set has a part, and one of few enough corners; a single cell needs none, since it can be cut."""
+    return part is not None and not (aims.strict and aims.corners is not None and len(part) > aims.corners)
 
 
 def _cost(members: Members, made: dict[Members, Array | None], typical: float, aims: Aims) -> float:
