@@ -88,7 +88,8 @@ def kept_cover(shape: Shape, request: Request, folder: Path, name: str, look: Ca
     Raises:
         MeshError: the tolerance cannot be kept.
     """
-    key = hashlib.sha256(repr((shape.digest, tuple(request.aims), *request[1:])).encode()).hexdigest()
+    asked = stored_parts.METHOD_VERSION, shape.digest, tuple(request.aims), *request[1:]
+    key = hashlib.sha256(repr(asked).encode()).hexdigest()
 
     def made() -> Cover:
         look()
