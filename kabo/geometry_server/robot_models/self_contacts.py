@@ -127,6 +127,14 @@ class SelfContacts:
         candidates = covers.meeting(configurations[0].tolist())
         return [pair for pair in candidates if self._touches(covers, pair, configurations)]
 
+    def inside_hand(self, q: Sequence[float]) -> list[LinkPair]:
+        """The pairs that may touch at a configuration as long as the gripper's joints stand so, wherever the arm is."""
+        planned = self.robot.planned
+        meeting = self.coarse(self.epsilon).meeting(q)
+        own = [pair for pair in meeting if min(self.robot.values_between(*pair), default=planned) >= planned]
+        self._prepare(own)
+        return [pair for pair in own if self.fine.meets(pair, q)]
+
     @staticmethod
     def _touches(links: LinkPairs, pair: LinkPair, configurations: Array) -> bool:
         first = links.meets_at(pair, configurations[:FIRST_SAMPLES])
