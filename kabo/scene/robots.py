@@ -1,6 +1,6 @@
 """Robots: the model that pinocchio reads from URDF files, the kinematic tree as arrays, links with their meshes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
@@ -169,16 +169,22 @@ class Robot:
 
     def values_between(self, first: str, second: str) -> frozenset[int]:
         """The values of a configuration that move one of two links against the other."""
-        ways = [set(self._joints_to(name)) for name in (first, second)]
+        ways = [set(self._joints_to(self.links[name].joint)) for name in (first, second)]
         joints = [joint for joint in ways[0] ^ ways[1] if self.tree.ratio[joint] != 0.0]
         return frozenset(int(self.tree.source[joint]) for joint in joints)
+
+    def moving(self, joints: Iterable[int]) -> NDArray[np.bool_]:
+        """Which values of a configuration (n,) move one of some joints."""
+        tree, found = self.tree, np.zeros(self.tree.size, np.bool_)
+        ways = {other for joint in joints for other in self._joints_to(joint) if tree.ratio[other] != 0.0}
+        found[[int(tree.source[joint]) for joint in ways]] = True
+        return found
 
     def stands(self, link: str) -> bool:
         """Whether no moving joint carries the link, so that it is fixed to the base."""
         return self._moving_joint(link) == 0
 
-    def _joints_to(self, link: str) -> Iterator[int]:
-        joint = self.links[link].joint
+    def _joints_to(self, joint: int) -> Iterator[int]:
         while joint > 0:
             yield joint
             joint = int(self.tree.parent[joint])

@@ -137,7 +137,7 @@ def test_links_of_a_hand_that_touch_while_it_is_open_are_allowed_and_a_home_is_f
     model = make_robot_model(urdf, None, name="small", epsilon=0.01)
     assert [(each.first, each.second, each.hand) for each in model.always] == [("left", "right", True)]
     assert model.home is not None
-    assert "# they touch, or nearly, while the gripper is open" in robot_scene_text(model, tmp_path)
+    assert "# they touch, or nearly, while the gripper is open or closes" in robot_scene_text(model, tmp_path)
 
 
 def test_what_is_written_loads_without_a_finding_and_is_the_same_each_time(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ HOME_WORDS = (
     "folded",
     "tuck",
 )  # of states tried first
+HAND_STEPS = 9  # of a hand of many fingers, from open to closed
 NOT_CLOSED = "the mesh is not closed"
 
 
@@ -44,7 +45,7 @@ NOT_CLOSED = "the mesh is not closed"
 class AlwaysPair:
     """Two links that touch at every configuration; `depth` is that of a proof [m], None if it was only sampled.
 
-    If `hand`, they belong to a hand, and touch as long as it is open.
+    If `hand`, they belong to a hand, and touch while it is open, or closes.
     """
 
     first: str
@@ -56,7 +57,7 @@ class AlwaysPair:
     def when(self) -> str:
         """When they touch, and how this is known."""
         known = "sampled" if self.depth is None else "proven"
-        return "while the gripper is open" if self.hand else f"always ({known})"
+        return "while the gripper is open, or closes" if self.hand else f"always ({known})"
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class RobotModel:
         gripper: measured; None without one.
         home: a configuration (n,) without self-collision, the gripper open; None if none was found.
         margin: how far its links are proven to be apart there at least, neighbours aside [m].
-        always: pairs that touch always, or as long as the gripper is open.
+        always: pairs that touch always, or while the gripper is open, or closes.
         hulls: links that are replaced by their hulls, and why.
         visual: links without collision geometry, whose visual geometry is used.
     """
@@ -233,7 +234,7 @@ def _checked(
             contacts = asked.contacts(described)
             always = contacts.always()
             contacts = asked.contacts(_allowing(described, always))
-            hand = [] if gripper is None else contacts.inside_hand(_opened(contacts.robot, gripper))
+            hand = [] if gripper is None else contacts.inside_hand(_grips(contacts.robot, gripper))
             if hand:
                 contacts = asked.contacts(_allowing(described, [*always, *hand]))
             home = _home(contacts, gripper)
@@ -251,12 +252,15 @@ def _allowing(description: RobotDescription, pairs: Sequence[tuple[str, str]]) -
     return replace(description, contacts=tuple(ContactPattern(*pair) for pair in pairs))
 
 
-def _opened(robot: Robot, gripper: GripperModel) -> list[float]:
-    """The configuration with all joints at zero, within their limits, and the gripper open."""
+def _grips(robot: Robot, gripper: GripperModel) -> Array:
+    """Configurations (N, n) with the arm at zero and the gripper open; of a hand of many fingers, also closing."""
     q = np.clip(np.zeros(robot.tree.size), robot.tree.lower, robot.tree.upper)
-    for joint, value in gripper.open.items():
-        q[robot.joint_names.index(joint)] = value
-    return [float(value) for value in q]
+    joints = [robot.joint_names.index(joint) for joint in gripper.open]
+    opened, closed = (np.array([each[joint] for joint in gripper.open]) for each in (gripper.open, gripper.closed))
+    shares = np.linspace(0.0, 1.0, HAND_STEPS) if gripper.opening is None else np.zeros(1)
+    found = np.repeat(q[None], len(shares), axis=0)
+    found[:, joints] = opened + shares[:, None] * (closed - opened)
+    return found
 
 
 def _no_hull(urdf: Path, link: str, why: str) -> Diagnostic:
