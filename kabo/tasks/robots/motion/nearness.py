@@ -6,6 +6,8 @@ from kabo.geometry_server import Measure, Pair, ScenePredicates, millimetres, pa
 from kabo.scene import Configuration
 from kabo.tasks.robots.scenes import TaskScene
 
+SMALLEST_DEPTH = 5e-5  # [m]: a lesser one is not told as a number; it may be one of edges that cross
+
 
 def own_nearness(scene: TaskScene, robot: str, pair: Pair, waypoints: Iterable[Configuration]) -> Measure | None:
     """How near two links of a robot come at one of some configurations; None if one of both is not its link.
@@ -24,7 +26,9 @@ def own_nearness(scene: TaskScene, robot: str, pair: Pair, waypoints: Iterable[C
 
     nearest = min((upper(q)[0] for q in waypoints), default=upper(stands)[0])
     said = f"{pair[0]} and {pair[1]} "
-    if nearest < 0.0:
+    if -SMALLEST_DEPTH < nearest <= 0.0:
+        said += "touch or overlap"
+    elif nearest < 0.0:
         said += f"overlap by {millimetres(-nearest)} or more"
     else:
         said += f"are at most {millimetres(nearest)} apart, with epsilon = {millimetres(epsilon)}"
