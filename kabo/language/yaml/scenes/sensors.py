@@ -65,7 +65,8 @@ def _angle(reader: Reader, node: YamlNode | None, what: str) -> float | None:
     value = None if node is None else _number(reader, node, what)
     if value is None or node is None or value < _WIDEST:
         return value
-    hint = f"angles are radians: write {value:g} deg" if value < 180.0 else None
+    in_radians = isinstance(node, Scalar) and not node.text.strip().endswith("deg")
+    hint = f"angles are radians: write {value:g} deg" if in_radians and value < 180.0 else None
     reader.findings.add(
         node.place, f"{what} lies between 0 and 180 deg, this is {math.degrees(value):g} deg", hint
     )
