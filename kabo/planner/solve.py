@@ -115,7 +115,6 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
 def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
     from kabo.planner.geometry.epsilon_alone import with_epsilon
-    from kabo.planner.geometry.telling import Telling
     from kabo.planner.refine.with_geometry import (
         finished,
         load_procedures,
@@ -123,6 +122,7 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         with_bases,
         with_start_faults,
     )
+    from kabo.planner.telling import Telling
 
     run.report_progress("loading the scene")
     try:
