@@ -123,7 +123,7 @@ def test_no_grasp_for_this_robot_is_a_proof(tmp_path: Path) -> None:
     found = explained(tmp_path, robots="robots: []")
     assert (found.verdict, found.counterfactuals) == ("proved", ())
     assert found.summary[0] == "There is no plan, which is proven: pick(gantry, cube) can never succeed."
-    assert found.summary[1] == "Cube has no grasp family that gantry can use."
+    assert found.summary[1] == "cube has no grasp family that gantry can use."
     assert first(found)["failures"][0]["reason"] == "empty_family"
 
 
