@@ -33,7 +33,12 @@ def own_text(pair: Pair, measures: Iterable[Measure]) -> str:
 
 
 def refused(call: GroundCall, refusal: Refusal) -> str:
-    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
+    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`, with its numbers."""
+    said = _said(call, refusal)
+    return "; ".join((said, *(each.text for each in refusal.measures if each.said not in said)))
+
+
+def _said(call: GroundCall, refusal: Refusal) -> str:
     body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
     if body is None or refusal.reason not in BLOCKED_REASONS:
         return f"{call}: {refusal.comment.partition(': ')[2] or refusal.comment}"

@@ -13,6 +13,7 @@ from kabo.geometry_server import (
     grasp_missing,
     grasp_roles,
     grasp_stream,
+    overlapping,
     standing_of,
     wherever,
 )
@@ -78,6 +79,8 @@ class SampleGrasp(RobotStage, Monitor):
         """One result for each grasp family, with the family as target; inverse kinematics chooses the grasp later."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         refused = _refuted(scene.context, scene.situation, robot, name, properties["family"])
+        if refused is None and scene.context.tries_again:
+            refused = _overlap(scene.context, scene.situation, name)
         if refused is not None:
             return [refused]
         found = _streams(scene.context, scene.situation, robot, name, properties["family"])
@@ -154,6 +157,15 @@ def _refuted(
         key, lambda: (_beyond(_body(context, name), pose, robot, wanted),)
     )
     return known[0]
+
+
+def _overlap(context: ProcedureContext, situation: Situation, name: str) -> Refusal | None:
+    """A proof that an object cannot be grasped where it begins, since it overlaps something there."""
+    fault = overlapping(context.surroundings, situation, name)
+    if fault is None:
+        return None
+    reads = frozenset(fault.things) & {*situation.objects}
+    return Refusal("constraint", fault.said, reads, proof=True)
 
 
 def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | None:
