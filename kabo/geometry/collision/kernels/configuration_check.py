@@ -5,7 +5,21 @@ Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layo
 
 import numpy as np
 
-from kabo.compilation import brief_kernel, joined_kernel, lean_kernel, window
+from kabo.compilation import (
+    absolute,
+    all_four,
+    brief_kernel,
+    four,
+    fused,
+    joined_kernel,
+    lean_kernel,
+    minus,
+    near_columns,
+    plus,
+    sums,
+    times,
+    window,
+)
 from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
 from kabo.geometry.collision.kernels.bundles import (
     BALL_OF_BOX,
@@ -20,18 +34,32 @@ from kabo.geometry.collision.kernels.bundles import (
     POSITIVE,
     ROOTS_END,
     UNUSABLE,
+    Chain,
+    Checked,
     Hulls,
     Outlines,
     Search,
     Tree,
+    Waiting,
 )
 from kabo.geometry.collision.kernels.descent import FINAL, put_children
 from kabo.geometry.collision.kernels.first_axis import first_axis
-from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
-from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
+from kabo.geometry.collision.kernels.layout import (
+    GROUPS_PER_WORD,
+    MARGIN,
+    OFFSET,
+    WAITING_PLACES,
+    WAITING_ROOM,
+    numbers_of,
+    whole_numbers_of,
+)
+from kabo.geometry.collision.kernels.oriented_boxes import boxes_near, faces_near, put_pose, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
 from kabo.geometry.collision.kernels.sines import frames_of
 
+IN_ORDER = np.inf  # `likely` of a check that tells the first pair
+LIKELY = 2.0  # of a check that tells any: 19 of 20 pairs nearer than that collide
+AXIS_PLACE, POINT_PLACE, DISTANCE_PLACE = 12, 15, 18  # in `Waiting.numbers`, behind the pose
 SHORT_SLACK = 4e-7  # of a coordinate, for rounding it and sums with it to 24 bits
 
 
@@ -44,19 +72,20 @@ def usable(q, bound):
     return good
 
 
-@joined_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
-def _group_boxes(world_T, moving, joint, group_extents, rows):
+@joined_kernel  # (J * 12,) f8, i8, (G,) i8, (G * 8,) f8 -> writes (6, padded groups) f4
+def _group_boxes(frames, moving, joint, boxes, rows):
     """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
     for g in range(moving):
-        j = joint[g]
-        x, y, z = group_extents[g, 0], group_extents[g, 1], group_extents[g, 2]
-        ex, ey, ez = group_extents[g, 3], group_extents[g, 4], group_extents[g, 5]
-        for r in range(3):
-            a, b, c = world_T[j, 3 * r], world_T[j, 3 * r + 1], world_T[j, 3 * r + 2]
-            middle = a * x + b * y + c * z + world_T[j, 9 + r]
-            half = abs(a) * ex + abs(b) * ey + abs(c) * ez
-            half += SHORT_SLACK * (abs(middle) + half) + BOX_SLACK
-            rows[r, g], rows[3 + r, g] = np.float32(middle - half), np.float32(middle + half)
+        at = 12 * joint[g]
+        x, y, z = four(frames, at), four(frames, at + 4), four(frames, at + 8)
+        centre, half = four(boxes, 8 * g), four(boxes, 8 * g + 3)
+        centre, half = (centre[0], centre[1], centre[2], 1.0), (half[0], half[1], half[2], 0.0)
+        middle = sums(times(x, centre), times(y, centre), times(z, centre))
+        reach = sums(times(absolute(x), half), times(absolute(y), half), times(absolute(z), half))
+        reach = fused(plus(absolute(middle), reach), all_four(SHORT_SLACK), plus(reach, all_four(BOX_SLACK)))
+        low, high = minus(middle, reach), plus(middle, reach)
+        rows[0, g], rows[1, g], rows[2, g] = np.float32(low[0]), np.float32(low[1]), np.float32(low[2])
+        rows[3, g], rows[4, g], rows[5, g] = np.float32(high[0]), np.float32(high[1]), np.float32(high[2])
 
 
 @lean_kernel  # (6, 32 W) f4, i8, i8, f8 -> i8
@@ -65,14 +94,7 @@ def _near_groups(rows, g, word, margin):
     short = np.float32(margin)
     x0, y0, z0 = rows[0, g] - short, rows[1, g] - short, rows[2, g] - short
     x1, y1, z1 = rows[3, g] + short, rows[4, g] + short, rows[5, g] + short
-    near = np.int32(0)
-    for i in range(GROUPS_PER_WORD):
-        h = GROUPS_PER_WORD * word + i
-        x = (x0 <= rows[3, h]) & (x1 >= rows[0, h])
-        y = (y0 <= rows[4, h]) & (y1 >= rows[1, h])
-        z = (z0 <= rows[5, h]) & (z1 >= rows[2, h])
-        near = np.int32(near | (np.int32(x & y & z) << np.int32(i)))
-    return np.int64(near) & np.int64(0xFFFFFFFF)
+    return near_columns(rows, GROUPS_PER_WORD * word, (x0, y0, z0), (x1, y1, z1))
 
 
 @lean_kernel  # i8 -> i8
@@ -102,68 +124,131 @@ def _posed_apart(part_extents, hulls, a, b, pose, margin, search):
 
 
 @lean_kernel
-def _descend(a, b, pose, outlines, hulls, tree, margin, search):
+def _descend(a, b, pose, checked, search):
     """FREE if the children of two parts are apart, as fine as need be; 0 if not; FIRST_OPEN - p if p has none yet."""
+    outlines, tree, margin = checked.outlines, checked.tree, checked.margin
     top = put_children(tree, a, b, 0)
     while top > 0:
         top -= 1
         a, b = tree.stack[top, 0], tree.stack[top, 1]
         if faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
             first_axis(pose, outlines, a, b, search)
-            if not _posed_apart(outlines.parts, hulls, a, b, pose, margin, search):
+            if not _posed_apart(outlines.parts, checked.hulls, a, b, pose, margin, search):
                 top = put_children(tree, a, b, top)
     return FREE if top == 0 else 0 if top == FINAL else top
 
 
 @joined_kernel
-def _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search):
-    """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`."""
-    count = 0
-    for b in range(groups[PARTS, h], groups[ROOTS_END, h]):
-        if faces_near(pose, outlines.groups, g, outlines.parts, b, margin):
-            listed[count] = b
-            count += 1
-    if count == 0:
+def _searched(a, b, pose, checked, search):
+    """FREE if two parts are proven apart, or their children; else as `_descend`. The search starts where it is told."""
+    if _posed_apart(checked.outlines.parts, checked.hulls, a, b, pose, checked.margin, search):
         return FREE
-    for a in range(groups[PARTS, g], groups[ROOTS_END, g]):
-        if not faces_near(pose, outlines.parts, a, outlines.groups, h, margin):
+    return _descend(a, b, pose, checked, search)
+
+
+@joined_kernel
+def _put_waiting(count, a, b, pose, distance, waiting, search):
+    """Writes a pair of parts, and where its search starts, to row `count`."""
+    place = WAITING_PLACES * count
+    waiting.parts[count, 0], waiting.parts[count, 1] = a, b
+    for i in range(12):
+        waiting.numbers[place + i] = pose[i]
+    for i in range(3):
+        waiting.numbers[place + AXIS_PLACE + i] = search.axis[i]
+        waiting.numbers[place + POINT_PLACE + i] = search.simplex[0, i]
+    waiting.numbers[place + DISTANCE_PLACE] = distance
+
+
+@joined_kernel
+def _searched_later(k, checked, waiting, search):
+    """The result of `_searched` for a row of the pairs that wait."""
+    numbers, place = waiting.numbers, WAITING_PLACES * k
+    for i in range(3):
+        search.axis[i], search.simplex[0, i] = numbers[place + AXIS_PLACE + i], numbers[place + POINT_PLACE + i]
+    pose = window(numbers, place, (12,))
+    return _searched(waiting.parts[k, 0], waiting.parts[k, 1], pose, checked, search)
+
+
+@joined_kernel
+def _parts_hit(g, h, pose, likely, count, checked, waiting, search):
+    """FREE, or as `_descend`, for the parts of two groups near each other; and how many pairs wait then.
+
+    Pairs wait whose `first_axis` distance is not less than `likely`, while there is room. A group's box is that of
+    its root if it has one alone.
+    """
+    groups, outlines, listed, margin = checked.groups, checked.outlines, waiting.listed, checked.margin
+    first_a, end_a, first_b, end_b = (
+        groups[PARTS, g], groups[ROOTS_END, g], groups[PARTS, h], groups[ROOTS_END, h]
+    )  # fmt: skip
+    several_a, several_b, near = end_a - first_a > 1, end_b - first_b > 1, 0
+    for b in range(first_b, end_b):
+        if not several_b or faces_near(pose, outlines.groups, g, outlines.parts, b, margin):
+            listed[near] = b
+            near += 1
+    if near == 0:
+        return FREE, count
+    for a in range(first_a, end_a):
+        if several_a and not faces_near(pose, outlines.parts, a, outlines.groups, h, margin):
             continue
-        for k in range(count):
+        for k in range(near):
             b = listed[k]
-            if not faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
+            if several_a and several_b and not faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
                 continue
-            first_axis(pose, outlines, a, b, search)
-            if not _posed_apart(outlines.parts, hulls, a, b, pose, margin, search):
-                found = _descend(a, b, pose, outlines, hulls, tree, margin, search)
-                if found != FREE:
-                    return found
-    return FREE
+            distance = first_axis(pose, outlines, a, b, search)
+            if distance >= likely and count < WAITING_ROOM:
+                _put_waiting(count, a, b, pose, distance, waiting, search)
+                waiting.parts[count, 2], waiting.parts[count, 3] = g, h
+                count += 1
+                continue
+            found = _searched(a, b, pose, checked, search)
+            if found != FREE:
+                return found, count
+    return FREE, count
 
 
-@brief_kernel  # (n,) f8, (M,) f8 -> i8
-def first_hit(q, memory):
-    """The index of the first pair, by group, not proven farther apart at q than the margin minus rounding.
+@joined_kernel
+def _waiting_hit(count, checked, waiting, search):
+    """FREE, or as `_descend`, for the pairs that wait, the nearest first; and the row of the pair."""
+    nearest, least = 0, np.inf
+    for k in range(count):
+        distance = waiting.numbers[WAITING_PLACES * k + DISTANCE_PLACE]
+        if distance < least:
+            nearest, least = k, distance
+    for i in range(count):
+        k = nearest if i == 0 else i - 1 if i <= nearest else i
+        found = _searched_later(k, checked, waiting, search)
+        if found != FREE:
+            return found, k
+    return FREE, 0
 
+
+@brief_kernel  # (n,) f8, f8, (M,) f8 -> i8
+def hit(q, likely, memory):
+    """The index of a pair, by group, not proven farther apart at q than the margin minus rounding.
+
+    With `likely` IN_ORDER it is the first pair. Else pairs that do not look as near as `likely` (`first_axis`) are searched
+    after all others, so that most hits take a single search; whether there is a hit is the same.
     The result is FREE if all pairs are proven apart, UNUSABLE if q is invalid, and FIRST_OPEN - p or less if part p
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
-        simplex, points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
+        rows, numbers, pose, axis, simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
-    counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
-    margin, moving = memory[MARGIN], allowed.shape[0]
+    counters, joints, groups, sizes, children, stack, pairs, allowed, listed, parts = whole_numbers_of(memory)
+    margin, moving, count = memory[MARGIN], allowed.shape[0], 0
     outlines, hulls, tree = (
         Outlines(part_extents, group_extents, cores),
         Hulls(blocks, sizes, rounds),
         Tree(children, diameters, stack),
     )
+    checked, waiting = Checked(groups, outlines, hulls, tree, margin), Waiting(parts, numbers, listed)
     search = Search(memory[OFFSET], axis, simplex, points, counters)
     counters[CHECKS] += 1
     if not usable(q, bound):
         return UNUSABLE
-    frames_of(q, joints, factors, placement, angles, world_T)
-    _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
+    frames_of(q, Chain(joints, factors, placement, bound), local, angles, world_T, frames)
+    _group_boxes(frames, moving, groups[JOINT], boxes, rows)
     for g in range(moving):
         for word in range(allowed.shape[1]):
             near = allowed[g, word]
@@ -173,20 +258,26 @@ def first_hit(q, memory):
                 bit = near & -near
                 near ^= bit
                 h = GROUPS_PER_WORD * word + _place_of(bit)
-                relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
-                if faces_near(pose, group_extents, g, group_extents, h, margin):
-                    found = _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search)
+                placed = relative(frames, groups[JOINT, g], groups[JOINT, h])
+                if boxes_near(placed, boxes, g, h, margin):
+                    put_pose(placed, pose)
+                    found, count = _parts_hit(g, h, pose, likely, count, checked, waiting, search)
                     if found != FREE:
                         counters[POSITIVE] += 1
                         return found if found < FREE else _number_of(groups, pairs, g, h)
+    if count > 0:
+        found, row = _waiting_hit(count, checked, waiting, search)
+        if found != FREE:
+            counters[POSITIVE] += 1
+            return found if found < FREE else _number_of(groups, pairs, parts[row, 2], parts[row, 3])
     return FREE
 
 
-@lean_kernel  # (N, n) f8, (N,) i8, (M,) f8 -> i8
-def first_hits(configurations, answers, memory):
-    """Writes the result of `first_hit` for each configuration; returns how many, up to the first that is not decided."""
+@lean_kernel  # (N, n) f8, f8, (N,) i8, (M,) f8 -> i8
+def hits(configurations, likely, answers, memory):
+    """Writes the result of `hit` for each configuration; returns how many, up to the first that is not decided."""
     for i in range(configurations.shape[0]):
-        answers[i] = first_hit(configurations[i], memory)
+        answers[i] = hit(configurations[i], likely, memory)
         if answers[i] < FREE:
             return i
     return configurations.shape[0]
