@@ -11,8 +11,8 @@ from numba.np.arrayobj import make_array
 from kabo.compilation import lanes
 
 F8, I8, I4 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
-F8x4, F8x8, I8x8, F4x32 = (
-    ir.VectorType(F8, 4), ir.VectorType(F8, 8), ir.VectorType(I8, 8), ir.VectorType(ir.FloatType(), 32)
+F8x4, F8x8, I8x8, F4x16 = (
+    ir.VectorType(F8, 4), ir.VectorType(F8, 8), ir.VectorType(I8, 8), ir.VectorType(ir.FloatType(), 16)
 )  # fmt: skip
 FOUR = types.UniTuple(types.float64, 4)
 LOW_BITS = 6  # of a key: the index
@@ -154,12 +154,16 @@ def _farthest(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
 def _near_columns(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     rows, start, low, high = arguments
     shape = cgutils.unpack_tuple(builder, make_array(signature.args[0])(context, builder, rows).shape)
-    near = None
-    for sides, other, comparison in ((low, 3, "<="), (high, 0, ">=")):
-        for r, side in enumerate(cgutils.unpack_tuple(builder, sides)):
-            at = builder.add(start, builder.mul(I8(other + r), shape[1]))
-            pointer = _pointer(context, builder, signature.args[0], rows, at, F4x32)
-            own = builder.load(pointer, align=4)
-            one = builder.fcmp_ordered(comparison, _splat(builder, side, F4x32), own)
-            near = one if near is None else builder.and_(near, one)
-    return builder.zext(builder.bitcast(near, I4), I8)
+    bits = I4(0)
+    for half in (0, 16):  # halves of one register each: their comparisons mask each other
+        near = None
+        for sides, other, comparison in ((low, 3, "<="), (high, 0, ">=")):
+            for r, side in enumerate(cgutils.unpack_tuple(builder, sides)):
+                at = builder.add(builder.add(start, I8(half)), builder.mul(I8(other + r), shape[1]))
+                pointer = _pointer(context, builder, signature.args[0], rows, at, F4x16)
+                own = builder.load(pointer, align=4)
+                one = builder.fcmp_ordered(comparison, _splat(builder, side, F4x16), own)
+                near = one if near is None else builder.and_(near, one)
+        own = builder.zext(builder.bitcast(near, ir.IntType(16)), I4)
+        bits = builder.or_(bits, builder.shl(own, I4(half)))
+    return builder.zext(bits, I8)

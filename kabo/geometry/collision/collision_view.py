@@ -27,7 +27,7 @@ from kabo.geometry.collision.kernels.bundles import (
     SWEEPS,
     Scene,
 )
-from kabo.geometry.collision.kernels.configuration_check import IN_ORDER, LIKELY, hit, hits
+from kabo.geometry.collision.kernels.configuration_check import hit, hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
 from kabo.geometry.collision.part_trees import deviation_within, refine
 from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
@@ -116,7 +116,7 @@ class CollisionView:
         if self._careful:
             return self._hit(q)
         try:  # a check takes a microsecond, of which a look at the array would be a tenth
-            found: int = hit(q, IN_ORDER, self._memory)
+            found: int = hit(q, True, self._memory)
         except TypeError:  # another kind of array
             return self._hit(q)
         if found < FREE:
@@ -132,7 +132,7 @@ class CollisionView:
         if self._careful:
             return self._hit(q) >= 0
         try:
-            found: int = hit(q, LIKELY, self._memory)
+            found: int = hit(q, False, self._memory)
         except TypeError:  # another kind of array
             return self._hit(q) >= 0
         if found < FREE:
@@ -145,7 +145,7 @@ class CollisionView:
         row = row if row.flags.carray else row.copy()
         if row.ndim != 1:
             raise self._refusal(row)
-        found = self._decided(lambda: call_first(hit, row, IN_ORDER, self._memory))
+        found = self._decided(lambda: call_first(hit, row, True, self._memory))
         self._careful = self._open
         if found < FREE:
             raise self._refusal(row)
@@ -163,7 +163,7 @@ class CollisionView:
         answers = np.empty(len(rows), np.int64)
         if self._open:
             answers[:] = [self.configuration_hit(row) for row in rows]
-        elif hits(rows, IN_ORDER, answers, self._memory) < len(rows):
+        elif hits(rows, True, answers, self._memory) < len(rows):
             raise self._refusal(rows[0])
         return answers
 

@@ -39,8 +39,6 @@ from kabo.geometry.collision.kernels.layout import (
     HEAD_PLACES,
     MARGIN,
     OFFSET,
-    WAITING_PLACES,
-    WAITING_ROOM,
     after,
     numbers_of,
     whole_numbers_of,
@@ -232,7 +230,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head = np.zeros(HEAD_PLACES, np.int64)
     whole = [head, np.zeros(COUNTER_PLACES, np.int64), chain.joints, made.bodies.groups, sizes, made.children]
     whole += [np.zeros((parts + 1, 2), np.int64), made.bodies.pairs, made.bodies.allowed, listed]
-    whole += [np.zeros((WAITING_ROOM, 4), np.int64)]
+    whole += [np.zeros((made.bodies.pairs.shape[1], 2), np.int64)]
     numbers = [
         *chain[1:],
         *made.extents,
@@ -243,7 +241,6 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
         frames,
         np.zeros((3, joints)),
         rows.view(np.float64),  # two short numbers in the place of one
-        np.zeros((WAITING_ROOM, WAITING_PLACES)),
         np.zeros(12),
         np.zeros(3),
     ]
@@ -255,7 +252,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_ROWS, columns
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, made.offset
     memory = _laid_out(arrays, starts, room=SWEEP_POOL_ROWS * 3 * columns)
-    *_, diameters, _, _, _, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
+    *_, diameters, _, _, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
     counters, _, _, sizes, children, stack, *_ = _in_python(whole_numbers_of)(memory)
     search = Search(made.offset, axis, simplex, points, counters)
     return memory, Hulls(blocks, sizes, rounds), Tree(children, diameters, stack), search

@@ -75,18 +75,11 @@ class Checked(NamedTuple):
     """The bodies that a configuration check compares."""
 
     groups: Integers  # of `Bodies`
+    listed: Integers  # (greatest number of roots,) those of one group that are near another group
     outlines: Outlines
     hulls: Hulls
     tree: Tree
     margin: float  # parts proven farther apart than this do not collide [m]
-
-
-class Waiting(NamedTuple):
-    """The pairs of parts that a configuration check searches after likelier ones."""
-
-    parts: Integers  # (ROOM, 4) both parts and their groups
-    numbers: Array  # (ROOM * 24,) pose, first axis, first point of the simplex, how near
-    listed: Integers  # (greatest number of roots,) roots of one group that are near another group
 
 
 class Search(NamedTuple):

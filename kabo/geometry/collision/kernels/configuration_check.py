@@ -40,7 +40,6 @@ from kabo.geometry.collision.kernels.bundles import (
     Outlines,
     Search,
     Tree,
-    Waiting,
 )
 from kabo.geometry.collision.kernels.descent import FINAL, put_children
 from kabo.geometry.collision.kernels.first_axis import first_axis
@@ -48,18 +47,14 @@ from kabo.geometry.collision.kernels.layout import (
     GROUPS_PER_WORD,
     MARGIN,
     OFFSET,
-    WAITING_PLACES,
-    WAITING_ROOM,
     numbers_of,
     whole_numbers_of,
 )
-from kabo.geometry.collision.kernels.oriented_boxes import boxes_near, faces_near, put_pose, relative
+from kabo.geometry.collision.kernels.oriented_boxes import boxes_deep, boxes_near, faces_near, put_pose, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
 from kabo.geometry.collision.kernels.sines import frames_of
 
-IN_ORDER = np.inf  # `likely` of a check that tells the first pair
-LIKELY = 2.0  # of a check that tells any: 19 of 20 pairs nearer than that collide
-AXIS_PLACE, POINT_PLACE, DISTANCE_PLACE = 12, 15, 18  # in `Waiting.numbers`, behind the pose
+DEEP = 0.65  # of the extents of two boxes, with which most pairs that overlap collide
 SHORT_SLACK = 4e-7  # of a coordinate, for rounding it and sums with it to 24 bits
 
 
@@ -68,7 +63,7 @@ def usable(q, bound):
     """Whether every value of q is finite and its absolute value within its bound; a NaN would invalidate proofs."""
     good = q.shape[0] == bound.shape[0]
     for i in range(bound.shape[0]):
-        good = good and abs(q[i]) <= bound[i]
+        good = good & (abs(q[i]) <= bound[i])
     return good
 
 
@@ -139,54 +134,21 @@ def _descend(a, b, pose, checked, search):
 
 
 @joined_kernel
-def _searched(a, b, pose, checked, search):
-    """FREE if two parts are proven apart, or their children; else as `_descend`. The search starts where it is told."""
-    if _posed_apart(checked.outlines.parts, checked.hulls, a, b, pose, checked.margin, search):
-        return FREE
-    return _descend(a, b, pose, checked, search)
+def _parts_hit(g, h, pose, checked, search):
+    """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`.
 
-
-@joined_kernel
-def _put_waiting(count, a, b, pose, distance, waiting, search):
-    """Writes a pair of parts, and where its search starts, to row `count`."""
-    place = WAITING_PLACES * count
-    waiting.parts[count, 0], waiting.parts[count, 1] = a, b
-    for i in range(12):
-        waiting.numbers[place + i] = pose[i]
-    for i in range(3):
-        waiting.numbers[place + AXIS_PLACE + i] = search.axis[i]
-        waiting.numbers[place + POINT_PLACE + i] = search.simplex[0, i]
-    waiting.numbers[place + DISTANCE_PLACE] = distance
-
-
-@joined_kernel
-def _searched_later(k, checked, waiting, search):
-    """The result of `_searched` for a row of the pairs that wait."""
-    numbers, place = waiting.numbers, WAITING_PLACES * k
-    for i in range(3):
-        search.axis[i], search.simplex[0, i] = numbers[place + AXIS_PLACE + i], numbers[place + POINT_PLACE + i]
-    pose = window(numbers, place, (12,))
-    return _searched(waiting.parts[k, 0], waiting.parts[k, 1], pose, checked, search)
-
-
-@joined_kernel
-def _parts_hit(g, h, pose, likely, count, checked, waiting, search):
-    """FREE, or as `_descend`, for the parts of two groups near each other; and how many pairs wait then.
-
-    Pairs wait whose `first_axis` distance is not less than `likely`, while there is room. A group's box is that of
-    its root if it has one alone.
+    The groups' boxes are near each other. A group's box is that of its root if it has one alone.
     """
-    groups, outlines, listed, margin = checked.groups, checked.outlines, waiting.listed, checked.margin
-    first_a, end_a, first_b, end_b = (
-        groups[PARTS, g], groups[ROOTS_END, g], groups[PARTS, h], groups[ROOTS_END, h]
-    )  # fmt: skip
+    groups, listed, outlines, margin = checked.groups, checked.listed, checked.outlines, checked.margin
+    first_a, end_a = groups[PARTS, g], groups[ROOTS_END, g]
+    first_b, end_b = groups[PARTS, h], groups[ROOTS_END, h]
     several_a, several_b, near = end_a - first_a > 1, end_b - first_b > 1, 0
     for b in range(first_b, end_b):
         if not several_b or faces_near(pose, outlines.groups, g, outlines.parts, b, margin):
             listed[near] = b
             near += 1
     if near == 0:
-        return FREE, count
+        return FREE
     for a in range(first_a, end_a):
         if several_a and not faces_near(pose, outlines.parts, a, outlines.groups, h, margin):
             continue
@@ -194,55 +156,35 @@ def _parts_hit(g, h, pose, likely, count, checked, waiting, search):
             b = listed[k]
             if several_a and several_b and not faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
                 continue
-            distance = first_axis(pose, outlines, a, b, search)
-            if distance >= likely and count < WAITING_ROOM:
-                _put_waiting(count, a, b, pose, distance, waiting, search)
-                waiting.parts[count, 2], waiting.parts[count, 3] = g, h
-                count += 1
-                continue
-            found = _searched(a, b, pose, checked, search)
-            if found != FREE:
-                return found, count
-    return FREE, count
+            first_axis(pose, outlines, a, b, search)
+            if not _posed_apart(outlines.parts, checked.hulls, a, b, pose, margin, search):
+                found = _descend(a, b, pose, checked, search)
+                if found != FREE:
+                    return found
+    return FREE
 
 
-@joined_kernel
-def _waiting_hit(count, checked, waiting, search):
-    """FREE, or as `_descend`, for the pairs that wait, the nearest first; and the row of the pair."""
-    nearest, least = 0, np.inf
-    for k in range(count):
-        distance = waiting.numbers[WAITING_PLACES * k + DISTANCE_PLACE]
-        if distance < least:
-            nearest, least = k, distance
-    for i in range(count):
-        k = nearest if i == 0 else i - 1 if i <= nearest else i
-        found = _searched_later(k, checked, waiting, search)
-        if found != FREE:
-            return found, k
-    return FREE, 0
-
-
-@brief_kernel  # (n,) f8, f8, (M,) f8 -> i8
-def hit(q, likely, memory):
+@brief_kernel  # (n,) f8, bool, (M,) f8 -> i8
+def hit(q, in_order, memory):
     """The index of a pair, by group, not proven farther apart at q than the margin minus rounding.
 
-    With `likely` IN_ORDER it is the first pair. Else pairs that do not look as near as `likely` (`first_axis`) are searched
-    after all others, so that most hits take a single search; whether there is a hit is the same.
+    If `in_order` it is the first pair. Else pairs whose boxes overlap little wait for the others, so that most hits are
+    found by the first search; whether there is a hit is the same.
     The result is FREE if all pairs are proven apart, UNUSABLE if q is invalid, and FIRST_OPEN - p or less if part p
     must be divided to decide.
     """
     (
         factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
-        rows, numbers, pose, axis, simplex, points, rounds, blocks,
+        rows, pose, axis, simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
-    counters, joints, groups, sizes, children, stack, pairs, allowed, listed, parts = whole_numbers_of(memory)
+    counters, joints, groups, sizes, children, stack, pairs, allowed, listed, waiting = whole_numbers_of(memory)
     margin, moving, count = memory[MARGIN], allowed.shape[0], 0
     outlines, hulls, tree = (
         Outlines(part_extents, group_extents, cores),
         Hulls(blocks, sizes, rounds),
         Tree(children, diameters, stack),
     )
-    checked, waiting = Checked(groups, outlines, hulls, tree, margin), Waiting(parts, numbers, listed)
+    checked = Checked(groups, listed, outlines, hulls, tree, margin)
     search = Search(memory[OFFSET], axis, simplex, points, counters)
     counters[CHECKS] += 1
     if not usable(q, bound):
@@ -260,24 +202,30 @@ def hit(q, likely, memory):
                 h = GROUPS_PER_WORD * word + _place_of(bit)
                 placed = relative(frames, groups[JOINT, g], groups[JOINT, h])
                 if boxes_near(placed, boxes, g, h, margin):
+                    if not (in_order or boxes_deep(placed, boxes, g, h, DEEP)):
+                        waiting[count, 0], waiting[count, 1] = g, h
+                        count += 1
+                        continue
                     put_pose(placed, pose)
-                    found, count = _parts_hit(g, h, pose, likely, count, checked, waiting, search)
+                    found = _parts_hit(g, h, pose, checked, search)
                     if found != FREE:
                         counters[POSITIVE] += 1
                         return found if found < FREE else _number_of(groups, pairs, g, h)
-    if count > 0:
-        found, row = _waiting_hit(count, checked, waiting, search)
+    for k in range(count):
+        g, h = waiting[k, 0], waiting[k, 1]
+        put_pose(relative(frames, groups[JOINT, g], groups[JOINT, h]), pose)
+        found = _parts_hit(g, h, pose, checked, search)
         if found != FREE:
             counters[POSITIVE] += 1
-            return found if found < FREE else _number_of(groups, pairs, parts[row, 2], parts[row, 3])
+            return found if found < FREE else _number_of(groups, pairs, g, h)
     return FREE
 
 
-@lean_kernel  # (N, n) f8, f8, (N,) i8, (M,) f8 -> i8
-def hits(configurations, likely, answers, memory):
+@lean_kernel  # (N, n) f8, bool, (N,) i8, (M,) f8 -> i8
+def hits(configurations, in_order, answers, memory):
     """Writes the result of `hit` for each configuration; returns how many, up to the first that is not decided."""
     for i in range(configurations.shape[0]):
-        answers[i] = hit(configurations[i], likely, memory)
+        answers[i] = hit(configurations[i], in_order, memory)
         if answers[i] < FREE:
             return i
     return configurations.shape[0]

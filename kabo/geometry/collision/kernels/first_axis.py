@@ -10,9 +10,9 @@ round of every other search. Both are hints: a proof is the gap along an axis, h
 from kabo.compilation import joined_kernel
 
 
-@joined_kernel  # (12,) f8, Outlines, i8, i8, Search -> f8; writes (3,) f8, (4, 3) f8
+@joined_kernel  # (12,) f8, Outlines, i8, i8, Search -> writes (3,) f8, (4, 3) f8
 def first_axis(pose, outlines, a, b, search):
-    """Writes an axis from part b, moved by `pose`, to part a, and the simplex's first point; returns t (A + B)^-1 t."""
+    """Writes an axis from part b, moved by `pose`, to part a, and the simplex's first point."""
     boxes, cores, axis = outlines.parts, outlines.cores, search.axis
     m00, m01, m02 = pose[0], pose[1], pose[2]
     m10, m11, m12 = pose[3], pose[4], pose[5]
@@ -43,5 +43,3 @@ def first_axis(pose, outlines, a, b, search):
     axis[0] = scale * (c00 * tx + c01 * ty + c02 * tz)
     axis[1] = scale * (c01 * tx + c11 * ty + c12 * tz)
     axis[2] = scale * (c02 * tx + c12 * ty + c22 * tz)
-    determinant = xx * c00 + xy * c01 + xz * c02
-    return (axis[0] * tx + axis[1] * ty + axis[2] * tz) / (scale * determinant)

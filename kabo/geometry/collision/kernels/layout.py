@@ -16,14 +16,12 @@ MARGIN, OFFSET = 11, 12  # places of numbers in the head
 HEAD_PLACES = 16  # before the first array
 CACHE_LINE_PLACES = 8  # arrays begin at multiples of it
 GROUPS_PER_WORD = 32  # one integer holds a bit for each of so many groups
-WAITING_ROOM = 32  # pairs of parts that are searched after likelier ones
-WAITING_PLACES = 24  # numbers of each: see `kernels.any_hit`
 
 
 @lean_kernel  # i8, i8 -> i8
 def after(start, count):
     """The index where the next array begins: the end of `count` elements from `start`, rounded up to a cache line."""
-    return (start + count + CACHE_LINE_PLACES - 1) // CACHE_LINE_PLACES * CACHE_LINE_PLACES
+    return (start + count + CACHE_LINE_PLACES - 1) & -CACHE_LINE_PLACES
 
 
 @lean_kernel  # i8, i8 -> i8
@@ -37,7 +35,7 @@ def numbers_of(memory):
     """The floating-point arrays in a memory: of `Chain`, `Outlines`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
     factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), these flat too, cores (B, 9), diameters
-    (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world boxes of groups, waiting (ROOM * 24,), pose (12,), axis (3,), simplex (4, 3),
+    (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3),
     points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
     those that sweeps place.
     """
@@ -66,10 +64,6 @@ def numbers_of(memory):
     frames, start = window(memory, start, (12 * joints,)), after(start, 12 * joints)
     angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
     rows, start = window(memory.view(np.float32), 2 * start, (6, columns)), after(start, 3 * columns)
-    waiting, start = (
-        window(memory, start, (WAITING_ROOM * WAITING_PLACES,)),
-        after(start, WAITING_ROOM * WAITING_PLACES),
-    )
     pose, start = window(memory, start, (12,)), after(start, 12)
     axis, start = window(memory, start, (3,)), after(start, 3)
     simplex, start = window(memory, start, (4, 3)), after(start, 12)
@@ -78,7 +72,7 @@ def numbers_of(memory):
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
         factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
-        rows, waiting, pose, axis, simplex, points, rounds, blocks,
+        rows, pose, axis, simplex, points, rounds, blocks,
     )  # fmt: skip
 
 
@@ -87,7 +81,7 @@ def whole_numbers_of(memory):
     """The integer arrays in a memory.
 
     counters (8,), joints (3, J), groups (4, G+1), sizes (B + room,), children (B, 2), stack (B + 1, 2), pairs (2, P),
-    allowed (moving, W), listed (greatest number of roots,), and waiting (ROOM, 4).
+    allowed (moving, W), listed (greatest number of roots,), and waiting (P, 2).
     """
     whole = memory.view(np.int64)
     joints, groups, words = whole[JOINTS], whole[GROUPS] + 1, words_for(whole[GROUPS])
@@ -101,5 +95,5 @@ def whole_numbers_of(memory):
     pairs, start = window(whole, start, (2, whole[PAIRS])), after(start, 2 * whole[PAIRS])
     allowed, start = window(whole, start, (whole[MOVING], words)), after(start, whole[MOVING] * words)
     listed, start = window(whole, start, (whole[LARGEST],)), after(start, whole[LARGEST])
-    waiting = window(whole, start, (WAITING_ROOM, 4))
+    waiting = window(whole, start, (whole[PAIRS], 2))
     return counters, tree, ranges, sizes, children, stack, pairs, allowed, listed, waiting

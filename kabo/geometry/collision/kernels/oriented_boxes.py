@@ -45,22 +45,36 @@ def put_pose(rows, pose):
     pose[9], pose[10], pose[11] = rows[0][3], rows[1][3], rows[2][3]
 
 
-@joined_kernel  # 3 x 4 f8 first_T_second, (S * 8,) f8 centre and half extents, i8, i8, f8 [m] -> bool
-def boxes_near(rows, boxes, a, b, margin):
-    """As `faces_near`, of boxes in one flat array."""
+@joined_kernel  # 3 x 4 f8 first_T_second, (S * 8,) f8 centre and half extents, i8, i8 -> 4 f8, 4 f8, 4 f8
+def _along_first(rows, boxes, a, b):
+    """Along the axes of the first of two boxes: the distance of the centres, and the half extents of the second."""
     x, y, z = rows
     centre, half = four(boxes, 8 * b), four(boxes, 8 * b + 3)
     centre, half = (centre[0], centre[1], centre[2], 1.0), (half[0], half[1], half[2], 0.0)
-    own = four(boxes, 8 * a + 3)
-    ax, ay, az = absolute(x), absolute(y), absolute(z)
     distance = minus(sums(times(x, centre), times(y, centre), times(z, centre)), four(boxes, 8 * a))
-    reach = sums(times(ax, half), times(ay, half), times(az, half))
+    return distance, sums(times(absolute(x), half), times(absolute(y), half), times(absolute(z), half)), half
+
+
+@joined_kernel  # 3 x 4 f8, (S * 8,) f8, i8, i8, f8 [m] -> bool
+def boxes_near(rows, boxes, a, b, margin):
+    """As `faces_near`, of boxes in one flat array."""
+    x, y, z = rows
+    distance, reach, half = _along_first(rows, boxes, a, b)
+    own = four(boxes, 8 * a + 3)
     if any_greater(minus(absolute(distance), reach), plus(own, all_four(margin))):
         return False
     dx, dy, dz = all_four(distance[0]), all_four(distance[1]), all_four(distance[2])
     distance = absolute(fused(x, dx, fused(y, dy, times(z, dz))))
+    ax, ay, az = absolute(x), absolute(y), absolute(z)
     reach = fused(ax, all_four(own[0]), fused(ay, all_four(own[1]), times(az, all_four(own[2]))))
     return not any_greater(minus(distance, reach), plus(half, all_four(margin)))
+
+
+@joined_kernel  # 3 x 4 f8, (S * 8,) f8, i8, i8, f8 -> bool
+def boxes_deep(rows, boxes, a, b, share):
+    """Whether two boxes would overlap, seen along the first one's axes, with a share of both boxes' extents."""
+    distance, reach, _ = _along_first(rows, boxes, a, b)
+    return not any_greater(absolute(distance), times(all_four(share), plus(reach, four(boxes, 8 * a + 3))))
 
 
 @joined_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool

@@ -46,8 +46,9 @@ def _compose(joints, angles, local, frames):
         x = fused(four(local, 24 * j), kept, times(four(local, 24 * j + 12), moved))
         y = fused(four(local, 24 * j + 4), kept, times(four(local, 24 * j + 16), moved))
         z = fused(four(local, 24 * j + 8), kept, times(four(local, 24 * j + 20), moved))
+        parent = 12 * joints[0, j]
         for r in range(3):
-            at = 12 * joints[0, j] + 4 * r
+            at = parent + 4 * r
             origin = (0.0, 0.0, 0.0, frames[at + 3])
             row = fused(all_four(frames[at]), x, fused(all_four(frames[at + 1]), y, origin))
             put_four(frames, 12 * j + 4 * r, fused(all_four(frames[at + 2]), z, row))
