@@ -230,7 +230,6 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head = np.zeros(HEAD_PLACES, np.int64)
     whole = [head, np.zeros(COUNTER_PLACES, np.int64), chain.joints, made.bodies.groups, sizes, made.children]
     whole += [np.zeros((parts + 1, 2), np.int64), made.bodies.pairs, made.bodies.allowed, listed]
-    whole += [np.zeros((made.bodies.pairs.shape[1], 2), np.int64)]
     numbers = [
         *chain[1:],
         *made.extents,

@@ -50,11 +50,10 @@ from kabo.geometry.collision.kernels.layout import (
     numbers_of,
     whole_numbers_of,
 )
-from kabo.geometry.collision.kernels.oriented_boxes import boxes_deep, boxes_near, faces_near, put_pose, relative
+from kabo.geometry.collision.kernels.oriented_boxes import boxes_near, faces_near, put_pose, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
 from kabo.geometry.collision.kernels.sines import frames_of
 
-DEEP = 0.65  # of the extents of two boxes, with which most pairs that overlap collide
 SHORT_SLACK = 4e-7  # of a coordinate, for rounding it and sums with it to 24 bits
 
 
@@ -164,12 +163,10 @@ def _parts_hit(g, h, pose, checked, search):
     return FREE
 
 
-@brief_kernel  # (n,) f8, bool, (M,) f8 -> i8
-def hit(q, in_order, memory):
-    """The index of a pair, by group, not proven farther apart at q than the margin minus rounding.
+@brief_kernel  # (n,) f8, (M,) f8 -> i8
+def first_hit(q, memory):
+    """The index of the first pair, by group, not proven farther apart at q than the margin minus rounding.
 
-    If `in_order` it is the first pair. Else pairs whose boxes overlap little wait for the others, so that most hits are
-    found by the first search; whether there is a hit is the same.
     The result is FREE if all pairs are proven apart, UNUSABLE if q is invalid, and FIRST_OPEN - p or less if part p
     must be divided to decide.
     """
@@ -177,8 +174,8 @@ def hit(q, in_order, memory):
         factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
         rows, pose, axis, simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
-    counters, joints, groups, sizes, children, stack, pairs, allowed, listed, waiting = whole_numbers_of(memory)
-    margin, moving, count = memory[MARGIN], allowed.shape[0], 0
+    counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
+    margin, moving = memory[MARGIN], allowed.shape[0]
     outlines, hulls, tree = (
         Outlines(part_extents, group_extents, cores),
         Hulls(blocks, sizes, rounds),
@@ -202,30 +199,19 @@ def hit(q, in_order, memory):
                 h = GROUPS_PER_WORD * word + _place_of(bit)
                 placed = relative(frames, groups[JOINT, g], groups[JOINT, h])
                 if boxes_near(placed, boxes, g, h, margin):
-                    if not (in_order or boxes_deep(placed, boxes, g, h, DEEP)):
-                        waiting[count, 0], waiting[count, 1] = g, h
-                        count += 1
-                        continue
                     put_pose(placed, pose)
                     found = _parts_hit(g, h, pose, checked, search)
                     if found != FREE:
                         counters[POSITIVE] += 1
                         return found if found < FREE else _number_of(groups, pairs, g, h)
-    for k in range(count):
-        g, h = waiting[k, 0], waiting[k, 1]
-        put_pose(relative(frames, groups[JOINT, g], groups[JOINT, h]), pose)
-        found = _parts_hit(g, h, pose, checked, search)
-        if found != FREE:
-            counters[POSITIVE] += 1
-            return found if found < FREE else _number_of(groups, pairs, g, h)
     return FREE
 
 
-@lean_kernel  # (N, n) f8, bool, (N,) i8, (M,) f8 -> i8
-def hits(configurations, in_order, answers, memory):
-    """Writes the result of `hit` for each configuration; returns how many, up to the first that is not decided."""
+@lean_kernel  # (N, n) f8, (N,) i8, (M,) f8 -> i8
+def first_hits(configurations, answers, memory):
+    """Writes the result of `first_hit` for each configuration; returns how many, up to the first that is not decided."""
     for i in range(configurations.shape[0]):
-        answers[i] = hit(configurations[i], in_order, memory)
+        answers[i] = first_hit(configurations[i], memory)
         if answers[i] < FREE:
             return i
     return configurations.shape[0]

@@ -81,7 +81,7 @@ def whole_numbers_of(memory):
     """The integer arrays in a memory.
 
     counters (8,), joints (3, J), groups (4, G+1), sizes (B + room,), children (B, 2), stack (B + 1, 2), pairs (2, P),
-    allowed (moving, W), listed (greatest number of roots,), and waiting (P, 2).
+    allowed (moving, W), and listed (greatest number of roots,).
     """
     whole = memory.view(np.int64)
     joints, groups, words = whole[JOINTS], whole[GROUPS] + 1, words_for(whole[GROUPS])
@@ -94,6 +94,5 @@ def whole_numbers_of(memory):
     stack, start = window(whole, start, (whole[PARTS] + 1, 2)), after(start, 2 * whole[PARTS] + 2)
     pairs, start = window(whole, start, (2, whole[PAIRS])), after(start, 2 * whole[PAIRS])
     allowed, start = window(whole, start, (whole[MOVING], words)), after(start, whole[MOVING] * words)
-    listed, start = window(whole, start, (whole[LARGEST],)), after(start, whole[LARGEST])
-    waiting = window(whole, start, (whole[PAIRS], 2))
-    return counters, tree, ranges, sizes, children, stack, pairs, allowed, listed, waiting
+    listed = window(whole, start, (whole[LARGEST],))
+    return counters, tree, ranges, sizes, children, stack, pairs, allowed, listed

@@ -70,13 +70,6 @@ def boxes_near(rows, boxes, a, b, margin):
     return not any_greater(minus(distance, reach), plus(half, all_four(margin)))
 
 
-@joined_kernel  # 3 x 4 f8, (S * 8,) f8, i8, i8, f8 -> bool
-def boxes_deep(rows, boxes, a, b, share):
-    """Whether two boxes would overlap, seen along the first one's axes, with a share of both boxes' extents."""
-    distance, reach, _ = _along_first(rows, boxes, a, b)
-    return not any_greater(absolute(distance), times(all_four(share), plus(reach, four(boxes, 8 * a + 3))))
-
-
 @joined_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
 def faces_near(pose, first, a, second, b, margin):
     """Whether no axis of either box proves two oriented boxes farther apart than `margin`; True if a number is NaN."""
