@@ -15,7 +15,6 @@ F8x4, F8x8, I8x8, F4x16 = (
     ir.VectorType(F8, 4), ir.VectorType(F8, 8), ir.VectorType(I8, 8), ir.VectorType(ir.FloatType(), 16)
 )  # fmt: skip
 FOUR = types.UniTuple(types.float64, 4)
-LOW_BITS = 6  # of a key: the index
 
 
 def teach_lanes() -> None:
@@ -25,7 +24,6 @@ def teach_lanes() -> None:
     _teach(lanes.four, FOUR, (types.Array, types.Integer), _four)
     _teach(lanes.put_four, types.none, (types.Array, types.Integer, types.UniTuple), _put_four)
     _teach(lanes.all_four, FOUR, (types.Float,), _all_four)
-    _teach(lanes.lane, FOUR, (types.UniTuple, types.Integer), _lane)
     _teach(lanes.any_greater, types.boolean, (types.UniTuple, types.UniTuple), _any_greater)
     rows = (types.Array, types.Integer, types.Integer, types.UniTuple, types.Float)
     _teach(lanes.farthest, types.int64, rows, _farthest)
@@ -92,7 +90,7 @@ def _splat(builder: Any, number: Any, vector: Any) -> Any:
 
 _FOURS: dict[Callable[..., Any], Callable[..., Any]] = {
     lanes.times: lambda builder, a, b: builder.fmul(a, b),
-    lanes.fused: lambda builder, a, b, c: _call(builder, "llvm.fma.v4f64", F8x4, a, b, c),
+    lanes.fused: lambda builder, a, b, c: _call(builder, "llvm.fmuladd.v4f64", F8x4, a, b, c),
     lanes.minus: lambda builder, a, b: builder.fsub(a, b),
     lanes.plus: lambda builder, a, b: builder.fadd(a, b),
     lanes.sums: _sums,
@@ -106,23 +104,20 @@ def _pointer(context: Any, builder: Any, kind: Any, array: Any, at: Any, vector:
 
 
 def _four(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    pointer = _pointer(context, builder, signature.args[0], *arguments, F8x4)
+    array, at = arguments
+    pointer = _pointer(context, builder, signature.args[0], array, at, F8x4)
     return _tuple(context, builder, builder.load(pointer, align=8))
 
 
 def _put_four(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    pointer = _pointer(context, builder, signature.args[0], *arguments[:2], F8x4)
-    builder.store(_vector(builder, arguments[2]), pointer, align=8)
+    array, at, numbers = arguments
+    pointer = _pointer(context, builder, signature.args[0], array, at, F8x4)
+    builder.store(_vector(builder, numbers), pointer, align=8)
     return context.get_dummy_value()
 
 
 def _all_four(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
     return context.make_tuple(builder, FOUR, [arguments[0]] * 4)
-
-
-def _lane(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-    vector, place = _vector(builder, arguments[0]), builder.trunc(arguments[1], I4)
-    return context.make_tuple(builder, FOUR, [builder.extract_element(vector, place)] * 4)
 
 
 def _any_greater(_context: Any, builder: Any, _: Any, arguments: Any) -> Any:
@@ -144,7 +139,7 @@ def _farthest(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
         for r in (2, 1, 0):
             at = builder.add(builder.add(start, i), builder.mul(I8(r), shape[2]))
             pointer = _pointer(context, builder, signature.args[0], blocks, at, F8x8)
-            product = _call(builder, "llvm.fma.v8f64", F8x8, builder.load(pointer, align=8), axis[r], product)
+            product = _call(builder, "llvm.fmuladd.v8f64", F8x8, builder.load(pointer, align=8), axis[r], product)
         key = builder.or_(builder.and_(builder.bitcast(product, I8x8), mask), builder.load(index))
         builder.store(_call(builder, "llvm.smax.v8i64", I8x8, builder.load(best), key), best)
         builder.store(builder.add(builder.load(index), step), index)

@@ -2,7 +2,7 @@
 
 numba's loops over three or four numbers become scalar code, which is several times as many instructions. Here are the
 operations as Python functions; `kabo.compilation.lane_lowering` tells numba which instructions they are. Four numbers
-are a tuple. Products that are added are rounded once in kernels, and twice in Python.
+are a tuple. In kernels a product that something is added to may be rounded once with the sum.
 """
 
 from collections.abc import Sequence
@@ -28,11 +28,6 @@ def put_four(flat: Array, at: int, numbers: Four) -> None:
 def all_four(number: float) -> Four:
     """A number four times."""
     return number, number, number, number
-
-
-def lane(numbers: Four, place: int) -> Four:
-    """One of four numbers four times; the place is a literal."""
-    return all_four(numbers[place])
 
 
 def times(first: Four, second: Four) -> Four:

@@ -60,7 +60,9 @@ SHORT_SLACK = 4e-7  # of a coordinate, for rounding it and sums with it to 24 bi
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
 def usable(q, bound):
     """Whether every value of q is finite and its absolute value within its bound; a NaN would invalidate proofs."""
-    good = q.shape[0] == bound.shape[0]
+    if q.shape[0] != bound.shape[0]:
+        return False
+    good = True
     for i in range(bound.shape[0]):
         good = good & (abs(q[i]) <= bound[i])
     return good

@@ -34,10 +34,10 @@ def words_for(groups):
 def numbers_of(memory):
     """The floating-point arrays in a memory: of `Chain`, `Outlines`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
-    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), these flat too, cores (B, 9), diameters
-    (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3),
-    points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
-    those that sweeps place.
+    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), the latter flat too, cores
+    (B, 9), diameters (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world
+    boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K)
+    of vertices: of all parts in their joint's frame, then those that sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
