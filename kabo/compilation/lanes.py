@@ -8,19 +8,15 @@ are a tuple. In kernels a product that something is added to may be rounded once
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
-from kabo.arrays import Array
-
 Four = tuple[float, float, float, float]
 
 
-def four(flat: Array, at: int) -> Four:
+def four(flat: Any, at: int) -> Four:
     """Four numbers of a flat array."""
     return flat[at], flat[at + 1], flat[at + 2], flat[at + 3]
 
 
-def put_four(flat: Array, at: int, numbers: Four) -> None:
+def put_four(flat: Any, at: int, numbers: Four) -> None:
     """Writes four numbers into a flat array."""
     flat[at : at + 4] = numbers
 
@@ -66,8 +62,10 @@ def any_greater(first: Four, second: Four) -> bool:
     return bool(first[0] > second[0] or first[1] > second[1] or first[2] > second[2])
 
 
-def farthest(blocks: Array, row: int, count: int, along: Sequence[float], offset: float) -> Any:
+def farthest(blocks: Any, row: int, count: int, along: Sequence[float], offset: float) -> Any:
     """As `separation.support`, of rows (B, 3, K) whose `count` is a multiple of eight."""
+    import numpy as np  # here, as in kernels it is not needed
+
     best, (x, y, z) = np.int64(0), along
     for i in range(count):
         product = blocks[row, 0, i] * x + (blocks[row, 1, i] * y + (blocks[row, 2, i] * z + offset))
@@ -75,10 +73,10 @@ def farthest(blocks: Array, row: int, count: int, along: Sequence[float], offset
     return best
 
 
-def near_columns(rows: Array, start: int, low: Sequence[Any], high: Sequence[Any]) -> Any:
+def near_columns(rows: Any, start: int, low: Sequence[Any], high: Sequence[Any]) -> Any:
     """A bit for each of 32 boxes, columns (6, N) f4 of lower and upper corners, that meets the box from low to high."""
-    own, bits = rows[:, start : start + 32], np.int64(0)
+    own, bits = rows[:, start : start + 32], 0
     for i in range(32):
         below = all(low[r] <= own[3 + r, i] for r in range(3))
-        bits |= np.int64(below and all(high[r] >= own[r, i] for r in range(3))) << np.int64(i)
+        bits |= int(below and all(high[r] >= own[r, i] for r in range(3))) << i
     return bits
