@@ -189,7 +189,7 @@ class _Configurations:
             depth = f"are not proven {1000 * self.scene.epsilon:.3g} mm apart (epsilon)"
         what = named if named.startswith("the start") else f'configuration "{named}"'
         own = [name.partition(".")[2] for name in pair if name.startswith(robot.name + ".")]
-        hint = f"`kabo robot` finds a free one; or allow it: allowed_contacts: [[{first}, {second}]]"
+        hint = f"write another one, or move the body; or allow it: allowed_contacts: [[{first}, {second}]]"
         if len(own) == 2:
             hint = (
                 f"`kabo robot` finds a free one; or allow it in the robot: allowed_contacts: [[{', '.join(own)}]]"
