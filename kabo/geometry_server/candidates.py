@@ -283,7 +283,7 @@ class GraspStream:
 
 def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Array) -> Roles | None:
     """The frame of each role in a grasp family, for a standing object; None if the family does not fit this robot."""
-    if family.robots is not None and robot.name not in family.robots:
+    if robot.tool is None or (family.robots is not None and robot.name not in family.robots):
         return None
     roles = {"tool": tool_frame(robot), "this": standing_frame(body, world_T_body), "world": WORLD}
     return roles if fits(family.constraints, roles) else None

@@ -143,6 +143,9 @@ def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Verti
     try:
         return pieces(data, kind)
     except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
+        if isinstance(error, IndexError):  # of numpy, in readers that trust the numbers of vertices
+            said = f'mesh file "{name}" cannot be read: its faces name vertices that it does not have'
+            raise refuse(place, said, EXPORT_HINT) from None
         words = re.sub(r"\b\w*(Error|Exception): ", "", str(error)).split()  # names of a parser's classes
         said = " ".join(words)[:_MAX_PARSER_CHARACTERS] or type(error).__name__
         raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT_HINT) from None

@@ -11,6 +11,7 @@ from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import DriveDescription, GripperDescription, RobotDescription
+from kabo.meshes.counts import counted
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
 from kabo.scene.robot_semantics import with_groups, with_semantics
@@ -141,7 +142,8 @@ def _assemble(
     movable = [name for name in list(model.names)[1:] if name not in mimics]
     for name in (*(description.joints or ()), *gripper_joints):
         if name not in movable:
-            raise refusal(description.place, f'unknown joint "{name}"', did_you_mean(name, movable))
+            hint = did_you_mean(name, movable) or f"joints that move on their own: {', '.join(movable) or 'none'}"
+            raise refusal(description.place, f'unknown joint "{name}"', hint)
     movable = [name for name in movable if name not in gripper_joints]
     planned = base_first(description.joints or None, movable, description.drive)
     names = (*planned, *gripper_joints)
@@ -288,13 +290,14 @@ def _check_configurations(description: RobotDescription, robot: Robot) -> None:
     for name, values in robot.configurations.items():
         if len(values) != robot.planned:
             own = f" ({', '.join(robot.planned_joints[: robot.base_values])} first)" if robot.drive else ""
-            count = f"{len(values)} values, but the robot has {robot.planned} planned joints{own}"
-            raise refusal(description.place, f'configuration "{name}" has {count}')
+            count = f"{counted(len(values), 'value')}, but the robot has {robot.planned} planned joints{own}"
+            hint = f"write a value for each of {', '.join(robot.planned_joints)}"
+            raise refusal(description.place, f'configuration "{name}" has {count}', hint)
         for joint, value, low, high in zip(robot.planned_joints, values, lower, upper, strict=True):
             if not low <= value <= high:
                 limits = f"[{low:.6g}, {high:.6g}]"
                 text = f'configuration "{name}": {joint} = {value:.6g} is outside its limits {limits}'
-                raise refusal(description.place, text)
+                raise refusal(description.place, text, "they are those of the URDF, or of `limits` in the scene")
 
 
 def _check_structure(description: RobotDescription, robot: Robot) -> None:

@@ -128,7 +128,8 @@ class RobotReader:
         for name, _, value in self.reader.entries(node, "the limits"):
             values = self.reader.numbers(value, f'the limits of "{name}"', 2, angle=True)
             if values is not None and values[0] > values[1]:
-                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed')
+                hint = "the lower one comes first"
+                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed', hint)
             elif values is not None:
                 found[name] = values[0], values[1]
         return found

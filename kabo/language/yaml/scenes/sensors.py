@@ -3,7 +3,7 @@
 import math
 
 from kabo.language.scene_description import FARTHEST, SensorDescription
-from kabo.language.yaml.documents import Mapping, YamlNode
+from kabo.language.yaml.documents import Mapping, Scalar, YamlNode
 from kabo.language.yaml.scenes.poses import read_local_pose
 from kabo.language.yaml.values import Reader
 
@@ -55,7 +55,8 @@ def _angle(reader: Reader, node: YamlNode | None, what: str) -> float | None:
     value = None if node is None else _number(reader, node, what)
     if value is None or node is None or value < _WIDEST:
         return value
-    hint = f"angles are radians: write {value:g} deg" if value < 180.0 else None
+    in_radians = isinstance(node, Scalar) and not node.text.strip().endswith("deg")
+    hint = f"angles are radians: write {value:g} deg" if in_radians and value < 180.0 else None
     reader.findings.add(
         node.place, f"{what} lies between 0 and 180 deg, this is {math.degrees(value):g} deg", hint
     )

@@ -163,7 +163,8 @@ def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | Non
     fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
     bounds = [grasp_missing(robot, family.constraints, roles) for family, roles in fitting if roles is not None]
     if not bounds:
-        return Refusal("empty_family", f"{name} has no grasp family that {robot.name} can use", proof=True)
+        why = "" if robot.tool is not None else f": {robot.name} has no `tool` in the scene"
+        return Refusal("empty_family", f"{name} has no grasp family that {robot.name} can use{why}", proof=True)
     missing = min(bounds)
     if missing <= 0.0:
         return None
