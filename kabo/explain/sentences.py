@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
 from kabo.geometry_server.answers import BLOCKED_REASONS
-from kabo.planner.proofs.refused_calls import blocking_pairs
+from kabo.planner.proofs.refused_calls import blocking_pairs, own_pair, own_text
 from kabo.planner.proofs.wording import counted, listed
 
 EXHAUSTED = {
@@ -82,7 +82,10 @@ def why(finding: Finding, epsilon: float) -> str:
         return f"No way was found in {_of(reasons[reason], finding.refused)}."
     too = f", {share} of them only because of epsilon = {epsilon:g}" if share else ""
     how = "hidden" if reason == "hidden" else "blocked"
-    return f"It was {how} by {body} in {_of(count, finding.refused)}{too}."
+    own = own_pair(body, ((row.between, row.count) for row in finding.rows if row.between))
+    itself = "" if own is None else f", most often {own_text(own, finding.measures)}"
+    by = body if own is None else f"{body} itself"
+    return f"It was {how} by {by} in {_of(count, finding.refused)}{too}{itself}."
 
 
 def _sentence(said: str) -> str:

@@ -2,6 +2,7 @@ from kabo.geometry_server.answers import BLOCKED_REASONS as BLOCKED_REASONS
 from kabo.geometry_server.answers import MAX_EFFORT as MAX_EFFORT
 from kabo.geometry_server.answers import REASONS as REASONS
 from kabo.geometry_server.answers import Answer as Answer
+from kabo.geometry_server.answers import Askable as Askable
 from kabo.geometry_server.answers import GeometryStatistics as GeometryStatistics
 from kabo.geometry_server.answers import Pair as Pair
 from kabo.geometry_server.answers import Refusal as Refusal

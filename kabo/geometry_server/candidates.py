@@ -36,6 +36,7 @@ from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 from kabo.streams import stream_key
 
+RANDOM_EVERY = 4  # samples of which one has joints at random that its constraints do not read
 BATCH_SAMPLES = 64  # in one kernel call; candidates of a batch are tried in order of preference
 
 
@@ -155,7 +156,8 @@ class Stream:
         base = np.concatenate([np.zeros(robot.planned), self.hand])
         planned = np.arange(tree.size) < robot.planned
         if self.standing is None or robot.drive is None:
-            return sample(tree, self.rows, *some, planned, along, base=base)
+            found, valid = sample(tree, self.rows, *some, planned, along, base=base)
+            return self._at_home(found, first, along), valid
         placed = self.standing.starts(self.rows, along, self.key, first, count, self.hand)
         found, valid = base[None].repeat(count, axis=0), np.zeros(count, np.bool_)
         if placed is not None:
@@ -165,7 +167,20 @@ class Stream:
             other, fulfils = sample(tree, self.rows, *some, planned, along, base=base)
             fulfils &= ~valid & (robot.drive.outside(other[:, :BASE_VALUES]) <= 0.0)
             found[fulfils], valid[fulfils] = other[fulfils], True
-        return found, valid
+        return self._at_home(found, first, along), valid
+
+    def _at_home(self, found: Array, first: int, along: Array | None) -> Array:
+        """Samples (count, n) from index `first` on, most with the joints that no row reads at home.
+
+        An arm does not matter where a camera of the head looks; but at home it may be in the way.
+        """
+        every = self.rows if along is None else np.concatenate([self.rows, along])
+        read = {int(j) for j in every[:, (columns.FIRST, columns.SECOND)].ravel()}
+        idle = np.flatnonzero(~self.robot.moving(read)[: self.robot.planned])
+        chosen = np.flatnonzero((first + np.arange(len(found))) % RANDOM_EVERY != RANDOM_EVERY - 1)
+        home = np.clip(_home(self.robot)[idle], self.robot.tree.lower[idle], self.robot.tree.upper[idle])
+        found[np.ix_(chosen, idle)] = home
+        return found
 
     def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
         """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""
@@ -205,12 +220,9 @@ class Stream:
         None if the robot has no closed form for this frame, or one with a free joint, as for seven axes, or drives.
         """
         robot, structure = self.robot, closed_form_of(self.robot)
-        if (
-            robot.drive is not None
-            or structure is None
-            or structure.lock >= 0
-            or not is_carried(robot, structure, frame.joint)
-        ):
+        if robot.drive is not None or structure is None or structure.lock >= 0:
+            return None
+        if not is_carried(robot, structure, frame.joint):
             return None
         found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
         if isinstance(found, OutOfReach):
@@ -230,9 +242,14 @@ def _distinct(found: Array) -> Array:
     return found[np.sort(kept)]
 
 
+def _home(robot: Robot) -> Array:
+    """The planned joints (planned,) at home; at zero without one."""
+    return np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+
+
 def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np.bool_]:
     """Which of the branches (M, n) is the nearest to home among those of its sample (M,); the first of equals."""
-    home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+    home = _home(robot)
     away = np.round(np.linalg.norm(found[:, : robot.planned] - home, axis=1), 6)
     order = np.lexsort((away, owner))
     nearest = np.zeros(len(found), np.bool_)
@@ -242,7 +259,7 @@ def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:
     """The candidates, sorted by distance from the robot's home configuration."""
-    home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+    home = _home(robot)
     return sorted(found, key=lambda c: (round(float(np.linalg.norm(c.q[: robot.planned] - home)), 6), *c.q))
 
 
@@ -285,8 +302,7 @@ def grasp_stream(
     standing: Standing | None = None,
 ) -> GraspStream | None:
     """The stream of grasps of a standing object; None if the grasp family does not fit this robot."""
-    roles = grasp_roles(robot, body, family, world_T_body)
-    if roles is None:
+    if (roles := grasp_roles(robot, body, family, world_T_body)) is None:
         return None
     numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
     key = stream_key(seed, "grasp", robot.name, body.name, family.name, *numbers)

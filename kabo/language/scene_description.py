@@ -202,8 +202,8 @@ class RobotDescription:
 
     `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
     `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
-    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls. A robot that drives
-    has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
+    inverse kinematics. `hulls` are links of which bounded predicates take open meshes as their convex hulls. A robot that
+    drives has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
     """
 
     name: str

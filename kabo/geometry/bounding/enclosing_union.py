@@ -13,7 +13,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry.bounding.containment import CONTAINMENT_MARGIN, hull_of
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
-from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
+from kabo.geometry.bounding.nearness import Voids, corner_limit, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.bounding.stored_parts import Cover
@@ -178,7 +178,8 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
     reached = float(solid.outside_distances(part).max())
     for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
-        if bound < epsilon and proven_near(solid, part, bound):
+        asks_more = reached > corner_limit(solid, bound) > 0.0  # than corners can prove
+        if bound < epsilon and not asks_more and proven_near(solid, part, bound):
             return bound
     return epsilon
 
@@ -218,7 +219,7 @@ def _chosen(
         for members in missing:
             points = np.vstack([cells[i].points for i in members])
             made[members] = enclosing_part(solid, points, aims.tolerance, voids)
-        usable = all(made[members] is not None or len(members) == 1 for members in chosen)
+        usable = all(len(members) == 1 or _is_usable(made[members], aims) for members in chosen)
         cost = sum(_cost(members, made, typical, aims) for members in chosen)
         if usable and cost < best_cost:
             best, best_cost = chosen, cost
@@ -227,6 +228,11 @@ def _chosen(
         if not missing or (best and len(made) > SPARE_PARTS_RATIO * len(best)):
             break
     return best
+
+
+def _is_usable(part: Array | None, aims: Aims) -> bool:
+    """Whether a set has a part, and one of few enough corners; a single cell needs none, since it can be cut."""
+    return part is not None and not (aims.strict and aims.corners is not None and len(part) > aims.corners)
 
 
 def _cost(members: Members, made: dict[Members, Array | None], typical: float, aims: Aims) -> float:

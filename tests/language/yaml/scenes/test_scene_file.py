@@ -46,6 +46,12 @@ WRONG_SCENES = [
     ),
     (
         "  - [left.base_link, table]",
+        "  - [left.base_link, «tabel*»]",
+        '"tabel*" is no robot, robot.link or body of the scene',
+        'did you mean "table"?',
+    ),
+    (
+        "  - [left.base_link, table]",
         "  - «left.base_link»",
         "an allowed contact is a pair: [robot.link, body]",
         None,
@@ -119,6 +125,12 @@ def test_a_wrong_scene_is_reported_at_its_place(
     kitchen: Kitchen, old: str, new: str, message: str, hint: str | None
 ) -> None:
     kitchen.expect("scene", old, new, message, hint)
+
+
+def test_patterns_of_allowed_contacts_fit_bodies(kitchen: Kitchen) -> None:
+    kitchen.write(scene=SCENE.replace("[left.base_link, table]", "[left.base_link, 't*']"))
+    scene = load_scene_description(kitchen.folder / "scene.yaml")
+    assert {("left.base_link", "table"), ("left.base_link", "tray")} <= set(scene.allowed_contacts)
 
 
 def test_packages_that_are_installed_are_found_by_their_names(
