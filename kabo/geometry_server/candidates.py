@@ -98,8 +98,7 @@ class Stream:
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
         """The valid samples among `count` samples from index `first` on, in order, spread along the rows `along`.
 
-        With a closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and
-        down, wrist flipped.
+        With a closed form each sample gives all branches of the arm (elbow up, wrist flipped) at the hand's pose.
         """
         return self._candidates(self._branches(first, count, along)[0])
 
