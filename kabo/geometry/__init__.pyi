@@ -15,6 +15,7 @@ from kabo.geometry.collision.exact_predicates import exact_collides as exact_col
 from kabo.geometry.collision.exact_predicates import exact_distance as exact_distance
 from kabo.geometry.collision.exact_predicates import exact_includes as exact_includes
 from kabo.geometry.collision.exact_predicates import exact_sweep_collides as exact_sweep_collides
+from kabo.geometry.collision.exact_predicates import surfaces_touch as surfaces_touch
 from kabo.geometry.collision.exact_view import ExactView as ExactView
 from kabo.geometry.collision.inclusion import contains as contains
 from kabo.geometry.collision.motions import Motion as Motion
@@ -26,6 +27,7 @@ from kabo.geometry.collision.predicates import collides as collides
 from kabo.geometry.collision.predicates import distance as distance
 from kabo.geometry.collision.predicates import includes as includes
 from kabo.geometry.collision.predicates import sweep_collides as sweep_collides
+from kabo.geometry.collision.root_answers import budget_of_roots as budget_of_roots
 from kabo.geometry.collision.swept_volume import SweptVolume as SweptVolume
 from kabo.geometry.collision.swept_volume import swept_volume as swept_volume
 from kabo.geometry.parts import Enclosure as Enclosure

@@ -135,12 +135,15 @@ class GeometryServer:
         return self.identifiers.state(identifier)
 
     # -------------------------------------------------------------------------------------------------- effort
-    def context(self, effort: int = 0, hasty: bool = False) -> ProcedureContext:
+    def context(self, effort: int = 0, hasty: bool = False, coarse: bool = False) -> ProcedureContext:
         """The context of procedures and stages, with more batches and samples at each level of effort.
 
-        `hasty`: path searches give up early, since there are other candidates.
+        `hasty`: path searches give up early, since there are other candidates. `coarse`: no part is divided.
         """
         batches = BATCHES * BATCHES_GROWTH**effort
         samples = HASTY_PATH_SAMPLES if hasty else PATH_SAMPLES * PATH_SAMPLES_GROWTH**effort
         patience = MAX_BLOCKED_IN_A_ROW if effort == 0 else None
-        return ProcedureContext(self.surroundings, self.seed, batches, samples, self.stop, patience)
+        surroundings = self.surroundings.coarser if coarse else None
+        return ProcedureContext(
+            surroundings or self.surroundings, self.seed, batches, samples, self.stop, patience
+        )

@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,16 @@ MAX_REMEMBERED = 160  # workspaces and containers kept for further questions abo
 class SceneSurroundings:
     """The bodies of a scene as convex parts, which are computed on first use, and the poses of links."""
 
-    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: GeometryStatistics) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        budget: Budget,
+        exact: bool,
+        statistics: GeometryStatistics,
+        enclosures: SceneEnclosures | None = None,
+    ) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
-        self.enclosures = SceneEnclosures(scene, budget.geometry)
+        self.enclosures = SceneEnclosures(scene, budget.geometry) if enclosures is None else enclosures
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
@@ -37,6 +45,21 @@ class SceneSurroundings:
     def look(self, look: Callable[[], None]) -> None:
         self.enclosures.look = look
 
+    @cached_property
+    def coarser(self) -> "SceneSurroundings | None":
+        """The same surroundings with an accuracy at which no part is divided; None if none is in these.
+
+        What is proven free there is free here; what is not may be.
+
+        Raises:
+            MeshError: as `enclosure`.
+        """
+        every = [] if self.exact else [self.enclosures.of(name) for name in self.enclosures.things]
+        budget = geometry.budget_of_roots(every, self.budget)
+        if budget is None:
+            return None
+        return SceneSurroundings(self.scene, budget, False, self.statistics, self.enclosures)
+
     def checker(
         self,
         tree: KinematicTree,
@@ -45,13 +68,26 @@ class SceneSurroundings:
         pairs: Integers,
     ) -> CollisionChecker:
         """A collision checker for these bodies: on convex parts, or on the original meshes if `exact`."""
-        kind = geometry.ExactView if self.exact else geometry.CollisionView
-        return kind(tree, moving, fixed, pairs, self.budget)
+        if self.exact:
+            return geometry.ExactView(tree, moving, fixed, pairs, self.budget)
+        exact: list[geometry.ExactView] = []
+
+        def touch(q: Array, pair: int) -> bool:
+            if not exact:  # made when it is first needed, which is seldom
+                exact.append(geometry.ExactView(tree, moving, fixed, pairs, self.budget))
+            return exact[0].surfaces_touch(q, pair)
+
+        return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch)
 
     def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
         """Whether two standing bodies may collide."""
         if self.exact:
             return geometry.exact_collides(first, second)
+        coarse = geometry.budget_of_roots((first.enclosure, second.enclosure), self.budget)
+        if coarse is not None and not geometry.collides(first, second, coarse):
+            return False
+        if coarse is not None and geometry.surfaces_touch(first, second):
+            return True
         return geometry.collides(first, second, self.budget)
 
     def mesh(self, name: str) -> Mesh | None:

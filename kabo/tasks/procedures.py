@@ -175,6 +175,7 @@ class GeometricProcedures:
         """Plans a call's task until it has enough solutions, is exhausted, or has too often found no path.
 
         A hasty call uses short path searches: where a path is hard to find, another grasp or place may be easy to reach.
+        At effort 0 no part of a body is divided: what is free without is free, and another call may be, too.
         """
         asked = self._asked.pop(key, None) or self._ask(call)
         most = (MAX_FAILED_PATHS_HASTY if hasty else MAX_FAILED_PATHS) * PATHS_FACTOR**effort
@@ -182,7 +183,7 @@ class GeometricProcedures:
         def stop() -> bool:
             return asked.refusals.count("no_path") >= most or self.stop()
 
-        scene = TaskScene.of(self.server.context(effort, hasty), situation)
+        scene = TaskScene.of(self.server.context(effort, hasty, coarse=effort == 0), situation)
         try:
             found = asked.task.plan(scene, attempt + 1, stop=stop)
             if len(found) <= attempt:

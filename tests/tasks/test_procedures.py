@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from kabo.errors import InputError
+from kabo.geometry.bounding.cover_tree import CoverTree
 from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.language.yaml.procedures import TASK_LIBRARY
@@ -229,3 +230,17 @@ def test_a_body_that_is_not_movable_is_refused_not_a_defect(server: Servers, tmp
     answer = asked.call(call("hang", "left", fixed), Situation.of(asked.scene.start))
     assert isinstance(answer, Refusal)
     assert f"{fixed} is not movable" in answer.comment
+
+
+def test_calls_at_effort_0_divide_no_part(server: Servers, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = server(BARTENDER, epsilon=0.001)
+    coarse, fine = (asked.server.context(coarse=each).surroundings for each in (True, False))
+    assert coarse.budget.geometry > 4 * fine.budget.geometry and coarse.enclosures is fine.enclosures
+
+    def divide(*_: object) -> None:
+        raise AssertionError("a part was divided")
+
+    monkeypatch.setattr(CoverTree, "finer", divide)
+    situation = run(asked, PICK, PLACE)
+    blocked = asked.call(call("pick", "left", "bottle_4"), situation)
+    assert isinstance(blocked, Refusal) or blocked.motion

@@ -30,6 +30,7 @@ from kabo.geometry.collision.kernels.bundles import (
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
 from kabo.geometry.collision.part_trees import deviation_within, refine
+from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
 from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
@@ -72,6 +73,7 @@ class CollisionView:
         fixed: Sequence[FixedGroup],
         pairs: Integers,
         budget: Budget,
+        touch: Touch | None = None,
     ) -> None:
         """A view of the bodies as they are now.
 
@@ -80,6 +82,8 @@ class CollisionView:
             moving: bodies on joints. fixed: bodies in the world.
             pairs: (P, 2) index into moving, and index into moving and then fixed.
             budget: how epsilon is spent; no enclosure may deviate by more than `budget.geometry`.
+            touch: whether the surfaces of the pair with an index meet at q (n,); asked where the roots of trees do not
+                decide, before children are made.
 
         Raises:
             ValueError: arrays of wrong type, shape or values; an enclosure that breaks the budget.
@@ -89,6 +93,9 @@ class CollisionView:
         self._groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
         self._counts = np.zeros(COUNTER_PLACES, np.int64)
         self._build()
+        coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
+        self._coarse = None if coarse is None else CollisionView(tree, moving, fixed, self._pairs, coarse)
+        self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
 
     def _build(self) -> None:
         """Makes the arrays of all parts that are known."""
@@ -129,8 +136,12 @@ class CollisionView:
         row = row if row.flags.carray else row.copy()
         if row.ndim != 1:
             raise self._refusal(row)
+        decided = None if self._roots is None else self._roots.configuration_hit(row)
+        return self._by_parts(row) if decided is None else decided
+
+    def _by_parts(self, row: Array) -> int:
         found = self._decided(lambda: call_first(first_hit, row, self._memory))
-        self._careful = self._open
+        self._careful = self._open or self._roots is not None  # whose answers do not depend on what is known
         if found < FREE:
             raise self._refusal(row)
         return found
@@ -145,7 +156,10 @@ class CollisionView:
         if rows.ndim != 2 or rows.shape[1] != self._size:
             raise ValueError(f"configurations are (N, {self._size}), not {rows.shape}")
         answers = np.empty(len(rows), np.int64)
-        if self._open:
+        if self._roots is not None:
+            answers, left = self._roots.configurations_hit(rows)
+            answers[left] = [self._by_parts(rows[i]) for i in left]
+        elif self._open:
             answers[:] = [self.configuration_hit(row) for row in rows]
         elif first_hits(rows, answers, self._memory) < len(rows):
             raise self._refusal(rows[0])
@@ -163,6 +177,9 @@ class CollisionView:
         first, last = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
         if not first.ndim == last.ndim == 1:
             raise self._refusal(first if first.ndim != 1 else last)
+        decided = None if self._roots is None else self._roots.segment_hit(first, last)
+        if decided is not None:
+            return decided
         found = self._decided(lambda: first_swept_hit(first, last, *self._sweep))
         if found < FREE:
             raise self._refusal(last)
@@ -185,8 +202,9 @@ class CollisionView:
 
     @property
     def counters(self) -> Counters:
-        """The numbers of checks that were made so far."""
-        return Counters(*self._counts[[CHECKS, SWEEPS, SEARCHES, POSITIVE]].tolist())
+        """The numbers of checks that were made so far, by roots alone and by all parts."""
+        counts = self._counts if self._coarse is None else self._counts + self._coarse._counts
+        return Counters(*counts[[CHECKS, SWEEPS, SEARCHES, POSITIVE]].tolist())
 
     def _refusal(self, row: Array) -> ValueError:
         if row.ndim != 1:

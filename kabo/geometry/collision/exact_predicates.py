@@ -25,9 +25,21 @@ def exact_collides(first: FixedGroup, second: FixedGroup) -> bool:
         ValueError: a body without a mesh.
     """
     ours, theirs = surface_of(first), surface_of(second)
-    if touch(ours, placed(ours, first.world_T_group), theirs, placed(theirs, second.world_T_group)):
-        return True
-    return _nested(first, ours, second, theirs) or _nested(second, theirs, first, ours)
+    return (
+        surfaces_touch(first, second)
+        or _nested(first, ours, second, theirs)
+        or _nested(second, theirs, first, ours)
+    )
+
+
+def surfaces_touch(first: FixedGroup, second: FixedGroup) -> bool:
+    """Whether the surfaces of two bodies share a point; False if one body is inside the other.
+
+    Raises:
+        ValueError: a body without a mesh.
+    """
+    ours, theirs = surface_of(first), surface_of(second)
+    return bool(touch(ours, placed(ours, first.world_T_group), theirs, placed(theirs, second.world_T_group)))
 
 
 def exact_includes(container: FixedGroup, body: FixedGroup) -> bool:

@@ -91,6 +91,15 @@ class ExactView:
         """The result of `configuration_hit` for every row (N, n)."""
         return np.array([self.configuration_hit(q) for q in configurations], np.int64)
 
+    def surfaces_touch(self, q: Array, pair: int) -> bool:
+        """Whether the surfaces of the pair with this index share a point at q (n,); False if one body is inside the other.
+
+        Raises:
+            ValueError: as `configuration_hit`.
+        """
+        self._set(self._configuration(q))
+        return bool(self._gaps(np.array([pair])) <= 0.0) and self._touch(pair)
+
     def segment_hit(self, start: Array, end: Array) -> int:
         """-1 if all pairs are proven apart on the whole straight segment, else the index of a pair that is not.
 
