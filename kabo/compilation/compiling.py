@@ -61,9 +61,11 @@ def _numba() -> Any:
     import numba  # here, as it takes most of a second, and reads these settings when it is imported
 
     setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010  the module makes its names at run time
-    from kabo.compilation.lowering import teach_window  # after numba
+    from kabo.compilation.lane_lowering import teach_lanes  # after numba
+    from kabo.compilation.lowering import teach_window
 
     teach_window(window)
+    teach_lanes()
     return numba
 
 

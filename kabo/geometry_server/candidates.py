@@ -98,8 +98,7 @@ class Stream:
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
         """The valid samples among `count` samples from index `first` on, in order, spread along the rows `along`.
 
-        With a closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and
-        down, wrist flipped.
+        With a closed form each sample gives all branches of the arm (elbow up, wrist flipped) at the hand's pose.
         """
         return self._candidates(self._branches(first, count, along)[0])
 
@@ -170,14 +169,11 @@ class Stream:
         return self._at_home(found, first, along), valid
 
     def _at_home(self, found: Array, first: int, along: Array | None) -> Array:
-        """Samples (count, n) from index `first` on, most with the joints that no row reads at home.
-
-        An arm does not matter where a camera of the head looks; but at home it may be in the way.
-        """
+        """Samples (count, n) from index `first` on; most have joints that no row reads at home, as the arm of a look."""
         every = self.rows if along is None else np.concatenate([self.rows, along])
-        read = {int(j) for j in every[:, (columns.FIRST, columns.SECOND)].ravel()}
-        idle = np.flatnonzero(~self.robot.moving(read)[: self.robot.planned])
-        chosen = np.flatnonzero((first + np.arange(len(found))) % RANDOM_EVERY != RANDOM_EVERY - 1)
+        moving = self.robot.moving({int(j) for j in every[:, (columns.FIRST, columns.SECOND)].ravel()})
+        idle = np.flatnonzero(~moving[: self.robot.planned])
+        chosen = np.flatnonzero((first + 1 + np.arange(len(found))) % RANDOM_EVERY)
         home = np.clip(_home(self.robot)[idle], self.robot.tree.lower[idle], self.robot.tree.upper[idle])
         found[np.ix_(chosen, idle)] = home
         return found
@@ -215,7 +211,7 @@ class Stream:
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
-        """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or the reason why there is none.
+        """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or why there is none.
 
         None if the robot has no closed form for this frame, or one with a free joint, as for seven axes, or drives.
         """

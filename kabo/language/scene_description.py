@@ -149,7 +149,7 @@ class ContactPattern:
 
 @dataclass(frozen=True)
 class GripperDescription:
-    """A gripper: a URDF of its own on a mount link, or joints of the robot's URDF."""
+    """A gripper: a URDF of its own, at a pose in the frame of a mount link, or joints of the robot's URDF."""
 
     urdf: Path | None = None
     mount: str | None = None
@@ -158,6 +158,7 @@ class GripperDescription:
     closed: Mapping[str, float] = field(default_factory=dict)
     touch_links: tuple[str, ...] = ()
     place: Place | None = field(default=None, compare=False, repr=False)
+    pose: PoseDescription = PoseDescription()
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.language.scene_description import DriveDescription, RobotDescription
+from kabo.language.scene_description import DriveDescription, GripperDescription, RobotDescription
 from kabo.meshes.counts import counted
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
@@ -19,6 +19,7 @@ from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.semantics import Groups
 from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
+from kabo.scene.transforms import transform
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 from kabo.scene.urdf_files.native_messages import names_in, with_messages
@@ -46,7 +47,7 @@ def load_robot(
     if gripper is not None and gripper.urdf is not None:
         files.append(read_urdf(gripper.urdf, packages, gripper.place))
         arm_joints = set(model.names)
-        model = _with_gripper(model, _model(files[1], gripper.place), gripper.mount or "", description)
+        model = _with_gripper(model, _model(files[1], gripper.place), gripper, description)
         own = tuple(name for name in model.names if name not in arm_joints)
     else:
         own = () if gripper is None or gripper.joints is None else gripper.joints
@@ -76,13 +77,18 @@ def _model(file: UrdfFile, place: Place | None, drive: DriveDescription | None =
     raise refusal(next(named, place), f'robot file "{file.path.name}" is not a usable URDF: {told}')
 
 
-def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
+def _with_gripper(model: Any, gripper: Any, described: GripperDescription, description: RobotDescription) -> Any:
+    mount = described.mount or ""
     bodies = [frame.name for frame in model.frames]
     if mount not in bodies:
-        at = description.gripper.place if description.gripper else description.place
-        raise refusal(at, f'unknown link "{mount}" to mount the gripper on', did_you_mean(mount, bodies))
+        raise refusal(
+            described.place or description.place,
+            f'unknown link "{mount}" to mount the gripper on',
+            did_you_mean(mount, bodies),
+        )
+    mount_T_gripper = transform(described.pose.position, described.pose.quaternion)
     pin = pinocchio()
-    return pin.appendModel(model, gripper, model.getFrameId(mount), pin.SE3.Identity())
+    return pin.appendModel(model, gripper, model.getFrameId(mount), pin.SE3(mount_T_gripper))
 
 
 def _place_base(model: Any, base: Array) -> None:

@@ -129,8 +129,10 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], aims: Aims) -> Co
 def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
     """Sets of cells whose hulls appear near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
+    growth: Growth | None = None
     for share, nearest in JOINED_SHARES if len(cells) <= SINGLE_GROWTH_ABOVE_CELLS else JOINED_SHARES[-1:]:
-        growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
+        if growth is None or growth.limit != share * epsilon:
+            growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
         found |= _grown(growth, len(cells), nearest)
         sets = sorted(found)
         for weight in CELL_WEIGHTS:

@@ -18,7 +18,7 @@ import numpy as np
 from kabo.arrays import Array
 
 FORMAT = "kabo-parts/2"
-METHOD_VERSION = 2  # part of the cache's keys; to be incremented when the same request gives other parts
+METHOD_VERSION = 3  # part of the cache's keys; to be incremented when the same request gives other parts
 MAX_FILE_BYTES = 64 * 1024**2  # far more than the parts of any mesh need
 MAX_HEADER_BYTES = 1024**2  # of the line of JSON
 

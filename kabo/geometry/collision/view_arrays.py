@@ -215,8 +215,9 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     """
     joints, groups, parts = chain.joints.shape[1], len(made.extents.groups), len(made.packed.sizes)
     columns = made.packed.blocks.shape[2]
-    world_T = np.zeros((joints, 12))
+    world_T, frames = np.zeros((joints, 12)), np.zeros((joints, 12))
     world_T[0, [0, 4, 8]] = 1.0
+    frames[0] = np.eye(3, 4).ravel()
     rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE, np.float32)
     # Fixed groups lie in the world already: their boxes are made once.
     centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:6].T
@@ -234,7 +235,9 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
         *made.extents,
         made.cores,
         made.packed.diameters,
+        local_frames(chain.placement),
         world_T,
+        frames,
         np.zeros((3, joints)),
         rows.view(np.float64),  # two short numbers in the place of one
         np.zeros(12),
@@ -248,10 +251,21 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_ROWS, columns
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, made.offset
     memory = _laid_out(arrays, starts, room=SWEEP_POOL_ROWS * 3 * columns)
-    *_, diameters, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
+    *_, diameters, _, _, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
     counters, _, _, sizes, children, stack, *_ = _in_python(whole_numbers_of)(memory)
     search = Search(made.offset, axis, simplex, points, counters)
     return memory, Hulls(blocks, sizes, rounds), Tree(children, diameters, stack), search
+
+
+def local_frames(placement: Array) -> Array:
+    """The terms (J, 6, 4) of joints' frames in their parents', for `frames_of`: what stays, and what is turned or slides.
+
+    Row k of a joint's frame is row k here times (cos, cos, 1, 1), plus row 3 + k times (sin, -sin, 0, slide).
+    """
+    rotation = placement[:, :9].reshape(-1, 3, 3)
+    kept = np.concatenate([rotation, placement[:, 9:, None]], axis=2)
+    moved = rotation[:, :, [1, 0, 2, 2]] * [1.0, 1.0, 0.0, 1.0]
+    return np.concatenate([kept, moved], axis=1)
 
 
 def _laid_out(arrays: Sequence[NDArray[Any]], starts: Sequence[int], room: int) -> Array:

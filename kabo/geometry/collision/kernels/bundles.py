@@ -71,6 +71,17 @@ class Tree(NamedTuple):
     stack: Integers  # (B + 1, 2) pairs of parts
 
 
+class Checked(NamedTuple):
+    """The bodies that a configuration check compares."""
+
+    groups: Integers  # of `Bodies`
+    listed: Integers  # (greatest number of roots,) those of one group that are near another group
+    outlines: Outlines
+    hulls: Hulls
+    tree: Tree
+    margin: float  # parts proven farther apart than this do not collide [m]
+
+
 class Search(NamedTuple):
     """What a search for a separating axis needs, and writes."""
 

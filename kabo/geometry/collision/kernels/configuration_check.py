@@ -5,7 +5,21 @@ Python passes all arrays in one flat array [kabo.geometry.collision.kernels.layo
 
 import numpy as np
 
-from kabo.compilation import brief_kernel, joined_kernel, lean_kernel, window
+from kabo.compilation import (
+    absolute,
+    all_four,
+    brief_kernel,
+    four,
+    fused,
+    joined_kernel,
+    lean_kernel,
+    minus,
+    near_columns,
+    plus,
+    sums,
+    times,
+    window,
+)
 from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
 from kabo.geometry.collision.kernels.bundles import (
     BALL_OF_BOX,
@@ -20,6 +34,8 @@ from kabo.geometry.collision.kernels.bundles import (
     POSITIVE,
     ROOTS_END,
     UNUSABLE,
+    Chain,
+    Checked,
     Hulls,
     Outlines,
     Search,
@@ -27,8 +43,14 @@ from kabo.geometry.collision.kernels.bundles import (
 )
 from kabo.geometry.collision.kernels.descent import FINAL, put_children
 from kabo.geometry.collision.kernels.first_axis import first_axis
-from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
-from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
+from kabo.geometry.collision.kernels.layout import (
+    GROUPS_PER_WORD,
+    MARGIN,
+    OFFSET,
+    numbers_of,
+    whole_numbers_of,
+)
+from kabo.geometry.collision.kernels.oriented_boxes import boxes_near, faces_near, put_pose, relative
 from kabo.geometry.collision.kernels.separation import apart, posed_apart
 from kabo.geometry.collision.kernels.sines import frames_of
 
@@ -38,25 +60,28 @@ SHORT_SLACK = 4e-7  # of a coordinate, for rounding it and sums with it to 24 bi
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
 def usable(q, bound):
     """Whether every value of q is finite and its absolute value within its bound; a NaN would invalidate proofs."""
-    good = q.shape[0] == bound.shape[0]
+    if q.shape[0] != bound.shape[0]:
+        return False
+    good = True
     for i in range(bound.shape[0]):
-        good = good and abs(q[i]) <= bound[i]
+        good = good & (abs(q[i]) <= bound[i])
     return good
 
 
-@joined_kernel  # (J, 12) f8, i8, (G,) i8, (G, 8) f8 -> writes (6, padded groups) f4
-def _group_boxes(world_T, moving, joint, group_extents, rows):
+@joined_kernel  # (J * 12,) f8, i8, (G,) i8, (G * 8,) f8 -> writes (6, padded groups) f4
+def _group_boxes(frames, moving, joint, boxes, rows):
     """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
     for g in range(moving):
-        j = joint[g]
-        x, y, z = group_extents[g, 0], group_extents[g, 1], group_extents[g, 2]
-        ex, ey, ez = group_extents[g, 3], group_extents[g, 4], group_extents[g, 5]
-        for r in range(3):
-            a, b, c = world_T[j, 3 * r], world_T[j, 3 * r + 1], world_T[j, 3 * r + 2]
-            middle = a * x + b * y + c * z + world_T[j, 9 + r]
-            half = abs(a) * ex + abs(b) * ey + abs(c) * ez
-            half += SHORT_SLACK * (abs(middle) + half) + BOX_SLACK
-            rows[r, g], rows[3 + r, g] = np.float32(middle - half), np.float32(middle + half)
+        at = 12 * joint[g]
+        x, y, z = four(frames, at), four(frames, at + 4), four(frames, at + 8)
+        centre, half = four(boxes, 8 * g), four(boxes, 8 * g + 3)
+        centre, half = (centre[0], centre[1], centre[2], 1.0), (half[0], half[1], half[2], 0.0)
+        middle = sums(times(x, centre), times(y, centre), times(z, centre))
+        reach = sums(times(absolute(x), half), times(absolute(y), half), times(absolute(z), half))
+        reach = fused(plus(absolute(middle), reach), all_four(SHORT_SLACK), plus(reach, all_four(BOX_SLACK)))
+        low, high = minus(middle, reach), plus(middle, reach)
+        rows[0, g], rows[1, g], rows[2, g] = np.float32(low[0]), np.float32(low[1]), np.float32(low[2])
+        rows[3, g], rows[4, g], rows[5, g] = np.float32(high[0]), np.float32(high[1]), np.float32(high[2])
 
 
 @lean_kernel  # (6, 32 W) f4, i8, i8, f8 -> i8
@@ -65,14 +90,7 @@ def _near_groups(rows, g, word, margin):
     short = np.float32(margin)
     x0, y0, z0 = rows[0, g] - short, rows[1, g] - short, rows[2, g] - short
     x1, y1, z1 = rows[3, g] + short, rows[4, g] + short, rows[5, g] + short
-    near = np.int32(0)
-    for i in range(GROUPS_PER_WORD):
-        h = GROUPS_PER_WORD * word + i
-        x = (x0 <= rows[3, h]) & (x1 >= rows[0, h])
-        y = (y0 <= rows[4, h]) & (y1 >= rows[1, h])
-        z = (z0 <= rows[5, h]) & (z1 >= rows[2, h])
-        near = np.int32(near | (np.int32(x & y & z) << np.int32(i)))
-    return np.int64(near) & np.int64(0xFFFFFFFF)
+    return near_columns(rows, GROUPS_PER_WORD * word, (x0, y0, z0), (x1, y1, z1))
 
 
 @lean_kernel  # i8 -> i8
@@ -102,39 +120,46 @@ def _posed_apart(part_extents, hulls, a, b, pose, margin, search):
 
 
 @lean_kernel
-def _descend(a, b, pose, outlines, hulls, tree, margin, search):
+def _descend(a, b, pose, checked, search):
     """FREE if the children of two parts are apart, as fine as need be; 0 if not; FIRST_OPEN - p if p has none yet."""
+    outlines, tree, margin = checked.outlines, checked.tree, checked.margin
     top = put_children(tree, a, b, 0)
     while top > 0:
         top -= 1
         a, b = tree.stack[top, 0], tree.stack[top, 1]
         if faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
             first_axis(pose, outlines, a, b, search)
-            if not _posed_apart(outlines.parts, hulls, a, b, pose, margin, search):
+            if not _posed_apart(outlines.parts, checked.hulls, a, b, pose, margin, search):
                 top = put_children(tree, a, b, top)
     return FREE if top == 0 else 0 if top == FINAL else top
 
 
 @joined_kernel
-def _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search):
-    """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`."""
-    count = 0
-    for b in range(groups[PARTS, h], groups[ROOTS_END, h]):
-        if faces_near(pose, outlines.groups, g, outlines.parts, b, margin):
-            listed[count] = b
-            count += 1
-    if count == 0:
+def _parts_hit(g, h, pose, checked, search):
+    """FREE if all parts of group g are proven apart from those of h, in the frame of g's joint; else as `_descend`.
+
+    The groups' boxes are near each other. A group's box is that of its root if it has one alone.
+    """
+    groups, listed, outlines, margin = checked.groups, checked.listed, checked.outlines, checked.margin
+    first_a, end_a = groups[PARTS, g], groups[ROOTS_END, g]
+    first_b, end_b = groups[PARTS, h], groups[ROOTS_END, h]
+    several_a, several_b, near = end_a - first_a > 1, end_b - first_b > 1, 0
+    for b in range(first_b, end_b):
+        if not several_b or faces_near(pose, outlines.groups, g, outlines.parts, b, margin):
+            listed[near] = b
+            near += 1
+    if near == 0:
         return FREE
-    for a in range(groups[PARTS, g], groups[ROOTS_END, g]):
-        if not faces_near(pose, outlines.parts, a, outlines.groups, h, margin):
+    for a in range(first_a, end_a):
+        if several_a and not faces_near(pose, outlines.parts, a, outlines.groups, h, margin):
             continue
-        for k in range(count):
+        for k in range(near):
             b = listed[k]
-            if not faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
+            if several_a and several_b and not faces_near(pose, outlines.parts, a, outlines.parts, b, margin):
                 continue
             first_axis(pose, outlines, a, b, search)
-            if not _posed_apart(outlines.parts, hulls, a, b, pose, margin, search):
-                found = _descend(a, b, pose, outlines, hulls, tree, margin, search)
+            if not _posed_apart(outlines.parts, checked.hulls, a, b, pose, margin, search):
+                found = _descend(a, b, pose, checked, search)
                 if found != FREE:
                     return found
     return FREE
@@ -148,8 +173,8 @@ def first_hit(q, memory):
     must be divided to decide.
     """
     (
-        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
-        simplex, points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
+        rows, pose, axis, simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]
@@ -158,12 +183,13 @@ def first_hit(q, memory):
         Hulls(blocks, sizes, rounds),
         Tree(children, diameters, stack),
     )
+    checked = Checked(groups, listed, outlines, hulls, tree, margin)
     search = Search(memory[OFFSET], axis, simplex, points, counters)
     counters[CHECKS] += 1
     if not usable(q, bound):
         return UNUSABLE
-    frames_of(q, joints, factors, placement, angles, world_T)
-    _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
+    frames_of(q, Chain(joints, factors, placement, bound), local, angles, world_T, frames)
+    _group_boxes(frames, moving, groups[JOINT], boxes, rows)
     for g in range(moving):
         for word in range(allowed.shape[1]):
             near = allowed[g, word]
@@ -173,9 +199,10 @@ def first_hit(q, memory):
                 bit = near & -near
                 near ^= bit
                 h = GROUPS_PER_WORD * word + _place_of(bit)
-                relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
-                if faces_near(pose, group_extents, g, group_extents, h, margin):
-                    found = _parts_hit(g, h, pose, groups, listed, outlines, hulls, tree, margin, search)
+                placed = relative(frames, groups[JOINT, g], groups[JOINT, h])
+                if boxes_near(placed, boxes, g, h, margin):
+                    put_pose(placed, pose)
+                    found = _parts_hit(g, h, pose, checked, search)
                     if found != FREE:
                         counters[POSITIVE] += 1
                         return found if found < FREE else _number_of(groups, pairs, g, h)

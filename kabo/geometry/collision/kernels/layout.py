@@ -21,7 +21,7 @@ GROUPS_PER_WORD = 32  # one integer holds a bit for each of so many groups
 @lean_kernel  # i8, i8 -> i8
 def after(start, count):
     """The index where the next array begins: the end of `count` elements from `start`, rounded up to a cache line."""
-    return (start + count + CACHE_LINE_PLACES - 1) // CACHE_LINE_PLACES * CACHE_LINE_PLACES
+    return (start + count + CACHE_LINE_PLACES - 1) & -CACHE_LINE_PLACES
 
 
 @lean_kernel  # i8, i8 -> i8
@@ -34,10 +34,10 @@ def words_for(groups):
 def numbers_of(memory):
     """The floating-point arrays in a memory: of `Chain`, `Outlines`, `Tree`, `Search` and `Hulls`, and what a check writes.
 
-    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), cores (B, 9), diameters
-    (B,), world_T (J, 12), angles (3, J), rows (6, 32 W) f4 world boxes of groups, pose (12,), axis (3,), simplex (4, 3),
-    points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
-    those that sweeps place.
+    factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), the latter flat too, cores
+    (B, 9), diameters (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world
+    boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K)
+    of vertices: of all parts in their joint's frame, then those that sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
@@ -49,6 +49,7 @@ def numbers_of(memory):
         window(memory, start, (whole[PARTS], EXTENT_COLUMNS)),
         after(start, EXTENT_COLUMNS * whole[PARTS]),
     )
+    boxes = window(memory, start, (EXTENT_COLUMNS * whole[GROUPS],))
     group_extents, start = (
         window(memory, start, (whole[GROUPS], EXTENT_COLUMNS)),
         after(start, EXTENT_COLUMNS * whole[GROUPS]),
@@ -58,7 +59,9 @@ def numbers_of(memory):
         after(start, CORE_COLUMNS * whole[PARTS]),
     )
     diameters, start = window(memory, start, (whole[PARTS],)), after(start, whole[PARTS])
+    local, start = window(memory, start, (24 * joints,)), after(start, 24 * joints)
     world_T, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
+    frames, start = window(memory, start, (12 * joints,)), after(start, 12 * joints)
     angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
     rows, start = window(memory.view(np.float32), 2 * start, (6, columns)), after(start, 3 * columns)
     pose, start = window(memory, start, (12,)), after(start, 12)
@@ -68,8 +71,8 @@ def numbers_of(memory):
     rounds = window(memory, start, (rows_of_hulls, 5))
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
-        factors, placement, bound, part_extents, group_extents, cores, diameters, world_T, angles, rows, pose, axis,
-        simplex, points, rounds, blocks,
+        factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
+        rows, pose, axis, simplex, points, rounds, blocks,
     )  # fmt: skip
 
 

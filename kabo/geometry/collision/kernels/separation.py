@@ -18,7 +18,7 @@ columns of blocks repeat the first vertex, so that loops run over multiples of e
 
 import numpy as np
 
-from kabo.compilation import joined_kernel, leaf_kernel, lean_kernel, reduction_kernel
+from kabo.compilation import farthest, joined_kernel, leaf_kernel, lean_kernel, reduction_kernel
 from kabo.geometry.collision.kernels.bundles import AXIS, DISC, ITERATIONS, RADIUS, SEARCHES, UNDECIDED
 from kabo.geometry.collision.kernels.simplex import nearest
 
@@ -211,8 +211,8 @@ def posed_apart(hulls, a, b, pose, margin, balls, known, search):
         vx = pose[0] * ux + pose[3] * uy + pose[6] * uz
         vy = pose[1] * ux + pose[4] * uy + pose[7] * uz
         vz = pose[2] * ux + pose[5] * uy + pose[8] * uz
-        i = support(blocks, a, count_a, -ux, -uy, -uz, offset) & 63
-        j = support(blocks, b, count_b, vx, vy, vz, offset) & 63
+        i = farthest(blocks, a, count_a, (-ux, -uy, -uz), offset) & 63
+        j = farthest(blocks, b, count_b, (vx, vy, vz), offset) & 63
         px, py, pz = blocks[b, 0, j], blocks[b, 1, j], blocks[b, 2, j]
         wx = blocks[a, 0, i] - (pose[0] * px + pose[1] * py + pose[2] * pz + pose[9])
         wy = blocks[a, 1, i] - (pose[3] * px + pose[4] * py + pose[5] * pz + pose[10])

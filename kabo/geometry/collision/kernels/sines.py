@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kabo.compilation import joined_kernel, lean_kernel
+from kabo.compilation import all_four, four, fused, joined_kernel, lean_kernel, put_four, times
 from kabo.scene.kernels.poses import forward_kinematics
 
 # Coefficients of Sun's fdlibm (__kernel_sin, __kernel_cos), right to the last place on |x| <= pi / 4.
@@ -35,35 +35,48 @@ def sines_and_cosines(angles, sines, cosines):
         cosines[i] = -cosine if (quadrant == 1) | (quadrant == 2) else cosine
 
 
-@joined_kernel  # (3, J) i8, (3, J) f8, (J, 12) f8 -> writes (J, 12) f8
-def _compose(joints, angles, placement, world_T):
+@joined_kernel  # (3, J) i8, (3, J) f8, (J * 24,) f8 -> writes (J * 12,) f8
+def _compose(joints, angles, local, frames):
     """Writes the frames of all joints but the world's; parents come first."""
-    for j in range(1, world_T.shape[0]):
-        p = joints[0, j]
+    for j in range(1, joints.shape[1]):
         s, c, slide = angles[1, j], angles[2, j], 0.0
         if joints[1, j] != REVOLUTE:
             s, c, slide = 0.0, 1.0, angles[0, j]
+        kept, moved = (c, c, 1.0, 1.0), (s, -s, 0.0, slide)
+        x = fused(four(local, 24 * j), kept, times(four(local, 24 * j + 12), moved))
+        y = fused(four(local, 24 * j + 4), kept, times(four(local, 24 * j + 16), moved))
+        z = fused(four(local, 24 * j + 8), kept, times(four(local, 24 * j + 20), moved))
+        parent = 12 * joints[0, j]
         for r in range(3):
-            a, b, d = world_T[p, 3 * r], world_T[p, 3 * r + 1], world_T[p, 3 * r + 2]
-            x = a * placement[j, 0] + b * placement[j, 3] + d * placement[j, 6]
-            y = a * placement[j, 1] + b * placement[j, 4] + d * placement[j, 7]
-            z = a * placement[j, 2] + b * placement[j, 5] + d * placement[j, 8]
-            world_T[j, 3 * r] = x * c + y * s
-            world_T[j, 3 * r + 1] = y * c - x * s
-            world_T[j, 3 * r + 2] = z
-            origin = a * placement[j, 9] + b * placement[j, 10] + d * placement[j, 11] + world_T[p, 9 + r]
-            world_T[j, 9 + r] = origin + z * slide
+            at = parent + 4 * r
+            origin = (0.0, 0.0, 0.0, frames[at + 3])
+            row = fused(all_four(frames[at]), x, fused(all_four(frames[at + 1]), y, origin))
+            put_four(frames, 12 * j + 4 * r, fused(all_four(frames[at + 2]), z, row))
 
 
-@lean_kernel  # (n,) f8, (3, J) i8, (2, J) f8, (J, 12) f8 -> writes (3, J) f8, (J, 12) f8
-def frames_of(q, joints, factors, placement, angles, world_T):
-    """As `forward_kinematics`, to the last place or two; `angles` are for joint values, their sines and cosines."""
-    greatest = 0.0
-    for j in range(1, world_T.shape[0]):
+@lean_kernel  # (J, 12) f8 -> writes (J * 12,) f8
+def _interleave(world_T, frames):
+    for j in range(world_T.shape[0]):
+        for r in range(3):
+            for k in range(3):
+                frames[12 * j + 4 * r + k] = world_T[j, 3 * r + k]
+            frames[12 * j + 4 * r + 3] = world_T[j, 9 + r]
+
+
+@lean_kernel  # (n,) f8, Chain, (J * 24,) f8 -> writes (3, J) f8, (J, 12) f8, (J * 12,) f8
+def frames_of(q, chain, local, angles, world_T, frames):
+    """Writes the frames of all joints, each as three rows of a rotation's row and the origin's coordinate.
+
+    They are those of `forward_kinematics` to the last place or two. `local`: see `local_frames`; `angles` are for joint
+    values, their sines and cosines; `world_T` is used where the angles are too large to be reduced.
+    """
+    greatest, joints, factors = 0.0, chain.joints, chain.factors
+    for j in range(1, joints.shape[1]):
         angles[0, j] = factors[0, j] * q[joints[2, j]] + factors[1, j]
         greatest = max(greatest, abs(angles[0, j]))
     if not greatest < GREATEST_ANGLE:
-        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
+        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, world_T)
+        _interleave(world_T, frames)
         return
     sines_and_cosines(angles[0], angles[1], angles[2])
-    _compose(joints, angles, placement, world_T)
+    _compose(joints, angles, local, frames)

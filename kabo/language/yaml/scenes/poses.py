@@ -46,6 +46,16 @@ def read_pose(reader: Reader, node: YamlNode | None, beside: tuple[str, ...] = (
     return PoseDescription(frame, position, _orientation(reader, mapping), (frame_node or mapping).place)
 
 
+def read_local_pose(reader: Reader, node: YamlNode | None, what: str) -> PoseDescription:
+    """A pose in a frame that is known otherwise, so that it has none of its own; where it is absent, the same frame."""
+    mapping = reader.mapping(node, what)
+    if mapping is None:
+        return PoseDescription()
+    reader.keys(mapping, POSE_KEYS[1:], what)
+    kept = {key: entry for key, entry in mapping.entries.items() if key in POSE_KEYS[1:]}
+    return read_pose(reader, Mapping(mapping.source, mapping.start, mapping.end, kept, mapping.flow))
+
+
 def _orientation(reader: Reader, mapping: Mapping) -> Quaternion:
     if "quaternion" in mapping.entries and "rpy" in mapping.entries:
         message = "a pose has either a quaternion or rpy, not both"
