@@ -35,6 +35,11 @@ class Diagnostic:
         return text
 
 
+def by_place(diagnostic: Diagnostic) -> tuple[str, int, int, str]:
+    """The key by which findings are sorted: file, line, column, message."""
+    return diagnostic.file, diagnostic.line, diagnostic.column, diagnostic.message
+
+
 class KaboError(Exception):
     """A defect of kabo itself, when none of the classes below fits (exit code 1)."""
 
@@ -47,7 +52,7 @@ class InputError(KaboError):
     exit_code = 2
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        self.diagnostics = tuple(sorted(diagnostics, key=lambda d: (d.file, d.line, d.column, d.message)))
+        self.diagnostics = tuple(sorted(diagnostics, key=by_place))
         super().__init__("\n".join(map(str, self.diagnostics)))
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[tuple[Diagnostic, ...]]]:

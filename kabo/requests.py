@@ -47,6 +47,7 @@ def solve_file(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
+    on_refused: Callable[[Mapping[str, Any]], None] | None = None,
 ) -> SolveAnswer:
     """Solves the problem in a file; for bad input the answer has the status "invalid".
 
@@ -61,13 +62,22 @@ def solve_file(
             the status "exhausted".
         on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
             certified.
+        on_refused: called from time to time with the body of the answer that there would be if planning ended now.
     """
     from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
     try:
         problem = read_problem(path, within, domain)
         found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
-        result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
+        result = solve(
+            problem,
+            **options,
+            workers=workers,
+            progress=progress,
+            cancelled=cancelled,
+            on_found=found,
+            on_refused=None if on_refused is None else lambda each: on_refused(result_to_json(each)),
+        )
     except InputError as error:
         return SolveAnswer(invalid_to_json(error), error=error)
     return SolveAnswer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
@@ -129,6 +139,7 @@ def explain_file(
     timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     progress: Callable[[Progress], None] | None = None,
+    known: "Callable[[Explanation], None]" = lambda _: None,
     **options: Any,
 ) -> "tuple[Explanation, InputError | None]":
     """Explains why the problem in a file has no plan; returns the explanation and the input error, or None.
@@ -140,6 +151,7 @@ def explain_file(
         timeout: the time limit, including the reading of files [s]; None for no limit.
         cancelled: called periodically; if it returns True, the explanation ends soon with the results so far.
         progress: called periodically with the progress of solving the problem.
+        known: called with the explanation as far as it is known, whenever more is known.
         options: further options of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation  # as the planner
@@ -149,7 +161,13 @@ def explain_file(
         problem = load_problem(path, domain)
         left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
         return explain(
-            problem, geometry=geometry, timeout=left, cancelled=cancelled, progress=progress, **options
+            problem,
+            geometry=geometry,
+            timeout=left,
+            cancelled=cancelled,
+            progress=progress,
+            known=known,
+            **options,
         ), None
     except InputError as error:
         return invalid_explanation(error), error

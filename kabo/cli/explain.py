@@ -1,6 +1,7 @@
 """`kabo explain`: says why a problem has no plan, which changes would help, and which parts of it are useless."""
 
 import argparse
+from collections.abc import Mapping
 from typing import Any
 
 from kabo.cli import exit_codes, rooms
@@ -13,7 +14,6 @@ NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
 MAX_SAMPLES = 40_000  # as in kabo.explain: samples, if neither the command line nor the problem limits them
-REPORT_S = 0.1  # seconds of the time limit that are kept for writing the explanation
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
     "proved": exit_codes.PROVEN_NO_PLAN,
@@ -41,12 +41,14 @@ def run(options: argparse.Namespace) -> int:
     given["geometry"] = options.geometry != "none"
     if options.changes is not None:
         given["changes"] = options.changes
-    with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
-        if options.timeout is not None:
-            given["timeout"] = max(0.0, given["timeout"] - REPORT_S)
-        found, error = rooms.explain_file(
-            options.problem, domain=options.domain, cancelled=stop, progress=report, **given
-        )
+    keep = _Keeping(options)
+    try:
+        with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
+            found, error = rooms.explain_file(
+                options.problem, domain=options.domain, cancelled=stop, progress=report, known=keep, **given
+            )
+    except KeyboardInterrupt:
+        return _cut_off(options, "time", "interrupted by the user", keep.known)
     if error is not None:
         tell(str(error))
     if options.json:
@@ -56,11 +58,32 @@ def run(options: argparse.Namespace) -> int:
     return EXIT_CODES[found.verdict]
 
 
-def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
-    """Reports that the command was ended by force, and returns the exit code."""
-    said = f"Nothing is explained: {message}."
-    if options.json:
-        print_json(rooms.explanation_to_json(rooms.Explanation("exhausted", (said,))))
+class _Keeping:
+    """Keeps what is known of an explanation, here and for a parent process: the work may be ended by force."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._keep = options.surrounding.on_known
+        self.known: tuple[Mapping[str, Any], str] | None = None
+
+    def __call__(self, found: "rooms.Explanation") -> None:
+        self.known = rooms.explanation_to_json(found), str(found)
+        self._keep(*self.known)
+
+
+def _cut_off(
+    options: argparse.Namespace, spent: str, message: str, known: tuple[Mapping[str, Any], str] | None
+) -> int:
+    """Reports what was known when the command was ended by force, and returns the exit code."""
+    if known is None:
+        said = f"Nothing is explained: {message}."
+        known = rooms.explanation_to_json(rooms.Explanation("exhausted", (said,))), said
+    elif options.json:
+        body, text = known
+        known = {**body, "unfinished": [*body.get("unfinished", ()), message]}, text
     else:
-        print(said)
+        known = known[0], f"{known[1]}\n  - {message}"
+    if options.json:
+        print_json(known[0])
+    else:
+        print(known[1])
     return exit_codes.NO_PLAN

@@ -125,6 +125,9 @@ class Surrounding:
         """A callback that receives the answer and the plan file once a plan is found; None if not needed."""
         return None
 
+    def on_known(self, body: Mapping[str, Any], text: str) -> None:
+        """Keeps an answer as far as it is known, as an object and as text, for when the command is cut off."""
+
 
 class _ChildSurrounding(Surrounding):
     """The surroundings of a command in a child process: the parent shows progress and holds a found plan."""
@@ -151,6 +154,9 @@ class _ChildSurrounding(Surrounding):
 
     def on_found(self) -> OnFound | None:
         return lambda body, plan: self._channel.send(("found", body, plan, ""))
+
+    def on_known(self, body: Mapping[str, Any], text: str) -> None:
+        self._channel.send(("known", body, text, ""))
 
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
@@ -236,6 +242,7 @@ class _Watch:
         self.interrupted: float | None = None  # when Ctrl-C was pressed
         self.doing = "working"
         self.found: tuple[dict[str, Any], bytes] | None = None
+        self.known: tuple[dict[str, Any], str] | None = None
         self._weighed = began
 
     def exit_code(self, child: int) -> int:
@@ -311,6 +318,9 @@ class _Watch:
         if kind == "found":
             self.found = dict(first), second
             return
+        if kind == "known":
+            self.known = dict(first), second
+            return
         self.doing = first
         if show is not None:
             show(second)
@@ -334,7 +344,7 @@ class _Watch:
             return int(keeps(self.options, why, said))
         told = getattr(self.options, "cut_off", None)
         if told is not None and spent is not None:
-            return int(told(self.options, spent, said))
+            return int(told(self.options, spent, said, self.known))
         tell(f"kabo: {said}; nothing was written")
         if getattr(self.options, "json", False):
             print_json({"code": "failed" if spent is None else "cut_off", "message": said})

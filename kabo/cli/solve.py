@@ -36,6 +36,7 @@ def run(options: argparse.Namespace) -> int:
                 progress=report,
                 cancelled=stop,
                 on_found=options.surrounding.on_found(),
+                on_refused=lambda body: options.surrounding.on_known(body, ""),
             )
     except KeyboardInterrupt:
         return _interrupted(options)

@@ -120,12 +120,15 @@ def chosen_options(options: argparse.Namespace) -> SolveOptions:
     return cast("SolveOptions", chosen)
 
 
-def report_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
-    """Reports that a search was killed before it found a plan, and returns the exit code."""
+def report_cut_off(options: argparse.Namespace, spent: Any, message: str, known: Any = None) -> int:
+    """Reports that a search was killed before it found a plan, and what was refused by then; returns the exit code."""
     said = f"{message}; no file was written"
+    body = rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said)))
+    details = [] if known is None else known[0]["reason"]["details"]
     if options.json:
-        print_json(rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said))))
-    tell(f"kabo: {said}")
+        kept = {} if known is None else {"statistics": known[0]["statistics"]}
+        print_json({**body, **kept, "reason": {**body["reason"], "details": details}})
+    tell("\n".join([f"kabo: {said}", *(f"  - {each}" for each in details[:SHOWN_DETAILS])]))
     return exit_codes.NO_PLAN
 
 

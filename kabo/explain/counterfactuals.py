@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kabo.errors import InputError
+from kabo.explain.blame import blocking
 from kabo.explain.findings import (
     BaseMoved,
     BodyRemoved,
@@ -72,6 +73,10 @@ def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequ
     for finding in findings[:MAX_BLAMED_CALLS]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
+    # What blocked most may be worth leaving out although something else is behind it: a plan may move that away.
+    for name in (name for finding in findings[:1] for name, _ in blocking(finding)[:1]):
+        if removable(problem, name) and not _carries(surroundings, name):
+            yield BodyRemoved(name)
     farthest: dict[str, LeastMove] = {}
     floors: dict[str, str] = {}
     for finding in findings:
@@ -89,7 +94,7 @@ def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequ
             larger = (FloorLarger(robot, floors[robot], round(move.metres + more, 3)) for more in FLOOR_MARGINS_M)
             yield from larger
     # Last: the parts of all bodies are made anew for it, which may take the time of all other changes.
-    if any(finding.because_of_epsilon for finding in findings):
+    if any(finding.because_of_epsilon and not finding.proof for finding in findings):
         yield SmallerEpsilon(round(surroundings.budget.epsilon / EPSILON_DIVISOR, 9))
 
 
@@ -110,25 +115,34 @@ def tried(
     surroundings: SceneSurroundings,
     changes: Sequence[Change],
     means: TrialBudget,
+    told: Callable[[list[Counterfactual], Sequence[Change]], None] = lambda _, __: None,
     **options: Any,
-) -> list[Counterfactual]:
-    """The results of solving the problem with each change alone: solved ones first, the shortest plans leading.
+) -> tuple[list[Counterfactual], Sequence[Change]]:
+    """The results of solving the problem with each change alone, and the changes for which there was no time.
+
+    Solved ones come first, the shortest plans leading.
 
     Args:
         problem: the problem without changes.
         surroundings: the geometry of the problem's scene.
         changes: the changes to try, from `candidates`.
         means: the budget for all changes together; changes are left out once its time is spent.
+        told: called with the same before each change.
         options: the options of `solve` with which the unchanged problem was solved.
     """
-    found = []
+    found: list[Counterfactual] = []
     for number, change in enumerate(changes):
         seconds = means.seconds_left() / (len(changes) - number)
+        told(found, changes[number:])
         if seconds <= 0.0 or (means.cancelled is not None and means.cancelled()):
-            break
+            return found, changes[number:]
         one = _tried(changed(problem, surroundings.scene, change), change, means, seconds, options)
-        found += [] if one is None else [one]
-    return sorted(found, key=lambda each: (each.plan_actions is None, each.plan_actions or 0))
+        found = sorted([*found, *([] if one is None else [one])], key=_helpful)
+    return found, ()
+
+
+def _helpful(one: Counterfactual) -> tuple[bool, int]:
+    return one.plan_actions is None, one.plan_actions or 0
 
 
 def _tried(

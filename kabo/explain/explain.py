@@ -43,7 +43,8 @@ SPENT = {
     "memory": "in as much memory as allowed",
 }
 
-Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
+Planned = Literal["solvable", "proved", "exhausted"]
+Verdict = Planned | Literal["invalid"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class Explanation:
     whether the last layer contains the whole goal. `findings`: the procedure calls that failed. `counterfactuals`:
     the changes that were tried. `complete`: whether kabo's reasoning about knowledge is complete for this problem;
     if not, "never holds" and "never known" are not proven. `start`: what is wrong with the scene at its start.
+    `unfinished`: what there was no time for, as clauses.
     """
 
     verdict: Verdict
@@ -69,6 +71,7 @@ class Explanation:
     counterfactuals: tuple[Counterfactual, ...] = ()
     complete: bool = True
     start: tuple[str, ...] = ()
+    unfinished: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         lines = list(self.summary)
@@ -88,6 +91,8 @@ class Explanation:
         ):
             if sentences:
                 lines += [f"\n{title}:", *(f"  - {sentence}" for sentence in sentences)]
+        if self.unfinished:
+            lines += ["\nNot finished:", *(f"  - {clause}" for clause in self.unfinished)]
         return "\n".join(lines)
 
     def nearest(self, goal: UnreachableGoal) -> str:
@@ -108,6 +113,7 @@ def explain(
     progress: Callable[[Progress], None] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
+    known: Callable[[Explanation], None] = lambda _: None,
     **options: "Unpack[ExplainOptions]",
 ) -> Explanation:
     """The reasons why a problem has no plan, or that it has one; and the parts of the problem that are useless.
@@ -124,6 +130,8 @@ def explain(
             procedure calls of actions are then assumed to succeed.
         geometry: whether to search for motions as well if the problem has a scene; if not, procedure calls are
             assumed to succeed.
+        known: called with the explanation as far as it is known, whenever more is known: for those who may have to
+            end this by force.
         options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of
             solving with geometry; `changes`: the greatest number of changes that are tried.
 
@@ -142,12 +150,18 @@ def explain(
     goals = unreachable_in(causes)
     unused = Unused(causes)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
-    found: Obstacles | None = None
+    reached = not goals, whole.reach.layers, tuple(goals), idle, unknown
+
+    def told(found: Obstacles) -> Explanation:
+        said = found.verdict, found.summary, *reached, found.findings, found.counterfactuals
+        return Explanation(*said, not judged.gaps, found.start, found.unfinished)
+
     if goals:
         unproved = beyond_reasoning(judged)
-        verdict: Verdict = "proved" if unproved is None else "exhausted"
+        verdict: Planned = "proved" if unproved is None else "exhausted"
         summary = _proved(goals) if unproved is None else _unproved(unproved, goals)
     else:
+        known(told(Obstacles("exhausted", (SEARCHING,), unfinished=("searching a plan",))))
         expansions = Options.max_expansions if max_expansions is None else max_expansions
         verdict, summary = _searched(problem, judged, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
@@ -156,11 +170,9 @@ def explain(
 
             left = max(0.0, seconds - (perf_counter() - stop.began))
             asked: dict[str, Any] = {"search": search, "memory": bytes_, "progress": progress}
-            found = obstacles(problem, left, cancelled, expansions, **asked, **options)
-            verdict, summary = found.verdict, list(found.summary)
-    said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
-    more = ((), ()) if found is None else (found.findings, found.counterfactuals)
-    return Explanation(*said, *more, not judged.gaps, () if found is None else found.start)
+            asked["known"] = lambda found: known(told(found))
+            return told(obstacles(problem, left, cancelled, expansions, **asked, **options))
+    return told(Obstacles(verdict, tuple(summary)))
 
 
 def _has_motions(problem: Problem) -> bool:
@@ -181,7 +193,7 @@ def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
 
 def _searched(
     problem: Problem, judged: Judged, search: Search | None, expansions: int, stop: StopFlag
-) -> tuple[Verdict, list[str]]:
+) -> tuple[Planned, list[str]]:
     task = ground(problem)
     found = find_skeleton(task, search=search, limits=SearchLimits(expansions, stop))
     if isinstance(found, FoundSkeleton):
@@ -199,6 +211,7 @@ def _searched(
     return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, stop)][:3]
 
 
+SEARCHING = "Every part of the goal could hold if nothing that is known were ever lost; no plan was found so far."
 NO_PLAN_BUT_REACHABLE = (
     "There is no plan, whatever geometry says: every part of the goal could hold if nothing that is known were ever "
     "lost, but every way ends in a dead end; all of them have been tried."
@@ -223,6 +236,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
         "start": list(explanation.start),
         "procedures": [_finding_to_json(finding) for finding in explanation.findings],
         "counterfactuals": [each.json() for each in explanation.counterfactuals],
+        **({"unfinished": list(explanation.unfinished)} if explanation.unfinished else {}),
     }
 
 
@@ -237,6 +251,7 @@ def _finding_to_json(finding: Finding) -> dict[str, Any]:
         "failures": failures,
         "measures": [asdict(measure) for measure in finding.measures],
         "needed": finding.needed,
+        "repeated": finding.repeated,
     }
 
 

@@ -13,9 +13,10 @@ from typing import Any
 
 from kabo.errors import CutOff
 from kabo.explain.findings import Finding, LeastMove, Row
-from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, millimetres, shortfall_of
+from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, moved_base, shortfall_of
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
+from kabo.planner.geometry.epsilon_alone import epsilon_measure
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
@@ -30,28 +31,74 @@ MAX_PATH_SEARCHES = 6  # failed searches for a path after which a call is not re
 MAX_REPEATED_PATH_SEARCHES = 2  # searches for a path that are checked again, for each check
 
 
-def examined(asked: GeometricProcedures, task: GroundedTask, stop: Callable[[], bool]) -> list[Finding]:
+def examined(
+    asked: GeometricProcedures,
+    task: GroundedTask,
+    stop: Callable[[], bool],
+    told: Callable[[list[Finding]], None] = lambda _: None,
+) -> list[Finding]:
     """The findings about the failed procedure calls of a run, the most informative first.
 
     Args:
         asked: the server that answered the calls of the run; it is not changed.
         task: the grounded problem.
-        stop: called periodically; when it returns True, the findings so far are returned.
+        stop: called periodically; when it returns True, the calls that are left are told as they were counted.
+        told: called with all findings whenever one more call has been examined.
     """
-    failed = [item for item in asked.records.of.items() if item[1].places and item[1].places[0].attempt == 0]
-    known = {call for call, _ in failed}
-    cut = ((call, where) for call, where in asked.records.unfinished.items() if call not in known)
-    failed += [(call, Record(places=[where])) for call, where in cut]
-    needed = needed_calls(task, [(call, record.places[0].refusal) for call, record in failed])
-    ranked = sorted(failed, key=lambda item: (item[0] not in needed, *_rank(item[0], item[1], asked)))
-    examiner = _Examiner(asked, needed, stop)
-    found = []
-    for call, record in () if stop() else ranked[:MAX_CALLS]:
+    found, needed = counted_only(asked, task), _needed(asked, task)
+    told(found)
+    if stop():
+        return found
+    examiner, records = _Examiner(asked, needed, stop), dict(_failed(asked))
+    for number, finding in enumerate(found):
         try:
-            found.append(examiner.finding(call, record))
+            found[number] = examiner.finding(finding.call, records[finding.call])
         except CutOff:
             break
+        told(found)
+        if stop():
+            break
     return found
+
+
+def counted_only(asked: GeometricProcedures, task: GroundedTask) -> list[Finding]:
+    """The failed calls of a run as it counted them, nothing repeated, the most informative first."""
+    needed = _needed(asked, task)
+    ranked = sorted(_failed(asked), key=lambda item: (item[0] not in needed, *_rank(item[0], item[1], asked)))
+    return [_counted(call, record, asked, call in needed) for call, record in ranked[:MAX_CALLS]]
+
+
+def _failed(asked: GeometricProcedures) -> list[tuple[GroundCall, Record]]:
+    """The calls that failed, or were cut off before they could, and their records."""
+    records = asked.records
+    failed = [item for item in records.of.items() if item[1].places and item[1].places[0].attempt == 0]
+    known, cut = {call for call, _ in failed}, {**records.unfinished, **asked.refused_so_far()}
+    return failed + [(call, Record(places=[where])) for call, where in cut.items() if call not in known]
+
+
+def _needed(asked: GeometricProcedures, task: GroundedTask) -> frozenset[GroundCall]:
+    return needed_calls(task, [(call, record.places[0].refusal) for call, record in _failed(asked)])
+
+
+def _counted(call: GroundCall, record: Record, asked: GeometricProcedures, needed: bool) -> Finding:
+    """The finding for one call as the run counted its attempts."""
+    refusal = record.places[0].refusal
+    base = next((each for each in refusal.measures if each.name.startswith("base of ")), None)
+    missing = base.missing if base is not None else refusal.missing
+    row = Row(
+        refusal.reason, None, max(refusal.attempts, 1), missing if refusal.reason == "out_of_reach" else None
+    )
+    rows: tuple[Row, ...] = (row,)
+    blocked = sum(count for _, count in refusal.pairs)
+    if refusal.reason in BLOCKED_REASONS and refusal.pairs:
+        rows = (replace(row, between=refusal.pairs[0][0]),)
+        if blocked <= row.count:  # each attempt was blocked by one pair: how often by which is known
+            rows = tuple(replace(row, between=pair, count=count) for pair, count in refusal.pairs)
+    attempts = sum(each.count for each in rows) + record.successes
+    found = Finding(
+        call, attempts, record.successes, rows, refusal.comment, refusal.proof, _dispensable(call, asked)
+    )
+    return replace(found, measures=refusal.measures, needed=needed, repeated=False)
 
 
 def _rank(call: GroundCall, record: Record, asked: GeometricProcedures) -> tuple[bool, bool, int, int, float]:
@@ -119,12 +166,14 @@ class _Examiner:
         floor = None if robot is None else self._floor(robot)
         found = Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
         measures = self._measures(where, seen, () if floor is not None else nearer, robot)
+        if 2 * found.because_of_epsilon > found.refused:
+            alone = epsilon_measure(self.asked, call, where, self.stop)
+            measures = measures if alone is None else (*measures, alone)
         needed, handed = call in self.needed, self._handed_by(call, where)
         return replace(found, measures=measures, needed=needed, handed_by=handed)
 
-    @staticmethod
     def _measures(
-        where: Where, seen: _Seen, nearer: Sequence[LeastMove], robot: str | None
+        self, where: Where, seen: _Seen, nearer: Sequence[LeastMove], robot: str | None
     ) -> tuple[Measure, ...]:
         """Of every limit that was not met the value that came nearest; of what is out of reach, the least move as well."""
         nearest: dict[str, Measure] = {}
@@ -133,11 +182,8 @@ class _Examiner:
             nearest[measure.name] = measure if best is None or measure.missing < best.missing else best
         name = f"base of {robot}"
         if nearer and nearer[-1].metres and name not in nearest:
-            x, y, z = (round(value, 3) + 0.0 for value in nearer[-1].by)
-            said = (
-                f"the base of {robot} would do {millimetres(nearer[-1].metres)} away, by ({x:g}, {y:g}, {z:g}) m"
-            )
-            nearest[name] = Measure(name, said, 0.0, nearer[-1].metres)
+            assert robot is not None
+            nearest[name] = moved_base(self.scene.robots[robot], nearer[-1].metres, nearer[-1].by)
         return tuple(nearest.values())
 
     def _handed_by(self, call: GroundCall, where: Where) -> tuple[str, ...]:

@@ -45,7 +45,8 @@ class Finding:
     one at the same height. `floor`: the region that its base drives in, if it does; `nearer` then are displacements of
     this region. `measures`: the numbers on which the failures rest, of every limit the nearest one.
     `needed`: no plan does without this call. `handed_by`: the robots that have brought the object to where this
-    call's robot fails to take it.
+    call's robot fails to take it. `repeated`: its attempts were repeated and looked at; if not, since there was no time
+    left, `rows` are as they were counted while the problem was solved.
     """
 
     call: GroundCall
@@ -62,6 +63,7 @@ class Finding:
     measures: tuple[Measure, ...] = ()
     needed: bool = False
     handed_by: tuple[str, ...] = ()
+    repeated: bool = True
 
     @property
     def refused(self) -> int:
@@ -169,7 +171,8 @@ class Counterfactual:
 class Obstacles:
     """The result of solving with geometry, and if no plan was found, the reasons, the main finding first.
 
-    `start`: what is wrong with the scene at its start, and what can never be done in it.
+    `start`: what is wrong with the scene at its start, and what can never be done in it. `unfinished`: what there was no
+    time for.
     """
 
     verdict: Literal["solvable", "proved", "exhausted"]
@@ -177,3 +180,4 @@ class Obstacles:
     findings: tuple[Finding, ...] = ()
     counterfactuals: tuple[Counterfactual, ...] = ()
     start: tuple[str, ...] = ()
+    unfinished: tuple[str, ...] = ()

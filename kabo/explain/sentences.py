@@ -3,9 +3,11 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
+from kabo.explain.blame import blocking
 from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
 from kabo.geometry_server.answers import BLOCKED_REASONS
-from kabo.planner.proofs.refused_calls import blocking_pairs
+from kabo.language.formulas import GroundCall
+from kabo.planner.proofs.refused_calls import own_pair, own_text
 from kabo.planner.proofs.wording import counted, listed
 
 EXHAUSTED = {
@@ -14,7 +16,9 @@ EXHAUSTED = {
     "samples": "No plan was found",
     "time": "No plan was found before the time was up",
     "memory": "No plan was found with as much memory as allowed",
+    "so_far": "No plan was found so far",
 }
+SHOWN_LEFT = 4  # calls or changes that a clause about what was not finished names
 RESULTS = {
     "no_plan": "no plan, which is proven",
     "exhausted": "none was found, and that is no proof",
@@ -33,7 +37,7 @@ def main_finding(findings: Sequence[Finding], counterfactuals: Sequence[Counterf
 
 def _concerns(change: Change, finding: Finding) -> bool:
     if isinstance(change, BodyRemoved):
-        return any(name == change.body and count for name, count in finding.freed)
+        return any(name == change.body for name, _ in blocking(finding))
     if isinstance(change, SmallerEpsilon):
         return finding.because_of_epsilon > 0
     return finding.robot == change.robot and bool(finding.nearer)
@@ -69,25 +73,33 @@ def why(finding: Finding, epsilon: float) -> str:
                 floor = f", wherever on {finding.floor} the base of {finding.robot} stands"
             told = "; ".join(measure.text for measure in finding.measures)
             return f"It is out of reach by {finding.missing:.3f} m{floor}{f': {told}' if told else ''}."
-        return _sentence(finding.message.partition(": ")[2] or finding.message)
+        return _sentence(finding.message.partition(": ")[2] or finding.message, finding.call)
     wide = _too_wide(finding)
     if reason == "collision" and wide is not None:
-        return _sentence(wide)
+        return _sentence(wide, finding.call)
     share = finding.because_of_epsilon
     samples = _of(share, finding.refused)
     if 2 * share > finding.refused:
-        return f"It was refused only because of epsilon = {epsilon:g} in {samples}: exact geometry would pass."
+        alone = next((f": {each.said}" for each in finding.measures if each.epsilon), "")
+        return (
+            f"It was refused only because of epsilon = {epsilon:g} in {samples}{alone}: exact geometry would pass."
+        )
     body, count = blocking(finding)[0] if blocking(finding) else (None, 0)
     if body is None:
         return f"No way was found in {_of(reasons[reason], finding.refused)}."
     too = f", {share} of them only because of epsilon = {epsilon:g}" if share else ""
     how = "hidden" if reason == "hidden" else "blocked"
-    return f"It was {how} by {body} in {_of(count, finding.refused)}{too}."
+    own = own_pair(body, ((row.between, row.count) for row in finding.rows if row.between))
+    itself = "" if own is None else f", most often {own_text(own, finding.measures)}"
+    by = body if own is None else f"{body} itself"
+    return f"It was {how} by {by} in {_of(count, finding.refused)}{too}{itself}."
 
 
-def _sentence(said: str) -> str:
+def _sentence(said: str, call: GroundCall) -> str:
     """A clause as a sentence; a name such as `cup_1` with which it begins keeps its spelling."""
-    return f"{said}." if "_" in said.partition(" ")[0] else f"{said[0].upper()}{said[1:]}."
+    first = said.partition(" ")[0]
+    is_name = "_" in first or first in map(str, call.arguments)
+    return f"{said}." if is_name else f"{said[0].upper()}{said[1:]}."
 
 
 def _too_wide(finding: Finding) -> str | None:
@@ -101,9 +113,17 @@ def _of(count: int, total: int) -> str:
     return f"{count} of {counted(total, 'sample')} ({100.0 * count / max(total, 1):.0f} %)"
 
 
-def blocking(finding: Finding) -> list[tuple[str, int]]:
-    """The bodies and other robots that blocked attempts, with the number of attempts, the most frequent first."""
-    return blocking_pairs(finding.call, ((row.between, row.count) for row in finding.rows if row.between))
+def not_repeated(findings: Sequence[Finding]) -> list[str]:
+    """A clause about the failed calls whose attempts were only counted; empty if all were looked at."""
+    left = [str(finding.call) for finding in findings if not finding.repeated]
+    if not left:
+        return []
+    return [f"whether epsilon alone, or which body alone, is in the way of {listed(left, 'and', SHOWN_LEFT)}"]
+
+
+def not_tried(left: Sequence[Change]) -> list[str]:
+    """A clause about the changes that there was no time to try; empty if there are none."""
+    return [f"what one change would do: {listed(map(str, left), 'and', SHOWN_LEFT)}"] if left else []
 
 
 def best(others: Sequence[Counterfactual]) -> list[str]:

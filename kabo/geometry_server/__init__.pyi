@@ -2,6 +2,7 @@ from kabo.geometry_server.answers import BLOCKED_REASONS as BLOCKED_REASONS
 from kabo.geometry_server.answers import MAX_EFFORT as MAX_EFFORT
 from kabo.geometry_server.answers import REASONS as REASONS
 from kabo.geometry_server.answers import Answer as Answer
+from kabo.geometry_server.answers import Askable as Askable
 from kabo.geometry_server.answers import GeometryStatistics as GeometryStatistics
 from kabo.geometry_server.answers import Pair as Pair
 from kabo.geometry_server.answers import Refusal as Refusal
@@ -35,10 +36,14 @@ from kabo.geometry_server.foresight.measures import millimetres as millimetres
 from kabo.geometry_server.foresight.openings import opening_of as opening_of
 from kabo.geometry_server.foresight.openings import too_wide as too_wide
 from kabo.geometry_server.foresight.reaches import base_measure as base_measure
+from kabo.geometry_server.foresight.reaches import beyond_reach as beyond_reach
+from kabo.geometry_server.foresight.reaches import moved_base as moved_base
 from kabo.geometry_server.foresight.reaches import reach_measures as reach_measures
 from kabo.geometry_server.foresight.regions import uncontained as uncontained
 from kabo.geometry_server.foresight.starts import StartFault as StartFault
+from kabo.geometry_server.foresight.starts import overlapping as overlapping
 from kabo.geometry_server.foresight.starts import start_faults as start_faults
+from kabo.geometry_server.foresight.starts import start_faults_so_far as start_faults_so_far
 from kabo.geometry_server.frames import WORLD as WORLD
 from kabo.geometry_server.frames import Frame as Frame
 from kabo.geometry_server.frames import Roles as Roles

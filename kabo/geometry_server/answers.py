@@ -65,6 +65,9 @@ class Askable(Protocol):
     def passes(self, context: Any, without: str | None = None) -> bool:
         """Whether the query succeeds in `context`, with body `without` removed if it is given; all else is unchanged."""
 
+    def nearness(self, pair: Pair) -> Measure | None:
+        """How near two links of the robot that is asked about come; None if they are not both its links."""
+
 
 @dataclass(frozen=True)
 class Refusal:

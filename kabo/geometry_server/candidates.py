@@ -36,6 +36,7 @@ from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 from kabo.streams import stream_key
 
+RANDOM_EVERY = 4  # samples of which one has joints at random that its constraints do not read
 BATCH_SAMPLES = 64  # in one kernel call; candidates of a batch are tried in order of preference
 
 
@@ -97,8 +98,7 @@ class Stream:
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
         """The valid samples among `count` samples from index `first` on, in order, spread along the rows `along`.
 
-        With a closed form each sample gives all branches of the arm with the hand at the same pose: elbow up and
-        down, wrist flipped.
+        With a closed form each sample gives all branches of the arm (elbow up, wrist flipped) at the hand's pose.
         """
         return self._candidates(self._branches(first, count, along)[0])
 
@@ -155,7 +155,8 @@ class Stream:
         base = np.concatenate([np.zeros(robot.planned), self.hand])
         planned = np.arange(tree.size) < robot.planned
         if self.standing is None or robot.drive is None:
-            return sample(tree, self.rows, *some, planned, along, base=base)
+            found, valid = sample(tree, self.rows, *some, planned, along, base=base)
+            return self._at_home(found, first, along), valid
         placed = self.standing.starts(self.rows, along, self.key, first, count, self.hand)
         found, valid = base[None].repeat(count, axis=0), np.zeros(count, np.bool_)
         if placed is not None:
@@ -165,7 +166,17 @@ class Stream:
             other, fulfils = sample(tree, self.rows, *some, planned, along, base=base)
             fulfils &= ~valid & (robot.drive.outside(other[:, :BASE_VALUES]) <= 0.0)
             found[fulfils], valid[fulfils] = other[fulfils], True
-        return found, valid
+        return self._at_home(found, first, along), valid
+
+    def _at_home(self, found: Array, first: int, along: Array | None) -> Array:
+        """Samples (count, n) from index `first` on; most have joints that no row reads at home, as the arm of a look."""
+        every = self.rows if along is None else np.concatenate([self.rows, along])
+        moving = self.robot.moving({int(j) for j in every[:, (columns.FIRST, columns.SECOND)].ravel()})
+        idle = np.flatnonzero(~moving[: self.robot.planned])
+        chosen = np.flatnonzero((first + 1 + np.arange(len(found))) % RANDOM_EVERY)
+        home = np.clip(_home(self.robot)[idle], self.robot.tree.lower[idle], self.robot.tree.upper[idle])
+        found[np.ix_(chosen, idle)] = home
+        return found
 
     def _same_pose(self, structure: Structure, found: Array) -> tuple[Array, Integers]:
         """All configurations with the same pose of the hand as a row of (N, n) and the same base, and each one's row."""
@@ -200,17 +211,14 @@ class Stream:
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
-        """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or the reason why there is none.
+        """All candidates with a frame of the tree at a pose (4, 4), by the closed form, or why there is none.
 
         None if the robot has no closed form for this frame, or one with a free joint, as for seven axes, or drives.
         """
         robot, structure = self.robot, closed_form_of(self.robot)
-        if (
-            robot.drive is not None
-            or structure is None
-            or structure.lock >= 0
-            or not is_carried(robot, structure, frame.joint)
-        ):
+        if robot.drive is not None or structure is None or structure.lock >= 0:
+            return None
+        if not is_carried(robot, structure, frame.joint):
             return None
         found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
         if isinstance(found, OutOfReach):
@@ -230,9 +238,14 @@ def _distinct(found: Array) -> Array:
     return found[np.sort(kept)]
 
 
+def _home(robot: Robot) -> Array:
+    """The planned joints (planned,) at home; at zero without one."""
+    return np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+
+
 def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np.bool_]:
     """Which of the branches (M, n) is the nearest to home among those of its sample (M,); the first of equals."""
-    home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+    home = _home(robot)
     away = np.round(np.linalg.norm(found[:, : robot.planned] - home, axis=1), 6)
     order = np.lexsort((away, owner))
     nearest = np.zeros(len(found), np.bool_)
@@ -242,7 +255,7 @@ def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:
     """The candidates, sorted by distance from the robot's home configuration."""
-    home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+    home = _home(robot)
     return sorted(found, key=lambda c: (round(float(np.linalg.norm(c.q[: robot.planned] - home)), 6), *c.q))
 
 
@@ -269,7 +282,7 @@ class GraspStream:
 
 def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Array) -> Roles | None:
     """The frame of each role in a grasp family, for a standing object; None if the family does not fit this robot."""
-    if family.robots is not None and robot.name not in family.robots:
+    if robot.tool is None or (family.robots is not None and robot.name not in family.robots):
         return None
     roles = {"tool": tool_frame(robot), "this": standing_frame(body, world_T_body), "world": WORLD}
     return roles if fits(family.constraints, roles) else None
@@ -285,8 +298,7 @@ def grasp_stream(
     standing: Standing | None = None,
 ) -> GraspStream | None:
     """The stream of grasps of a standing object; None if the grasp family does not fit this robot."""
-    roles = grasp_roles(robot, body, family, world_T_body)
-    if roles is None:
+    if (roles := grasp_roles(robot, body, family, world_T_body)) is None:
         return None
     numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
     key = stream_key(seed, "grasp", robot.name, body.name, family.name, *numbers)

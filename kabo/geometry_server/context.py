@@ -11,6 +11,8 @@ from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 
+EMPTY_BATCHES = 64  # of a stream without a candidate, after which it is asked whether there can be any
+
 _SHARED: "WeakValueDictionary[int, ProcedureContext]" = WeakValueDictionary()
 _NUMBERS = count()
 
@@ -52,20 +54,34 @@ class ProcedureContext:
         """The scene of the surroundings."""
         return self.surroundings.scene
 
-    def candidates(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
+    @property
+    def tries_again(self) -> bool:
+        """Whether the least effort has failed, so that it is worth looking for what no effort would change."""
+        return self.patience is None
+
+    def candidates(
+        self, stream: Iterable[list[Candidate]], hopeless: Callable[[], bool] = lambda: False
+    ) -> Iterator[Candidate]:
         """The candidates of the first `batches` batches of a stream; counts the samples.
+
+        If the first `EMPTY_BATCHES` have none, `hopeless` is called once; True ends the stream.
 
         Raises:
             CutOff: time or budget is spent, which is different from having no more candidates.
         """
         batches, statistics = islice(stream, self.batches), self.surroundings.statistics
-        while True:
+        found = False
+        for number in count():
+            if number == EMPTY_BATCHES and not found and hopeless():
+                return
+            self.look()
             began = perf_counter()
             batch = next(batches, None)
             statistics.inverse_kinematics_s += perf_counter() - began
             if batch is None:
                 return
             statistics.count_samples(BATCH_SAMPLES)
+            found = found or bool(batch)
             for candidate in batch:
                 self.look()
                 yield candidate

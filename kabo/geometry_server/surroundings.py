@@ -148,6 +148,10 @@ class SceneSurroundings:
         self._memory[key] = known
         return known
 
+    def recalled(self, key: tuple[object, ...]) -> Any:
+        """The cached result for `key`; None if there is none."""
+        return self._memory.get(key)
+
     def _parents(self, situation: Situation, parent: str) -> list[Array]:
         if parent == "world":
             return [np.eye(4)]

@@ -149,7 +149,7 @@ class ContactPattern:
 
 @dataclass(frozen=True)
 class GripperDescription:
-    """A gripper: a URDF of its own on a mount link, or joints of the robot's URDF."""
+    """A gripper: a URDF of its own, at a pose in the frame of a mount link, or joints of the robot's URDF."""
 
     urdf: Path | None = None
     mount: str | None = None
@@ -158,6 +158,7 @@ class GripperDescription:
     closed: Mapping[str, float] = field(default_factory=dict)
     touch_links: tuple[str, ...] = ()
     place: Place | None = field(default=None, compare=False, repr=False)
+    pose: PoseDescription = PoseDescription()
 
 
 @dataclass(frozen=True)
@@ -202,8 +203,8 @@ class RobotDescription:
 
     `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
     `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
-    inverse kinematics. `hulls` are the links that bounded predicates replace by their convex hulls. A robot that drives
-    has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
+    inverse kinematics. `hulls` are links of which bounded predicates take open meshes as their convex hulls. A robot that
+    drives has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
     """
 
     name: str

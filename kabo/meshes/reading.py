@@ -36,6 +36,9 @@ logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"  # what a clone holds until the large files are fetched
 
+WEB_PAGES = (b"<!doctype html", b"<html")  # what is saved of a link to a page about the file
+PAGE_HINT = "download the file itself, for example by the link `Raw` of its page"
+
 
 def load_mesh(
     path: str | Path,
@@ -104,6 +107,8 @@ def _triangles(
     """The vertices and triangles in a file's content; `path` and `place` appear in errors only."""
     if data.startswith(LFS_POINTER):
         raise refuse(place, f'mesh file "{path.name}" is a pointer of Git LFS, not the mesh', FETCH_HINT)
+    if data[:256].lstrip(b"\xef\xbb\xbf \t\r\n").lower().startswith(WEB_PAGES):
+        raise refuse(place, f'mesh file "{path.name}" is a web page (HTML), not the mesh', PAGE_HINT)
     data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
@@ -138,6 +143,9 @@ def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Verti
     try:
         return pieces(data, kind)
     except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
+        if isinstance(error, IndexError):  # of numpy, in readers that trust the numbers of vertices
+            said = f'mesh file "{name}" cannot be read: its faces name vertices that it does not have'
+            raise refuse(place, said, EXPORT_HINT) from None
         words = re.sub(r"\b\w*(Error|Exception): ", "", str(error)).split()  # names of a parser's classes
         said = " ".join(words)[:_MAX_PARSER_CHARACTERS] or type(error).__name__
         raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT_HINT) from None

@@ -18,6 +18,7 @@ from kabo.meshes.topology import edges_of
 LARGE_EXTENT = 5.0  # [m]: parts and robots are smaller, unless given in millimetres
 MIN_EXTENT = 1e-9  # [m]: a smaller mesh is a point, or given in the wrong unit
 _CLOSE_HINT = "close it, e.g. in MeshLab (Filters, Remeshing, Close Holes)"
+_CLEAN_HINT = "remove what is left by hand, e.g. in MeshLab (Filters, Cleaning and Repairing)"
 _REPAIR_HINT = "try --repair (in Python: load_mesh(…, repair=True))"
 
 
@@ -120,7 +121,8 @@ def _faults(found: Soundness, borders: str) -> Iterable[str]:
 
 def _remedy(found: Soundness, borders: str, repair: bool) -> str:
     if repair:
-        return f"all that is safe to repair has been repaired; {_CLOSE_HINT}"
+        further = _CLOSE_HINT if found.borders else _CLEAN_HINT
+        return f"all that is safe to repair has been repaired; {further}"
     if found.borders and borders == "refuse":
         return f"{_CLOSE_HINT}, or {_REPAIR_HINT}, which fills holes of three or four edges"
     return _REPAIR_HINT

@@ -35,12 +35,12 @@ class Reason:
 
     `proved`: `knowledge` (the goal is unreachable whatever geometry says), `refusals` (every refusal is a proof),
     or None. `budget`: the budget that was spent if nothing is proved; `reasoning` means that everything was tried,
-    but a plan may need reasoning by cases, which kabo does not do. `message`: one sentence. `details`: further
-    sentences.
+    but a plan may need reasoning by cases, which kabo does not do; `so_far` that the run goes on. `message`: one
+    sentence. `details`: further sentences.
     """
 
     proved: Literal["knowledge", "refusals"] | None
-    budget: Spent | Literal["reasoning"] | None
+    budget: Spent | Literal["reasoning", "so_far"] | None
     message: str
     details: tuple[str, ...] = ()
 

@@ -56,6 +56,7 @@ class SolveRun:
     certified: Mapping[str, Any] = field(default_factory=dict)
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
+    on_refused: Callable[[Result], None] | None = None
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)

@@ -20,6 +20,7 @@ from kabo.options import Options, SolveOptions, takes_options
 from kabo.planner.geometry.assembly import assemble
 from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.geometry.workers import ProcedureWorkers
+from kabo.planner.proofs.needed_calls import needed_first
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.rounds import ExternalRounds, GeometricRounds, Rounds, SymbolicRounds, Variants
@@ -43,6 +44,7 @@ def solve(
     procedures: Mapping[str, Callable[..., bool]] | None = None,
     on_procedures: OnProcedures | None = None,
     on_found: Callable[[Result], None] | None = None,
+    on_refused: Callable[[Result], None] | None = None,
     **options: "Unpack[SolveOptions]",
 ) -> Result:
     """A plan whose leaves all fulfil the goal and whose motions are proven free, or the reason for having none.
@@ -63,6 +65,7 @@ def solve(
         on_procedures: called with the server of geometric procedures before any call is made; the server keeps the
             outcome of each call.
         on_found: called with the first result that has a plan, if this plan is still to be refined or certified.
+        on_refused: called from time to time with a result without a plan: what was refused so far.
         options: `kabo.options.SolveOptions`; options that are None or absent are taken from the
             problem, the scene or the defaults.
 
@@ -80,7 +83,7 @@ def solve(
     else:
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
-    run.on_procedures, run.on_found = on_procedures, on_found
+    run.on_procedures, run.on_found, run.on_refused = on_procedures, on_found, on_refused
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - external.seconds
     if has_geometry:
@@ -111,7 +114,15 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
 # ------------------------------------------------------------------------------------ with a scene's geometry
 def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
-    from kabo.planner.refine.with_geometry import finished, load_procedures, unsuccessful_calls, with_start_faults
+    from kabo.planner.geometry.epsilon_alone import with_epsilon
+    from kabo.planner.refine.with_geometry import (
+        finished,
+        load_procedures,
+        unsuccessful_calls,
+        with_bases,
+        with_start_faults,
+    )
+    from kabo.planner.telling import Telling
 
     run.report_progress("loading the scene")
     try:
@@ -122,6 +133,8 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         return replace(result, reason=None if result.reason is None else result.reason.with_details(error.details))
     if run.on_procedures is not None:
         run.on_procedures(server)
+    if run.on_refused is not None:
+        run.stop.cancelled = Telling(run, task, server, run.on_refused, run.cancelled)
     with ProcedureWorkers(server, run.workers, run.stop) as workers:
         rounds = GeometricRounds(run, task, server, workers.expect)
         found = planned(run, task, rounds)
@@ -130,8 +143,11 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         geometry = rounds.geometry
         cut_off = isinstance(found, Exhausted)
         failures = unsuccessful_calls(geometry, server) if cut_off else geometry.failures()
+        late = run.stop.spent == "time"
+        if not late:
+            failures = with_epsilon(with_bases(needed_first(task, failures), server), server, run.stop.timely())
         result = without_plan(run, task, found, statistics_of(run, server), failures, proved=geometry.proved())
-        return result if run.stop.spent == "time" else with_start_faults(result, server)
+        return with_start_faults(result, server, late=late)
 
 
 # ------------------------------------------------------------------------------------------ without a scene's

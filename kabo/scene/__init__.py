@@ -6,7 +6,7 @@ checks, sampling or motion.
 
 from kabo.meshes import Mesh, Rounding, load_mesh
 from kabo.scene.drives import BASE_VALUES, Drive
-from kabo.scene.elements import Element, ElementKind, one_mesh
+from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
 from kabo.scene.inner_meshes import inner_mesh
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
@@ -44,11 +44,13 @@ __all__ = [
     "beyond_angle",
     "element_of",
     "inner_mesh",
+    "is_open",
     "link_poses",
     "load_mesh",
     "load_scene",
     "mesh_of",
     "one_mesh",
     "structure_of",
+    "with_hulls",
     "world_T",
 ]

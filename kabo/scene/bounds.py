@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.errors import Diagnostic
+from kabo.errors import Diagnostic, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import SceneDescription
 from kabo.meshes import Mesh
@@ -39,6 +39,23 @@ def findings(
         if not far <= MAX_DISTANCE:
             yield _too_far(description.robots[name].place, f'robot "{name}"', far)
         yield from _beyond_limits(description, name, robot)
+    yield from _unknown_fingers(description, robots)
+
+
+def _unknown_fingers(description: SceneDescription, robots: Mapping[str, Robot]) -> Iterator[Diagnostic]:
+    """A diagnostic for each joint in `fingers` of a grasp family that no gripper has that may use it."""
+    for body in description.bodies.values():
+        for family, grasp in body.grasps.items():
+            users = [robot for name, robot in robots.items() if not grasp.robots or name in grasp.robots]
+            known = sorted({joint for robot in users for joint in robot.gripper_joints})
+            for joint in grasp.fingers or () if known else ():
+                if joint not in known:
+                    at = body.place or Place("scene", 1, 1)
+                    said = (
+                        f'`fingers` of grasp family "{family}" of "{body.name}": no gripper has a joint "{joint}"'
+                    )
+                    hint = did_you_mean(joint, known) or f"there are {', '.join(known)}"
+                    yield Diagnostic(at.file, at.line, at.column, said, hint, at.length)
 
 
 def _too_far(place: Place | None, thing: str, far: float) -> Diagnostic:

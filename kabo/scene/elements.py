@@ -12,8 +12,9 @@ from typing import Literal
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.errors import MeshError
 from kabo.language.formulas import Place
-from kabo.meshes import Mesh, Rounding
+from kabo.meshes import Mesh, Rounding, hull_of, require_closed
 
 ElementKind = Literal["mesh", "box", "sphere", "capsule", "cylinder"]
 
@@ -50,3 +51,37 @@ def one_mesh(meshes: Sequence[Mesh]) -> Mesh | None:
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)])
     return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
+
+
+def is_open(element: Element) -> bool:
+    """Whether an element is a mesh that is not closed, so that it has no inside."""
+    if element.kind != "mesh":
+        return False
+    try:
+        require_closed(element.mesh)
+    except MeshError:
+        return True
+    return False
+
+
+def with_hulls(elements: Sequence[Element]) -> tuple[Element, ...]:
+    """The elements with each open mesh replaced by its convex hull; if none is open, with each mesh replaced.
+
+    If a mesh that is replaced is flat, and has no hull, the hull of all elements stands for them.
+
+    Raises:
+        MeshError: all elements lie in a plane.
+    """
+    replaced = [is_open(element) for element in elements]
+    if not any(replaced):
+        replaced = [element.kind == "mesh" for element in elements]
+    try:
+        return tuple(
+            Element("mesh", hull_of(each.mesh), place=each.place) if hulled else each
+            for each, hulled in zip(elements, replaced, strict=True)
+        )
+    except MeshError:
+        whole = one_mesh([element.mesh for element in elements])
+        if whole is None or len(elements) == 1:
+            raise
+        return (Element("mesh", hull_of(whole), place=elements[0].place),)

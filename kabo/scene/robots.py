@@ -1,6 +1,6 @@
 """Robots: the model that pinocchio reads from URDF files, the kinematic tree as arrays, links with their meshes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
@@ -85,7 +85,7 @@ class Robot:
 
     `model` is pinocchio's, with gripper and base placement. `joint_names` lists all actuated joints, the first
     `planned` of them are the arm's, the others the gripper's; a Configuration has their values in this order.
-    `hulls`: the links whose meshes bounded predicates replace by their convex hulls.
+    `hulls`: the links of which bounded predicates take hulls, as `with_hulls` does.
     """
 
     name: str
@@ -167,9 +167,27 @@ class Robot:
         a, b = self._moving_joint(first), self._moving_joint(second)
         return a == b or self._moving_parent(a) == b or self._moving_parent(b) == a
 
+    def values_between(self, first: str, second: str) -> frozenset[int]:
+        """The values of a configuration that move one of two links against the other."""
+        ways = [set(self._joints_to(self.links[name].joint)) for name in (first, second)]
+        joints = [joint for joint in ways[0] ^ ways[1] if self.tree.ratio[joint] != 0.0]
+        return frozenset(int(self.tree.source[joint]) for joint in joints)
+
+    def moving(self, joints: Iterable[int]) -> NDArray[np.bool_]:
+        """Which values of a configuration (n,) move one of some joints."""
+        tree, found = self.tree, np.zeros(self.tree.size, np.bool_)
+        ways = {other for joint in joints for other in self._joints_to(joint) if tree.ratio[other] != 0.0}
+        found[[int(tree.source[joint]) for joint in ways]] = True
+        return found
+
     def stands(self, link: str) -> bool:
         """Whether no moving joint carries the link, so that it is fixed to the base."""
         return self._moving_joint(link) == 0
+
+    def _joints_to(self, joint: int) -> Iterator[int]:
+        while joint > 0:
+            yield joint
+            joint = int(self.tree.parent[joint])
 
     def _moving_joint(self, link: str) -> int:
         return self._settle(self.links[link].joint)

@@ -151,8 +151,10 @@ def configurations(
         inside = all(_within(values[joint], limits[joint]) for joint in planned if joint in values)
         if name in given or not inside or not any(joint in values for joint in planned):
             continue
-        otherwise = found.get("home") or tuple(min(max(0.0, limits[j][0]), limits[j][1]) for j in planned)
-        row = (values.get(joint, other) for joint, other in zip(planned, otherwise, strict=False))
+        home = found.get("home", ())
+        if len(home) != len(planned):  # none; or one of a wrong length, which is refused where it is given
+            home = tuple(min(max(0.0, limits[j][0]), limits[j][1]) for j in planned)
+        row = (values.get(joint, other) for joint, other in zip(planned, home, strict=True))
         bounds = (limits[joint] for joint in planned)
         found[name] = tuple(min(max(value, low), high) for value, (low, high) in zip(row, bounds, strict=True))
     return found

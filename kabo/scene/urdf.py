@@ -10,7 +10,8 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.language.scene_description import DriveDescription, RobotDescription
+from kabo.language.scene_description import DriveDescription, GripperDescription, RobotDescription
+from kabo.meshes.counts import counted
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
 from kabo.scene.robot_semantics import with_groups, with_semantics
@@ -18,6 +19,7 @@ from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.semantics import Groups
 from kabo.scene.sensors import sensors_of
 from kabo.scene.structure import NoStructure
+from kabo.scene.transforms import transform
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 from kabo.scene.urdf_files.native_messages import names_in, with_messages
@@ -45,7 +47,7 @@ def load_robot(
     if gripper is not None and gripper.urdf is not None:
         files.append(read_urdf(gripper.urdf, packages, gripper.place))
         arm_joints = set(model.names)
-        model = _with_gripper(model, _model(files[1], gripper.place), gripper.mount or "", description)
+        model = _with_gripper(model, _model(files[1], gripper.place), gripper, description)
         own = tuple(name for name in model.names if name not in arm_joints)
     else:
         own = () if gripper is None or gripper.joints is None else gripper.joints
@@ -75,13 +77,18 @@ def _model(file: UrdfFile, place: Place | None, drive: DriveDescription | None =
     raise refusal(next(named, place), f'robot file "{file.path.name}" is not a usable URDF: {told}')
 
 
-def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
+def _with_gripper(model: Any, gripper: Any, described: GripperDescription, description: RobotDescription) -> Any:
+    mount = described.mount or ""
     bodies = [frame.name for frame in model.frames]
     if mount not in bodies:
-        at = description.gripper.place if description.gripper else description.place
-        raise refusal(at, f'unknown link "{mount}" to mount the gripper on', did_you_mean(mount, bodies))
+        raise refusal(
+            described.place or description.place,
+            f'unknown link "{mount}" to mount the gripper on',
+            did_you_mean(mount, bodies),
+        )
+    mount_T_gripper = transform(described.pose.position, described.pose.quaternion)
     pin = pinocchio()
-    return pin.appendModel(model, gripper, model.getFrameId(mount), pin.SE3.Identity())
+    return pin.appendModel(model, gripper, model.getFrameId(mount), pin.SE3(mount_T_gripper))
 
 
 def _place_base(model: Any, base: Array) -> None:
@@ -135,7 +142,8 @@ def _assemble(
     movable = [name for name in list(model.names)[1:] if name not in mimics]
     for name in (*(description.joints or ()), *gripper_joints):
         if name not in movable:
-            raise refusal(description.place, f'unknown joint "{name}"', did_you_mean(name, movable))
+            hint = did_you_mean(name, movable) or f"joints that move on their own: {', '.join(movable) or 'none'}"
+            raise refusal(description.place, f'unknown joint "{name}"', hint)
     movable = [name for name in movable if name not in gripper_joints]
     planned = base_first(description.joints or None, movable, description.drive)
     names = (*planned, *gripper_joints)
@@ -282,13 +290,14 @@ def _check_configurations(description: RobotDescription, robot: Robot) -> None:
     for name, values in robot.configurations.items():
         if len(values) != robot.planned:
             own = f" ({', '.join(robot.planned_joints[: robot.base_values])} first)" if robot.drive else ""
-            count = f"{len(values)} values, but the robot has {robot.planned} planned joints{own}"
-            raise refusal(description.place, f'configuration "{name}" has {count}')
+            count = f"{counted(len(values), 'value')}, but the robot has {robot.planned} planned joints{own}"
+            hint = f"write a value for each of {', '.join(robot.planned_joints)}"
+            raise refusal(description.place, f'configuration "{name}" has {count}', hint)
         for joint, value, low, high in zip(robot.planned_joints, values, lower, upper, strict=True):
             if not low <= value <= high:
                 limits = f"[{low:.6g}, {high:.6g}]"
                 text = f'configuration "{name}": {joint} = {value:.6g} is outside its limits {limits}'
-                raise refusal(description.place, text)
+                raise refusal(description.place, text, "they are those of the URDF, or of `limits` in the scene")
 
 
 def _check_structure(description: RobotDescription, robot: Robot) -> None:

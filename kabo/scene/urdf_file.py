@@ -189,8 +189,19 @@ def _locate(urdf: Urdf, shape: Tag, packages: Mapping[str, Path], place: Place |
         present = False
     if not present:
         said = f'robot file "{urdf.path.name}" names the mesh "{name}", which does not exist'
-        raise urdf.wrong(shape, said, _similar(path) or f"looked for {path}")
+        raise urdf.wrong(shape, said, _remedy_for(name, path))
     return path
+
+
+def _remedy_for(name: str, path: Path) -> str:
+    """What helps where a mesh that a URDF names is not there."""
+    scheme, found, _ = name.partition("://")
+    if found and scheme != "file":
+        ways = "download the mesh, and name the file" if scheme in ("http", "https") else "name the file"
+        return f"{scheme}:// is not read: {ways}, or package://NAME/…"
+    if "$(" in name:
+        return "$( ) is xacro: expand the file, or let its name end in .xacro"
+    return f"{path} is a folder" if path.is_dir() else _similar(path) or f"looked for {path}"
 
 
 def _similar(path: Path) -> str | None:

@@ -66,6 +66,7 @@ class GeometricProcedures:
         self._asked: dict[tuple[object, ...], _PlannedCall] = {}
         self._answers: dict[tuple[object, ...], Answer] = {}
         self.records = Records()
+        self._present: tuple[GroundCall, Situation, int, int, Refusals] | None = None
 
     # ------------------------------------------------------------------------------------- the server beneath
     @property
@@ -178,6 +179,7 @@ class GeometricProcedures:
         At effort 0 no part of a body is divided: what is free without is free, and another call may be, too.
         """
         asked = self._asked.pop(key, None) or self._ask(call)
+        self._present = call, situation, attempt, effort, asked.refusals
         most = (MAX_FAILED_PATHS_HASTY if hasty else MAX_FAILED_PATHS) * PATHS_FACTOR**effort
 
         def stop() -> bool:
@@ -189,9 +191,7 @@ class GeometricProcedures:
             if len(found) <= attempt:
                 self.server.look()  # raises CutOff if planning was cut off: then the failures so far prove nothing
         except CutOff:
-            if asked.refusals.tallies:
-                so_far = replace(self._refusal(call, situation, asked.refusals, bool(attempt)), proof=False)
-                self.records.unfinished[call] = Where(situation, attempt, effort, so_far)
+            self.records.unfinished.update(self.refused_so_far())
             raise
         except (InitialisationError, ValueError) as error:
             told = located_at_stage(self.bind(call).file, asked.task, error)
@@ -224,6 +224,14 @@ class GeometricProcedures:
     def calls(self) -> tuple[GroundCall, ...]:
         """Every call that was bound, in order of first use."""
         return self._bindings.calls
+
+    def refused_so_far(self) -> dict[GroundCall, Where]:
+        """What the call that was planned last has been refused for until now; empty if nothing was refused yet."""
+        if self._present is None or not self._present[-1].tallies:
+            return {}
+        call, situation, attempt, effort, refusals = self._present
+        so_far = replace(self._refusal(call, situation, refusals, bool(attempt)), proof=False)
+        return {call: Where(situation, attempt, effort, so_far)}
 
     def again(
         self,

@@ -1,10 +1,10 @@
 """Combines the refused attempts of a task's stages into one refusal: reasons, colliding pairs, dependencies."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
-from kabo.geometry_server import REASONS, Measure, Pair, Refusal, owners
+from kabo.geometry_server import REASONS, Askable, Measure, Pair, Refusal, owners
 from kabo.scene import Scene
 from kabo.tasks.core import Failure, Stage
 from kabo.tasks.core.model.results import Refused
@@ -70,6 +70,9 @@ class Refusals:
 
     tallies: dict[tuple[str, str], _Tally] = field(default_factory=dict)  # by stage and reason
     pairs: Counter[Pair] = field(default_factory=Counter)
+    asked: dict[Pair, Askable] = field(
+        default_factory=dict
+    )  # the first question for each pair of one robot's links
     reads: set[str] = field(default_factory=set)
     proved: bool = True
     missing: float | None = None
@@ -80,6 +83,8 @@ class Refusals:
         self.tallies.setdefault((stage.name, refusal.reason), _Tally()).add(refusal)
         for pair, count in refusal.pairs:
             self.pairs[pair] += count
+            if refusal.question is not None and len(set(owners(pair))) == 1:
+                self.asked.setdefault(pair, refusal.question)
         self.reads |= refusal.reads
         self.proved = self.proved and refusal.proof
         if refusal.missing is not None:
@@ -114,13 +119,20 @@ class Refusals:
         proof = self.proved and bool(counts) and not again
         pairs = tuple(sorted(self.pairs.items(), key=lambda item: (-item[1], item[0])))
         reason = counts.most_common(1)[0][0] if counts else "empty_family"
-        text = f"{what}{' in yet another way' if again else ''}: {self._why(pairs)}"
+        own = self._own(pairs)
+        text = f"{what}{' in yet another way' if again else ''}: {self._why(pairs, own)}"
         read = frozenset(self.reads) if proof else reads | self.reads | self.movable(scene)
         missing = self.missing if proof else None
         total = sum(counts.values())
-        return Refusal(reason, text, read, pairs, proof, missing, total, measures=self.measures)
+        measures = self.measures if own is None else (*self.measures, own)
+        return Refusal(reason, text, read, pairs, proof, missing, total, measures=measures)
 
-    def _why(self, pairs: Iterable[tuple[Pair, int]]) -> str:
+    def _own(self, pairs: Sequence[tuple[Pair, int]]) -> Measure | None:
+        """How near the pair of links comes that blocked most often, if both belong to the robot that moves."""
+        question = self.asked.get(pairs[0][0]) if pairs else None
+        return None if question is None else question.nearness(pairs[0][0])
+
+    def _why(self, pairs: Iterable[tuple[Pair, int]], own: Measure | None) -> str:
         """What every stage said, each with its numbers: nothing is dropped where there are several."""
         if not self.tallies:
             return "there is none"
@@ -130,6 +142,8 @@ class Refusals:
         told = "; ".join(
             _row(stage, reason, tally) for (stage, reason), tally in sorted(self.tallies.items(), key=_order)
         )
+        if own is not None:
+            return f"{told}; most often {own.text}"
         first = next(iter(pairs), None)
         return told if first is None else f"{told}; most often between {first[0][0]} and {first[0][1]}"
 

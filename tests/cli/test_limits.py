@@ -106,6 +106,29 @@ def test_an_interrupt_ends_the_child_with_what_it_has(capfd):
     assert "ending with what there is" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("form", [(), ("--json",)])
+def test_a_search_that_is_killed_still_says_what_was_refused(form, tmp_path, capfd):
+    problem = gantry_problem(tmp_path, walls={"lid": ((0.2, 0.2, 0.01), (0.2, 0.0, 0.1))})
+
+    def run(given):
+        def refused(result):
+            if result.reason.details:
+                given.surrounding.on_known(result_to_json(result), "")
+                os.kill(os.getppid(), signal.SIGINT)
+                time.sleep(LONG_S)
+
+        with interruptible():
+            solve(problem, on_refused=refused)
+        return 0
+
+    assert limited(options(*form, search=True), run) == 4
+    said, told = capfd.readouterr()
+    assert "cut off while working (interrupted)" in told and "pick(gantry, cube): blocked by lid in " in told
+    if form:
+        jsonschema.validate(json.loads(said), RESULT)
+        assert "blocked by lid in" in json.loads(said)["reason"]["details"][0]
+
+
 def test_a_child_that_crashes_is_told(capfd):
     assert limited(options(), lambda _: os.kill(os.getpid(), signal.SIGKILL)) == 1
     assert "SIGKILL" in capfd.readouterr().err

@@ -1,7 +1,11 @@
 """`kabo robot`: from a URDF to a scene that `kabo check` accepts."""
 
+import numpy as np
 import pytest
 
+from kabo.errors import InputError
+from kabo.language import load_scene_description
+from kabo.scene import link_poses, load_scene
 from tests.support.broken_robots import SRDF
 from tests.support.small_robots import write_arm
 
@@ -22,6 +26,49 @@ def test_without_an_output_the_scene_is_printed_and_json_is_one_object(kabo, tmp
     found = kabo("robot", urdf, "--json").json
     assert found["joints"] == ["shoulder", "elbow", "turn"] and found["gripper_joints"] == ["finger"]
     assert found["opening"] == pytest.approx([0.111, -0.009])
+
+
+def test_without_the_library_of_pictures_the_scene_is_written_and_the_command_says_what_is_missing(
+    kabo, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("kabo.meshes.pictures.find_spec", lambda _: None)
+    said = kabo("robot", write_arm(tmp_path), "-o", tmp_path / "scene.yaml", "--picture", tmp_path / "arm.png")
+    assert said.code == 2 and "kabo[pictures]" in said.err
+    assert kabo("check", tmp_path / "scene.yaml").code == 0
+    assert not (tmp_path / "arm.png").exists()
+
+
+def test_joints_without_a_velocity_limit_are_warned_of(kabo, tmp_path):
+    urdf = write_arm(tmp_path)
+    urdf.write_text(urdf.read_text().replace('velocity="2"', 'velocity="0"').replace(' velocity="3"', ""))
+    assert kabo("robot", urdf, "-o", tmp_path / "scene.yaml").code == 0
+    said = kabo("check", tmp_path / "scene.yaml").err
+    assert 'the URDF of robot "small" has no velocity limit above 0 for elbow, turn' in said
+    assert "0 errors, 1 warning" in said
+
+
+def test_a_gripper_stands_at_its_pose_on_the_mount(tmp_path):
+    write_arm(tmp_path)
+    (tmp_path / "fork.urdf").write_text('<robot name="fork"><link name="prong"/></robot>')
+    gripper = "{urdf: fork.urdf, mount: hand, pose: {position: [0, 0, 0.1], rpy: [0, 90 deg, 0]}, joints: []}"
+    text = f"scene: s\nepsilon: 0.01\nrobots:\n  arm: {{urdf: small.urdf, gripper: {gripper}}}\n"
+    (tmp_path / "scene.yaml").write_text(text)
+    robot = load_scene(load_scene_description(tmp_path / "scene.yaml")).robots["arm"]
+    poses = link_poses(robot, [0.1] * len(robot.joint_names))
+    local = np.linalg.inv(poses["hand"]) @ poses["prong"]
+    assert np.allclose(local, [[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0.1], [0, 0, 0, 1]])
+    (tmp_path / "scene.yaml").write_text(text.replace("rpy", "frame: hand, rpy"))
+    with pytest.raises(InputError, match='unknown key "frame"'):
+        load_scene_description(tmp_path / "scene.yaml")
+
+
+def test_groups_that_include_each_other_are_warned_of_with_the_line(kabo, tmp_path):
+    urdf = write_arm(tmp_path)
+    circle = '<group name="a"><group name="b"/></group>\n  <group name="b"><group name="a"/></group>\n</robot>'
+    (tmp_path / "small.srdf").write_text(SRDF.replace("</robot>", circle))
+    assert kabo("robot", urdf, "--srdf", tmp_path / "small.srdf", "-o", tmp_path / "scene.yaml").code == 0
+    said = kabo("check", tmp_path / "scene.yaml").err
+    assert 'small.srdf:9:17: warning: group "a" includes itself by way of group "b"' in said
 
 
 def test_a_group_or_a_tip_chooses_the_arm(kabo, tmp_path):

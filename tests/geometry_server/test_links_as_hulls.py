@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from kabo.errors import InputError, MeshError
-from kabo.geometry_server import GeometryServer
+from kabo.geometry import Solid
+from kabo.geometry_server import GeometryServer, SceneEnclosures
 from kabo.language.yaml.loading import load_scene_description
 from kabo.scene import load_scene
 
@@ -51,6 +52,60 @@ def test_hulls_enclose_the_links_and_hollows_count_as_full(tmp_path: Path) -> No
         assert abs(end - 1.0) > 0.15 - 1e-9  # nothing is overlooked
         assert abs(end - inwards) < 0.01 + 1e-9
     assert np.diff(reached).max() < 0.011
+
+
+TWO = """<robot name="one">
+  <link name="base"/>
+  <link name="arm">
+    <collision><origin xyz="0 %g 0"/><geometry><mesh filename="arm.stl"/></geometry></collision>
+    <collision><geometry><mesh filename="%s.stl"/></geometry></collision>
+    <collision><origin xyz="0 0 1"/><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="arm"/><axis xyz="1 0 0"/>
+    <limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
+</robot>
+"""
+
+
+def test_of_a_link_of_several_meshes_only_the_open_ones_become_hulls(tmp_path: Path) -> None:
+    server(tmp_path)
+    ring = trimesh.creation.annulus(r_min=0.3, r_max=0.4, height=0.1)
+    ring.export(tmp_path / "ring.stl")
+    (tmp_path / "one.urdf").write_text(TWO % (1, "ring"))
+    (tmp_path / "scene.yaml").write_text(SCENE % ", hulls: [arm]")
+    scene = load_scene(load_scene_description(tmp_path / "scene.yaml"))
+    whole, sound, ball = SceneEnclosures(scene, 0.004).elements("r.arm")
+    own = scene.robots["r"].links["arm"].elements
+    assert sound is own[1] and ball is own[2]  # the ring keeps its hole, the sphere is round
+    assert whole.mesh.vertices[:, 1].min() == pytest.approx(0.9)  # the hull is that of the channel alone
+    assert Solid(whole.mesh.vertices, whole.mesh.faces).insides(np.array([[0.0, 1.0, 0.0]])).all()
+    made = GeometryServer(scene)
+    assert not made.collides("r", [1.0])  # the sphere of the scene is in the middle of the ring
+
+
+def test_where_all_meshes_are_closed_each_becomes_its_own_hull(tmp_path: Path) -> None:
+    server(tmp_path)
+    trimesh.creation.annulus(r_min=0.1, r_max=0.2, height=0.1).export(tmp_path / "arm.stl")
+    trimesh.creation.annulus(r_min=0.1, r_max=0.2, height=0.1).export(tmp_path / "ring.stl")
+    (tmp_path / "one.urdf").write_text(TWO % (1, "ring"))
+    (tmp_path / "scene.yaml").write_text(SCENE % ", hulls: [arm]")
+    scene = load_scene(load_scene_description(tmp_path / "scene.yaml"))
+    first, second, ball = SceneEnclosures(scene, 0.004).elements("r.arm")
+    for each, middle in ((first, 1.0), (second, 0.0)):
+        solid = Solid(each.mesh.vertices, each.mesh.faces)
+        assert solid.insides(np.array([[0.0, middle, 0.0], [0.0, 0.5, 0.0]])).tolist() == [True, False]
+    assert ball.kind == "sphere"
+
+
+def test_a_flat_mesh_among_others_is_within_the_hull_of_the_whole_link(tmp_path: Path) -> None:
+    server(tmp_path)
+    sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], process=False)
+    sheet.export(tmp_path / "sheet.stl")
+    (tmp_path / "one.urdf").write_text(TWO % (0, "sheet"))
+    (tmp_path / "scene.yaml").write_text(SCENE % ", hulls: [arm]")
+    scene = load_scene(load_scene_description(tmp_path / "scene.yaml"))
+    (whole,) = SceneEnclosures(scene, 0.004).elements("r.arm")
+    inner = np.array([[0.9, 0.01, 0.0], [0.0, 0.0, 1.05]])
+    assert Solid(whole.mesh.vertices, whole.mesh.faces).insides(inner).all()
 
 
 def test_a_gripper_without_joints_needs_no_open_and_closed_and_unknown_links_are_told(tmp_path: Path) -> None:

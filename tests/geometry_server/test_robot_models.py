@@ -125,6 +125,21 @@ def test_a_gripper_is_measured_on_its_meshes(tmp_path: Path) -> None:
     assert np.abs(model.gripper.closing) == pytest.approx([1.0, 0.0, 0.0])
 
 
+def test_links_of_a_hand_that_touch_while_it_is_open_are_allowed_and_a_home_is_found(tmp_path: Path) -> None:
+    """The right finger carries a post that the left one meets when the gripper is open, and only then."""
+    urdf = write_arm(tmp_path)
+    post = (
+        '<collision><origin xyz="0.121 0 0"/><geometry><box size="0.01 0.02 0.05"/></geometry></collision></link>'
+    )
+    text = urdf.read_text()
+    end = text.index("</link>", text.index('<link name="right">'))
+    urdf.write_text(text[:end] + post + text[end + len("</link>") :])
+    model = make_robot_model(urdf, None, name="small", epsilon=0.01)
+    assert [(each.first, each.second, each.hand) for each in model.always] == [("left", "right", True)]
+    assert model.home is not None
+    assert "# they touch, or nearly, while the gripper is open or closes" in robot_scene_text(model, tmp_path)
+
+
 def test_what_is_written_loads_without_a_finding_and_is_the_same_each_time(tmp_path: Path) -> None:
     texts = []
     for _ in range(2):

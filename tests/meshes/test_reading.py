@@ -231,6 +231,14 @@ def test_a_scale_that_is_none_is_refused(tmp_path: Path, scale: float) -> None:
         load_mesh(path, scale)
 
 
+@pytest.mark.parametrize("page", ["\n<!DOCTYPE html>\n<html lang='en'>…</html>", "<html><body>404</body></html>"])
+def test_a_web_page_is_called_so(tmp_path: Path, page: str) -> None:
+    path = tmp_path / "hand.stl"
+    path.write_text(page + " " * 100)
+    with pytest.raises(MeshError, match=r'"hand.stl" is a web page(.|\n)*download the file itself'):
+        load_mesh(path)
+
+
 def test_a_pointer_of_git_lfs_is_called_so(tmp_path: Path) -> None:
     path = tmp_path / "hand.stl"
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 120\n")

@@ -102,7 +102,7 @@ def test_only_what_no_moving_joint_carries_stands(robot: Robot) -> None:
     [
         ({"tool_frame": "hnad"}, 'unknown link "hnad" as tool frame'),
         ({"joints": ("sholder",)}, 'unknown joint "sholder"'),
-        ({"configurations": {"home": (0.0,)}}, 'configuration "home" has 1 values'),
+        ({"configurations": {"home": (0.0,)}}, 'configuration "home" has 1 value,'),
         ({"configurations": {"home": (0.0, 3.0, 0.0)}}, "elbow = 3 is outside its limits"),
         ({"gripper": GripperDescription(joints=("finger",), open={"fingr": 0.1})}, 'unknown joint "fingr"'),
         ({"gripper": GripperDescription(joints=("finger",), touch_links=("lft",))}, 'unknown link "lft"'),

@@ -230,6 +230,8 @@ def test_a_body_that_is_not_movable_is_refused_not_a_defect(server: Servers, tmp
     answer = asked.call(call("hang", "left", fixed), Situation.of(asked.scene.start))
     assert isinstance(answer, Refusal)
     assert f"{fixed} is not movable" in answer.comment
+    known = asked.refuted(call("pick", "left", fixed))  # before any sample is drawn
+    assert known is not None and known.proof and f"{fixed} is not movable" in known.comment
 
 
 def test_calls_at_effort_0_divide_no_part(server: Servers, monkeypatch: pytest.MonkeyPatch) -> None:

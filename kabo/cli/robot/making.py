@@ -46,8 +46,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the scene file, or prints it, and says what was found."""
-    if options.picture is not None:
-        rooms.require_pictures()
     urdf = _existing(options.urdf, "URDF")
     srdf = None if options.srdf is None else _existing(options.srdf, "--srdf")
     with clean_standard_output():
@@ -59,7 +57,8 @@ def run(options: argparse.Namespace) -> int:
         text = rooms.robot_scene_text(model, None if options.output is None else options.output.parent)
         if options.output is not None:
             rooms.write_atomically(options.output, text.encode())
-        if options.picture is not None:
+        if options.picture is not None:  # last: the scene is written even if pictures cannot be drawn
+            rooms.require_pictures()
             rooms.draw_robot_model(options.picture, model)
     if options.json:
         print_json(_figures(model, options.output))

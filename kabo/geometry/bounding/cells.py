@@ -10,6 +10,7 @@ their size, much less than the margin of `kabo.geometry.bounding.containment`.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +27,13 @@ class Cell:
     segments: Array
     faces: Integers
 
-    @property
+    @cached_property
     def points(self) -> Array:
-        """The distinct end points of all segments (P, 3)."""
-        return np.unique(self.segments.reshape(-1, 3), axis=0)
+        """The distinct end points of all segments (P, 3), in lexicographic order."""
+        ends = self.segments.reshape(-1, 3)
+        ends = ends[np.lexsort(ends.T[::-1])]  # several times as fast as numpy.unique of rows
+        distinct = np.r_[True, (ends[1:] != ends[:-1]).any(axis=1)][: len(ends)]  # of none, none
+        return np.asarray(ends[distinct])
 
 
 def whole(vertices: Array, faces: Integers) -> Cell:

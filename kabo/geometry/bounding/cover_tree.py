@@ -89,7 +89,8 @@ class CoverTree:
     def _children(self, node: Node) -> Cover:
         """The children of a part: from the cache, or computed."""
         aims = self.aims._replace(tolerance=finer_tolerance(node.tolerance, self.aims.tolerance))
-        key = hashlib.sha256(repr((self.shape.digest, tuple(aims))).encode() + node.part.tobytes()).hexdigest()
+        asked = stored_parts.METHOD_VERSION, self.shape.digest, tuple(aims)
+        key = hashlib.sha256(repr(asked).encode() + node.part.tobytes()).hexdigest()
         path = self.cache / f"{key[:40]}.parts"
         return kept_or_made(self.shape, path, node.part, lambda: self._made(node.part, aims))
 

@@ -48,6 +48,7 @@ class Growth:
             (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
         )
         self._joints: dict[Members, bool] = {}
+        self._refuted: dict[Members, bool] = {}
 
     def from_seed(self, seed: int, nearest: bool, prices: Array | None = None) -> Members:
         """The set grown from cell `seed`, adding its nearest neighbour, or the one that adds the least empty volume.
@@ -59,12 +60,19 @@ class Growth:
             members = self._grown(seed, nearest, prices)
             if len(members) == 1:
                 break
-            hull = hull_of(np.vstack([self.points[j] for j in members]))
-            far = near_or_witness(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
-            if far is None:
+            if members not in self._refuted:
+                self._refuted[members] = self._refutes(members)
+            if not self._refuted[members]:
                 break
-            self._voids.add(far, hull)
         return members
+
+    def _refutes(self, members: Members) -> bool:
+        """Whether a point of the set's hull is found that is far from the solid; it is then a void."""
+        hull = hull_of(np.vstack([self.points[j] for j in members]))
+        far = near_or_witness(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
+        if far is not None:
+            self._voids.add(far, hull)
+        return far is not None
 
     def _grown(self, seed: int, nearest: bool, prices: Array | None) -> Members:
         members, hull = [seed], hull_of(self.points[seed])

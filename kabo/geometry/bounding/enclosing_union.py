@@ -13,7 +13,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry.bounding.containment import CONTAINMENT_MARGIN, hull_of
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
-from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
+from kabo.geometry.bounding.nearness import Voids, corner_limit, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.bounding.stored_parts import Cover
@@ -129,8 +129,10 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], aims: Aims) -> Co
 def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
     """Sets of cells whose hulls appear near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
+    growth: Growth | None = None
     for share, nearest in JOINED_SHARES if len(cells) <= SINGLE_GROWTH_ABOVE_CELLS else JOINED_SHARES[-1:]:
-        growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
+        if growth is None or growth.limit != share * epsilon:
+            growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
         found |= _grown(growth, len(cells), nearest)
         sets = sorted(found)
         for weight in CELL_WEIGHTS:
@@ -178,7 +180,8 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
     reached = float(solid.outside_distances(part).max())
     for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
-        if bound < epsilon and proven_near(solid, part, bound):
+        asks_more = reached > corner_limit(solid, bound) > 0.0  # than corners can prove
+        if bound < epsilon and not asks_more and proven_near(solid, part, bound):
             return bound
     return epsilon
 
@@ -218,7 +221,7 @@ def _chosen(
         for members in missing:
             points = np.vstack([cells[i].points for i in members])
             made[members] = enclosing_part(solid, points, aims.tolerance, voids)
-        usable = all(made[members] is not None or len(members) == 1 for members in chosen)
+        usable = all(len(members) == 1 or _is_usable(made[members], aims) for members in chosen)
         cost = sum(_cost(members, made, typical, aims) for members in chosen)
         if usable and cost < best_cost:
             best, best_cost = chosen, cost
@@ -227,6 +230,11 @@ def _chosen(
         if not missing or (best and len(made) > SPARE_PARTS_RATIO * len(best)):
             break
     return best
+
+
+def _is_usable(part: Array | None, aims: Aims) -> bool:
+    """Whether a set has a part, and one of few enough corners; a single cell needs none, since it can be cut."""
+    return part is not None and not (aims.strict and aims.corners is not None and len(part) > aims.corners)
 
 
 def _cost(members: Members, made: dict[Members, Array | None], typical: float, aims: Aims) -> float:

@@ -24,6 +24,8 @@ from kabo.meshes import Mesh
 
 PART_WORTH = 24.0  # of one part, in corners: about what a part costs when collisions are checked
 DIRECT_CELLS = 300  # above which a coarser cover is made, and refined on demand
+USUAL_ROOTS = 0.004  # [m] for which a cover is made if a finer one is asked for, of a mesh that is not small
+ROOTS_SHARE = 0.02  # of a mesh's diagonal: the same for a small one
 COARSEST_ROOTS = 64.0  # a stored cover made for a tolerance coarser by more than this factor is not refined
 
 
@@ -46,7 +48,8 @@ def enclosing_parts(
         tolerance: the greatest permitted distance of the finest parts' points from the solid [m].
         cache: the folder of stored parts; None is the folder in kabo's cache.
         look: called repeatedly while parts are computed; an exception ends the computation.
-        coarse: a tolerance [m] for the parts that come back, to be refined to `tolerance`; None: as seems best.
+        coarse: a tolerance [m] for the parts that come back, to be refined to `tolerance`; None: 4 mm, or 2 % of the
+            diagonal of a small mesh.
 
     Raises:
         MeshError: the mesh is empty, not finite, open or too fine for the tolerance, or has indices out of range.
@@ -59,7 +62,8 @@ def enclosing_parts(
     folder = cache_folder() / "parts" if cache is None else cache
     cover = None if mesh.path is None else _beside(shape, mesh.path, aims.tolerance)
     if cover is None:
-        first = aims if coarse is None else aims_for(shape, max(coarse, tolerance), name)
+        begun = min(USUAL_ROOTS, ROOTS_SHARE * shape.metres(shape.solid.diagonal)) if coarse is None else coarse
+        first = aims_for(shape, max(begun, tolerance), name)
         cover = kept_cover(shape, Request(first, cells=DIRECT_CELLS), folder, name, look)
     return CoverTree.of(shape, cover, aims, name, folder).enclosure()
 
@@ -88,7 +92,8 @@ def kept_cover(shape: Shape, request: Request, folder: Path, name: str, look: Ca
     Raises:
         MeshError: the tolerance cannot be kept.
     """
-    key = hashlib.sha256(repr((shape.digest, tuple(request.aims), *request[1:])).encode()).hexdigest()
+    asked = stored_parts.METHOD_VERSION, shape.digest, tuple(request.aims), *request[1:]
+    key = hashlib.sha256(repr(asked).encode()).hexdigest()
 
     def made() -> Cover:
         look()

@@ -1,13 +1,16 @@
 """Tests and proofs that a convex part stays near a solid: quick samples, then tetrahedra."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
 from kabo.geometry.bounding.containment import hull_of
-from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
+from kabo.geometry.bounding.kernels.depth_octree import hull_is_far
+from kabo.geometry.bounding.kernels.inner_tetrahedra import anchors_of
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
-from kabo.geometry.triangles.convexity import PLANE_TOLERANCE
+from kabo.geometry.bounding.kernels.union_depth import CONVEXITY_MARGIN
 from kabo.geometry.triangles.solids import Solid
 
 SIGHT_LINES = 80  # between two sets
@@ -18,7 +21,7 @@ CLIMB_CANDIDATES = 80  # surface samples
 CLIMB_STARTS = 4  # of these, the farthest from the solid
 CLIMB_STEPS = 12  # of each climb
 PLANE_ROUNDING = 1e-12  # [m] of points on the planes of a hull
-MAX_FACE_PIECES = 500  # of a triangle, after which its proof is given up
+MAX_FACE_PIECES = 24  # of a triangle, after which its proof is given up
 MAX_TETRAHEDRA = 200_000  # after which a proof is given up
 
 
@@ -108,34 +111,70 @@ def near_or_witness(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
     """The answer of `proven_near`; if it is False, also a point (3,) of the part that is farther away."""
+    room = corner_limit(solid, limit)
+    if room > 0.0:
+        distances = solid.outside_distances(part)
+        worst = int(np.argmax(distances))
+        if distances[worst] <= room:
+            return True, None
+        if distances[worst] > limit:
+            return False, part[worst]
     hull = hull_of(part)
     if (far := _far_sample(solid, hull, limit)) is not None:
         return False, far
-    if solid.is_convex:  # the distance to a convex set is greatest at a corner
-        distances = solid.outside_distances(part)
-        worst = int(np.argmax(distances))
-        return (True, None) if distances[worst] <= limit - 10 * PLANE_TOLERANCE else (False, part[worst])
     if (far := _far_summit(solid, hull, limit)) is not None:
         return False, far
     arrays, limit = solid.arrays, limit * (1 - 1e-9)
-    corner = int(first_far(np.ascontiguousarray(part), limit, arrays))
+    piece = piece_around(part[hull.vertices].mean(axis=0))
+    points = np.vstack([part, piece.middle])
+    anchors = np.empty_like(points)
+    corner = int(anchors_of(points, limit, piece.middle, arrays, anchors))
     if corner >= 0:
-        return False, part[corner]
-    corners = part[hull.simplices]
-    cells = np.zeros((len(corners) + SPARE_STACK_ROWS, 14))
-    cells[: len(corners), :9] = corners.reshape(-1, 9)
-    cells[: len(corners), 9:12] = part[hull.vertices].mean(axis=0)
-    answer = int(reaches_beyond(cells, len(corners), limit, arrays, most))
+        return False, points[corner]
+    corners = np.column_stack([hull.simplices, np.full(len(hull.simplices), len(part))])
+    cells = np.zeros((len(corners) + SPARE_STACK_ROWS, 26))
+    cells[: len(corners), :12] = points[corners].reshape(-1, 12)
+    cells[: len(corners), 14:] = anchors[corners].reshape(-1, 12)
+    answer = int(reaches_beyond(cells, len(corners), limit, arrays, most, piece))
     return {0: (True, None), 1: (False, cells[0, :3].copy())}.get(answer, (None, None))
 
 
-def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
-    """Whether a short proof shows that triangles (N, 3, 3) are within `limit` [m] of the solid; False refutes nothing."""
-    cells = np.zeros((len(faces) + SPARE_STACK_ROWS, 11))
+def corner_limit(solid: Solid, limit: float) -> float:
+    """The distance [m] from a nearly convex solid within which corners prove a convex part within `limit`; or -inf.
+
+    The distance to the solid's convex hull is greatest at a corner, and the solid is nowhere far from its hull.
+    """
+    return limit - solid.convexity_error - CONVEXITY_MARGIN
+
+
+def faces_near(solid: Solid, faces: Array, limit: float, middle: Array | None = None) -> bool:
+    """Whether a short proof shows that triangles (N, 3, 3) are within `limit` [m] of the solid; False refutes nothing.
+
+    They are faces of a part around `middle` (3,); None: around their own.
+    """
+    room = corner_limit(solid, limit)
+    if room > 0.0 and (solid.outside_distances(faces.reshape(-1, 3)) <= room).all():
+        return True
+    cells = np.zeros((len(faces) + SPARE_STACK_ROWS, 20))
     cells[: len(faces), :9] = faces.reshape(-1, 9)
+    cells[: len(faces), 11:] = np.inf  # no anchors yet
     limit *= 1 - 1e-9
-    answer = faces_reach_beyond(cells, len(faces), limit, solid.arrays, MAX_FACE_PIECES * len(faces))
+    most, piece = MAX_FACE_PIECES * len(faces), piece_around(faces.mean(axis=(0, 1)) if middle is None else middle)
+    answer = faces_reach_beyond(cells, len(faces), limit, solid.arrays, most, piece)
     return int(answer) == 0
+
+
+class Piece(NamedTuple):
+    """Room for the piece of a part that a kernel looks at, and a point around which the part lies."""
+
+    anchors: Array  # (4, 3) [m]
+    planes: Array  # (4, 4)
+    middle: Array  # (3,) [m]
+
+
+def piece_around(middle: Array) -> Piece:
+    """Room for pieces of a part around a point (3,)."""
+    return Piece(np.empty((4, 3)), np.empty((4, 4)), middle)
 
 
 class Voids:

@@ -13,17 +13,19 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.containment import contains_proven, hull_of, widened
 from kabo.geometry.bounding.kernels.depth_octree import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
-from kabo.geometry.bounding.nearness import Voids, faces_near, near_or_witness, proven_near
+from kabo.geometry.bounding.nearness import Voids, corner_limit, faces_near, near_or_witness, proven_near
 from kabo.geometry.triangles.solids import Solid
 
 BATCH_ABOVE_CORNERS = 24  # above which several edges are contracted in a round
 BATCH_SHARE = 0.25  # of the corners, contracted in such a round
 CORNER_SHARES = (0.99, 0.93, 0.85)  # of the limit, for corners; tried in turn until the result is proven
+MIN_CORNER_ROOM = 0.75  # of the limit: corners keep so near a nearly convex solid that they alone prove a part
 MANY_CORNERS = 150  # of a hull, above which contraction begins with a polytope of few planes around it
 LIKE_NORMALS = 0.94  # cosine of the angle below which one of two planes is left out at first
 FEW_PLANES_SHARE = 0.35  # of the limit: how far that polytope may stick out
 FEWER_CORNERS = 0.7  # of the hull's, as which it must have fewer
 MAX_PLANE_ROUNDS = 24  # of adding planes
+REFUTING_TETRAHEDRA = 20_000  # of an attempt to refute a hull, which is proven with its part otherwise
 MAX_RESUMPTIONS = 8  # after refutations, for each of these shares
 MAX_FACES_AT_EDGE = 256  # edges with more faces around them are not contracted
 
@@ -68,7 +70,8 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
     if voids.meet(hull, limit):
         return None
     corners = points[np.sort(hull.vertices)]
-    asked = len(corners) > MANY_CORNERS
+    asked, room = len(corners) > MANY_CORNERS, corner_limit(solid, limit)
+    corner_room = room if room > MIN_CORNER_ROOM * limit else limit
     if asked and _is_refuted(solid, corners, hull, limit, voids):
         return None
     around = _around(solid, corners, hull, limit, voids) if asked else None
@@ -76,7 +79,7 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
         for share in CORNER_SHARES:
             way = begun
             for _ in range(MAX_RESUMPTIONS):
-                way = _way(solid, way, share * limit, voids)
+                way = _way(solid, way, min(share * limit, corner_room), voids)
                 end = widened(way[-1])
                 near, far = near_or_witness(solid, end, limit)
                 if near and contains_proven(end, points):
@@ -95,7 +98,7 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
 
 def _is_refuted(solid: Solid, corners: Array, hull: ConvexHull, limit: float, voids: Voids) -> bool:
     """Whether a point of a hull is known to be too far from the solid; this point is then a void."""
-    hollow = near_or_witness(solid, corners, limit)[1]
+    hollow = near_or_witness(solid, corners, limit, REFUTING_TETRAHEDRA)[1]
     if hollow is not None:
         voids.add(hollow, hull)
     return hollow is not None
@@ -239,7 +242,7 @@ def _contracted(
     voids: Voids,
 ) -> Array | None:
     """The points after the cheapest contractions whose new faces appear near the solid; None if there are none."""
-    many = len(points) > BATCH_ABOVE_CORNERS
+    many, middle = len(points) > BATCH_ABOVE_CORNERS, points.mean(axis=0)
     good = np.flatnonzero(np.isfinite(costs))
     good = good[np.argsort(costs[good], kind="stable")]
     allowed = max(1, int(BATCH_SHARE * len(points))) if many else 1
@@ -260,14 +263,16 @@ def _contracted(
             joined = np.vstack([np.delete(points, (a, b), axis=0), places[e]])
             larger = hull_of(joined)
             new = (larger.simplices == len(joined) - 1).any(axis=1)
-            if not voids.meet(larger, limit) and faces_near(solid, joined[larger.simplices[new]], limit):
+            if not voids.meet(larger, limit) and faces_near(solid, joined[larger.simplices[new]], limit, middle):
                 return joined
             refused.add(name)
             continue
         around = hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]
         moved = np.where(np.isin(around, (a, b))[..., None], places[e], points[around])
         new = moved[np.isin(around, (a, b)).sum(axis=1) == 1]
-        if not faces_near(solid, new, limit) or _meets_between(points, around, a, b, places[e], limit, voids):
+        if not faces_near(solid, new, limit, middle) or _meets_between(
+            points, around, a, b, places[e], limit, voids
+        ):
             refused.add(name)
             continue
         keep[[a, b]] = False

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.triangles.component_groups import uniting_groups
-from kabo.geometry.triangles.convexity import is_convex
+from kabo.geometry.triangles.convexity import convexity_error, is_convex
 from kabo.geometry.triangles.kernels.solids import insides, surface_distances, winding_number
 from kabo.geometry.triangles.triangle_trees import tree_of
 
@@ -20,8 +20,8 @@ MAX_OCTREE_NODES = 1_000_000  # of the depth octree
 class SolidArrays(NamedTuple):
     """What kernels ask of a solid: its box tree, its depth octree, a stack, and box trees of groups of components.
 
-    The solid is the union of its groups. A group is its first node, its first triangle, the end of its triangles, and
-    whether it is convex. There are none if the whole solid is one group.
+    The solid is the union of its groups. A group is its first node, its first triangle, and the end of its triangles.
+    There are none if the whole solid is one group.
     """
 
     boxes: Array  # (N, 6) [m]
@@ -31,7 +31,8 @@ class SolidArrays(NamedTuple):
     depths: Array  # (M,) [m], NaN where not computed yet
     firsts: Integers  # (M,) first child of a node
     stack: Integers  # (64,)
-    groups: Integers  # (G, 4)
+    groups: Integers  # (G, 3)
+    group_errors: Array  # (G,) [m] how far points of a group's hull may be from it; inf if that is not known
     group_boxes: Array  # (N, 6) [m]
     group_children: Integers  # (N, 2), each group's from 0 on
     group_triangles: Array  # (T, 3, 3) [m]
@@ -63,8 +64,9 @@ class Solid:
     @property
     def arrays(self) -> SolidArrays:
         """The arrays that kernels ask, with a stack of their own."""
-        groups, boxes, children, triangles = self._group_trees
-        return SolidArrays(*self.tree, *self.depths, np.zeros(64, np.int64), groups, boxes, children, triangles)
+        groups, errors, boxes, children, triangles = self._group_trees
+        own, stack = (*self.tree, *self.depths), np.zeros(64, np.int64)
+        return SolidArrays(*own, stack, groups, errors, boxes, children, triangles)
 
     @cached_property
     def groups(self) -> list["SolidGroup"]:
@@ -78,17 +80,18 @@ class Solid:
         return Solid(self.vertices[used], index.reshape(-1, 3).astype(np.int64))
 
     @cached_property
-    def _group_trees(self) -> tuple[Integers, Array, Integers, Array]:
-        """The largest groups (G, 4) with their box trees, as in `SolidArrays`."""
+    def _group_trees(self) -> tuple[Integers, Array, Array, Integers, Array]:
+        """The largest groups (G, 3) with their errors and box trees, as in `SolidArrays`."""
         solids = [group.solid for group in self.groups[:MAX_GROUPS]] if len(self.groups) > 1 else []
-        rows, nodes, triangles = np.zeros((len(solids), 4), np.int64), 0, 0
+        errors = np.array([solid.convexity_error for solid in solids])
+        rows, nodes, triangles = np.zeros((len(solids), 3), np.int64), 0, 0
         for row, solid in zip(rows, solids, strict=True):
-            row[:] = nodes, triangles, triangles + len(solid.faces), solid.is_convex
+            row[:] = nodes, triangles, triangles + len(solid.faces)
             nodes, triangles = nodes + len(solid.tree[0]), triangles + len(solid.faces)
         trees = [solid.tree for solid in solids] or [self.tree]
         boxes = np.concatenate([tree[0] for tree in trees])
         children = np.concatenate([tree[1] for tree in trees])
-        return rows, boxes, children, np.concatenate([tree[2] for tree in trees])
+        return rows, errors, boxes, children, np.concatenate([tree[2] for tree in trees])
 
     def outside_distances(self, points: Array) -> Array:
         """The distance of each point (N, 3) from the solid (N,) [m]; 0 inside."""
@@ -133,6 +136,11 @@ class Solid:
     def is_convex(self) -> bool:
         """Whether the solid is convex: no vertex lies in front of any face by more than `PLANE_TOLERANCE`."""
         return is_convex(self.vertices, self.faces)
+
+    @cached_property
+    def convexity_error(self) -> float:
+        """A proven bound [m] of how far points of the convex hull may be from the solid; inf if none is known."""
+        return convexity_error(self.vertices, self.faces)
 
 
 class SolidGroup(NamedTuple):

@@ -1,11 +1,15 @@
 """How a target is out of a robot's reach: the joint limit that keeps it, and where the robot's base would do."""
 
+from collections.abc import Sequence
+
 from kabo.geometry_server.candidates import Stream
 from kabo.geometry_server.foresight.joints import limiting_joint
 from kabo.geometry_server.foresight.measures import Measure, millimetres
-from kabo.geometry_server.shortfall import shortfall_of
+from kabo.geometry_server.shortfall import Shortfall, shortfall_of
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Robot, link_poses
+
+CLEARLY = {"m": 2e-3, "rad": 1e-2}  # beyond a limit: estimates are rarely off by more than half of it
 
 
 def reach_measures(surroundings: SceneSurroundings, stream: Stream, what: str) -> tuple[Measure, ...]:
@@ -24,6 +28,19 @@ def reach_measures(surroundings: SceneSurroundings, stream: Stream, what: str) -
     return found
 
 
+def beyond_reach(surroundings: SceneSurroundings, stream: Stream, what: str) -> bool:
+    """Whether a stream without a candidate misses every limit by more than what such estimates are wrong by.
+
+    It proves nothing, but with thousands of samples without a candidate it is a reason to draw no more.
+    """
+    if stream.robot.drive is not None:
+        key = "growth", stream.robot.name, int(stream.key)
+        found: tuple[Shortfall | None] = surroundings.remembered(key, lambda: (shortfall_of(stream),))
+        return found[0] is not None and found[0].metres > CLEARLY["m"]
+    missed = reach_measures(surroundings, stream, what)
+    return bool(missed) and all(each.missing > CLEARLY[each.unit] for each in missed)
+
+
 def _measures(stream: Stream, what: str) -> tuple[Measure, ...]:
     if stream.robot.drive is not None:  # its joints and its floor are freed together, and neither alone says much
         return ()
@@ -37,13 +54,24 @@ def base_measure(stream: Stream, what: str) -> Measure | None:
     if short is None or short.metres == 0.0:
         return None
     robot = stream.robot
-    at = _base_at(robot)
-    stands = tuple(round(a + b, 3) + 0.0 for a, b in zip(at, short.by, strict=True))
     said = (
-        f"{what} is out of reach of {robot.name} by {millimetres(short.metres)}: its base would do at "
-        f"({stands[0]:g}, {stands[1]:g}, {stands[2]:g}), and is at ({at[0]:g}, {at[1]:g}, {at[2]:g})"
+        f"{what} is out of reach of {robot.name} by {millimetres(short.metres)}: "
+        f"its base would do at {_stands(robot, short.by)}"
     )
     return Measure(f"base of {robot.name}", said, 0.0, short.metres)
+
+
+def moved_base(robot: Robot, metres: float, by: Sequence[float]) -> Measure:
+    """The same for a displacement that is known already."""
+    said = f"the base of {robot.name} would do {millimetres(metres)} away, at {_stands(robot, by)}"
+    return Measure(f"base of {robot.name}", said, 0.0, metres)
+
+
+def _stands(robot: Robot, by: Sequence[float]) -> str:
+    """Where a robot's base would stand if it were displaced, and where it stands."""
+    at = _base_at(robot)
+    there = tuple(round(a + b, 3) + 0.0 for a, b in zip(at, by, strict=True))
+    return f"({there[0]:g}, {there[1]:g}, {there[2]:g}), and is at ({at[0]:g}, {at[1]:g}, {at[2]:g})"
 
 
 def _base_at(robot: Robot) -> tuple[float, ...]:

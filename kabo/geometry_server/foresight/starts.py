@@ -22,6 +22,7 @@ from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Mesh, link_poses, world_T
 from kabo.scene.transforms import flat, inverse
 
+KEY = "start faults"  # of what surroundings remember
 TOUCHING = 1e-4  # [m]: as far as constraints of placements hold, and as deep as what stands may lie in its support
 MAX_STEPS = 60  # of an object that is let down until it touches
 
@@ -48,9 +49,34 @@ def start_faults(surroundings: SceneSurroundings, *, parts: bool = True) -> tupl
     Without `parts` no convex part is made, and things that are only near are not told.
     """
     found: tuple[StartFault, ...] = surroundings.remembered(
-        ("start faults", parts), lambda: tuple(_Start(surroundings, parts).faults())
+        (KEY, parts), lambda: tuple(_Start(surroundings, parts).faults())
     )
     return found
+
+
+def start_faults_so_far(surroundings: SceneSurroundings) -> tuple[StartFault, ...]:
+    """What `start_faults` without `parts` has found, if it was asked before; for those who have no time left."""
+    found: tuple[StartFault, ...] | None = surroundings.recalled((KEY, False))
+    return found or ()
+
+
+def overlapping(surroundings: SceneSurroundings, situation: Situation, name: str) -> StartFault | None:
+    """The first proven overlap of an object with a body, where both are still as at the start; None if there is none.
+
+    Whoever grasps the object there has it in collision before it moves. Pairs that a mate joins are left out.
+    """
+    scene = surroundings.scene
+    mated = {frozenset((mate.moving, mate.fixed)) for mate in scene.mates.values()}
+
+    def unmoved(thing: str) -> bool:
+        moved = thing in situation.objects and situation.objects[thing] != (scene.start.objects[thing],)
+        return thing in scene.bodies and not moved
+
+    for fault in start_faults(surroundings, parts=False):
+        overlaps = fault.kind in ("overlap", "inside") and name in fault.things
+        if overlaps and all(map(unmoved, fault.things)) and frozenset(fault.things) not in mated:
+            return fault
+    return None
 
 
 @dataclass(frozen=True)

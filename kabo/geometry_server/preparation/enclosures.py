@@ -9,8 +9,8 @@ from kabo.content_cache import ContentCache
 from kabo.errors import MeshError
 from kabo.geometry import Enclosure
 from kabo.geometry_server.preparation.remedies import Failure, findings, flat_hull
-from kabo.meshes import Mesh, hull_of
-from kabo.scene import Element, Scene
+from kabo.meshes import Mesh
+from kabo.scene import Element, Scene, with_hulls
 
 _ENCLOSURES: ContentCache[Enclosure] = ContentCache(16 << 20, lambda made: made.nbytes)
 
@@ -24,7 +24,7 @@ class SceneEnclosures:
         # The scene keeps parts, since each seed has a server of its own.
         self._made: dict[str, Enclosure] = scene.memory.setdefault(("enclosures", tolerance), {})
         self._united: dict[str, Enclosure] = scene.memory.setdefault(("united enclosures", tolerance), {})
-        self._hulls: dict[str, Element] = scene.memory.setdefault("hulls", {})
+        self._hulls: dict[str, tuple[Element, ...]] = scene.memory.setdefault("hulls", {})
 
     @property
     def things(self) -> list[str]:
@@ -38,23 +38,23 @@ class SceneEnclosures:
         return [*links, *self.scene.bodies]
 
     def elements(self, name: str) -> tuple[Element, ...]:
-        """The elements of which a body or `robot.link` consists for bounded predicates: one for links in `hulls`.
+        """The elements of which a body or `robot.link` consists for bounded predicates: hulls in links of `hulls`.
 
         Raises:
-            MeshError: the mesh of such a link is flat, and has no hull.
+            MeshError: such a link is flat, and has no hull.
         """
         robot, dot, link = name.partition(".")
         if not dot:
             return self.scene.bodies[name].elements
         own = self.scene.robots[robot].links[link]
-        if link not in self.scene.robots[robot].hulls or own.mesh is None:
+        if link not in self.scene.robots[robot].hulls or not own.elements:
             return own.elements
         if name not in self._hulls:
             try:
-                self._hulls[name] = Element("mesh", hull_of(own.mesh), place=own.place)
+                self._hulls[name] = with_hulls(own.elements)
             except MeshError as error:
                 raise flat_hull(Failure(name, own.elements[0], error)) from None
-        return (self._hulls[name],)
+        return self._hulls[name]
 
     def of(self, name: str) -> Enclosure:
         """The enclosure of a body or `robot.link`, in its own frame.

@@ -137,9 +137,9 @@ def cores() -> int:
 class _Preparation:
     def __init__(self, enclosures: SceneEnclosures, told: Callable[[Preparing], None]) -> None:
         self.enclosures, self.told = enclosures, told
-        self.failures: list[Failure] = []
         self.seconds: dict[str, float] = {}  # by digest of a mesh
-        self.failed: dict[str, MeshError] = {}
+        self.flat: list[Failure] = []  # links without a hull
+        self.failed: dict[str, MeshError] = {}  # by digest
         self.missing: dict[str, set[str]] = {}  # for each thing, the digests of meshes that have no parts yet
         self.meshes: dict[str, Mesh] = {}
         self.prepared: dict[str, PreparedThing] = {}
@@ -183,7 +183,7 @@ class _Preparation:
         except MeshError as error:
             self.missing[name] = set()
             robot, _, link = name.partition(".")
-            self.failures.append(Failure(name, self.enclosures.scene.robots[robot].links[link].elements[0], error))
+            self.flat.append(Failure(name, self.enclosures.scene.robots[robot].links[link].elements[0], error))
             return
         unknown = [each for each in elements if not self.enclosures.known(each)]
         self.missing[name] = {each.mesh.digest for each in unknown}
@@ -225,20 +225,17 @@ class _Preparation:
         """Notes, and tells, the things whose meshes all have parts, or have none because they cannot."""
         for name in [name for name, missing in self.missing.items() if not missing]:
             del self.missing[name]
-            failed = self._failures_of(name)
-            self.failures.extend(failed)
-            if not failed and not any(each.thing == name for each in self.failures):
+            if not self._failures_of(name):
                 self.prepared[name] = done = self._thing(name)
                 if done.seconds:
                     self._tell(str(done))
 
     def _failures_of(self, name: str) -> list[Failure]:
-        if any(each.thing == name for each in self.failures):
-            return []
-        elements = self.enclosures.elements(name)
-        return [
+        """The elements of a thing that cannot be enclosed, as far as that is known by now."""
+        flat = [each for each in self.flat if each.thing == name]
+        return flat or [
             Failure(name, each, self.failed[each.mesh.digest])
-            for each in elements
+            for each in self.enclosures.elements(name)
             if each.mesh.digest in self.failed
         ]
 
@@ -257,10 +254,10 @@ class _Preparation:
         return Preparing(self.total, tuple(self.missing), line)
 
     def _raise_failures(self) -> None:
-        if self.failures:
-            place = {name: index for index, name in enumerate(self.enclosures.things)}
-            ordered = sorted(self.failures, key=lambda each: place[each.thing])
-            raise MeshError(findings(self.enclosures.scene, ordered))
+        """Raises all failures that are known: also those of things with other meshes that have no parts yet."""
+        if self.flat or self.failed:
+            failures = [failure for name in self.enclosures.things for failure in self._failures_of(name)]
+            raise MeshError(findings(self.enclosures.scene, failures))
 
 
 def _stored(mesh: Mesh, tolerance: float) -> _Made:

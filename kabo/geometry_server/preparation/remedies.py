@@ -1,12 +1,16 @@
 """Findings about links and bodies whose meshes cannot be enclosed: what they belong to, the cause, and what would help."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from kabo.errors import Diagnostic, MeshError
+from kabo.errors import Diagnostic, MeshError, by_place
 from kabo.meshes import Mesh, hull_of, repaired, require_closed
 from kabo.scene import Element, Scene
+
+_MESH = re.compile(r'mesh file "[^"]*"|the mesh(?= )')
+AS_ABOVE = "hulls"  # in place of a line to paste that an earlier finding shows
 
 
 @dataclass(frozen=True)
@@ -21,21 +25,27 @@ class Failure:
 def findings(scene: Scene, failures: Sequence[Failure]) -> list[Diagnostic]:
     """A finding for each failure: mesh file, body or robot and link, cause, and remedies that have been tried.
 
-    The line `hulls` with all links to paste stands in the first finding of each robot only.
+    They are sorted by place. The line `hulls` with all links to paste stands in the first finding of each robot only.
     """
-    hulls = dict(_lines_to_paste(scene, failures))
-    found = []
-    for failure in failures:
-        robot, dot, _ = failure.thing.partition(".")
-        line = hulls.get(robot) if dot else None
-        for finding in failure.error.diagnostics:
-            said = _with_path(finding.message, failure.element.path)
-            hint = "; or ".join(_ways(failure, finding, line)) or finding.hint
-            told = replace(finding, message=f"{owner(failure.thing)}: {said}", hint=hint)
-            found.append(_at_its_place(told, failure.element))
-        if line is not None:
-            hulls[robot] = "hulls"
+    helped = _links_with_hulls(scene, failures)
+    found, shown = [], set()
+    for told, failure in sorted(_placed(failures), key=lambda each: by_place(each[0])):
+        robot, dot, link = failure.thing.partition(".")
+        line = None
+        if dot and link in helped[robot]:
+            named = ", ".join([*scene.robots[robot].hulls, *helped[robot]])
+            line = AS_ABOVE if robot in shown else f"hulls: [{named}]"
+            shown.add(robot)
+        found.append(replace(told, hint="; or ".join(_ways(failure, told, line)) or told.hint))
     return found
+
+
+def _placed(failures: Sequence[Failure]) -> Iterator[tuple[Diagnostic, Failure]]:
+    """What is said of each failure, where the file of the scene or robot names the mesh."""
+    for failure in failures:
+        for finding in failure.error.diagnostics:
+            said = f"{owner(failure.thing)}: {_with_path(finding.message, failure.element.path)}"
+            yield _at_its_place(replace(finding, message=said), failure.element), failure
 
 
 def flat_hull(failure: Failure) -> MeshError:
@@ -54,12 +64,8 @@ def owner(thing: str) -> str:
 
 
 def _with_path(message: str, path: Path | None) -> str:
-    """A message about a mesh with the whole path of its file, where it says `the mesh` or the file's name."""
-    if path is None:
-        return message
-    return message.replace(f'mesh file "{path.name}"', f'mesh file "{path}"', 1).replace(
-        "the mesh ", f'mesh file "{path}" ', 1
-    )
+    """A message about a mesh with the whole path of its file; equal meshes of several files share one message."""
+    return message if path is None else _MESH.sub(lambda _: f'mesh file "{path}"', message, count=1)
 
 
 def _at_its_place(finding: Diagnostic, element: Element) -> Diagnostic:
@@ -80,17 +86,17 @@ def _line(path: Path, number: int) -> str | None:
         return None
 
 
-def _lines_to_paste(scene: Scene, failures: Sequence[Failure]) -> Mapping[str, str]:
-    """For each robot, the key `hulls` with the links that have it already and those that fail, as far as hulls exist."""
-    lines = {}
-    for name, robot in scene.robots.items():
-        failed = dict.fromkeys(
-            each.thing.partition(".")[2] for each in failures if each.thing.startswith(f"{name}.")
-        )
-        links = [link for link in failed if _has_hull(robot.links[link].mesh)]
-        if links:
-            lines[name] = f"hulls: [{', '.join([*robot.hulls, *links])}]"
-    return lines
+def _links_with_hulls(scene: Scene, failures: Sequence[Failure]) -> Mapping[str, Sequence[str]]:
+    """For each robot, the links that fail, are not in `hulls`, and have hulls."""
+    failed = dict.fromkeys(each.thing for each in failures)
+    return {
+        name: [
+            link
+            for link in robot.links
+            if f"{name}.{link}" in failed and link not in robot.hulls and _has_hull(robot.links[link].mesh)
+        ]
+        for name, robot in scene.robots.items()
+    }
 
 
 def _has_hull(mesh: Mesh | None) -> bool:
@@ -106,8 +112,8 @@ def _ways(failure: Failure, finding: Diagnostic, hulls: str | None) -> Iterator[
     if hulls is not None:
         yield (
             "its convex hull, as above"
-            if hulls == "hulls"
-            else f'write `{hulls}` at robot "{robot}" in the scene, to take their convex hulls'
+            if hulls == AS_ABOVE
+            else f'write `{hulls}` at robot "{robot}" in the scene, to take the convex hulls of such meshes'
         )
     path = failure.element.path
     name = "the mesh" if path is None else path.name

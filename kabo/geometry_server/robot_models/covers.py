@@ -97,12 +97,9 @@ class CoverSurroundings(SceneSurroundings):
     def enclosure(self, name: str) -> Enclosure:
         """The cover of a body or `robot.link`, in its own frame."""
         if name not in self._covers:
-            robot, dot, link = name.partition(".")
-            things = self.scene.robots[robot].links[link] if dot else self.scene.bodies[name]
-            hulls = self.scene.robots[robot].hulls if dot else ()
             parts: list[Array] = []
-            for element in things.elements:
-                whole = link in hulls or element.kind != "mesh"
+            for element in self.enclosures.elements(name):
+                whole = element.kind != "mesh"
                 parts.extend([cover_of(element.mesh.vertices)] if whole else covers_of(element.mesh))
             self._covers[name] = Enclosure(tuple(parts), 0.0)
         return self._covers[name]

@@ -32,8 +32,7 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
     else:
         yield f"  home: free of itself, {1000.0 * model.margin:.3g} mm and more between links"
     for pair in model.always:
-        how = "proven" if pair.depth is not None else "sampled"
-        yield f"  {pair.first} and {pair.second} touch always ({how}): allowed"
+        yield f"  {pair.first} and {pair.second} touch {pair.when}: allowed"
     for why, links in model.hull_reasons.items():
         yield f"  taken as {counted(len(links), 'hull')}, {why}: {', '.join(links)}"
     if model.others:

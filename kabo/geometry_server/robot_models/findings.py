@@ -24,6 +24,8 @@ from kabo.scene.semantics import spelled
 from kabo.scene.transforms import flat
 
 SMALL_EXTENT = 5e-4  # [m]: links are larger, unless metres were taken for millimetres
+SHOWN_JOINTS = 6  # joints without a velocity limit that are named
+NO_LIMIT = 1e6  # [rad/s or m/s]: larger values are none
 SHOWN_PAIRS = 6  # pairs in collision that are told of one configuration
 
 
@@ -39,7 +41,7 @@ def robot_findings(description: SceneDescription, look: Callable[[], None] = nev
         return list(error.diagnostics)
     found = [each for name in scene.robots for each in _mesh_findings(scene, description, name)]
     for name, robot in scene.robots.items():
-        found += _semantic(robot, description.robots[name])
+        found += [*_semantic(robot, description.robots[name]), *_without_speed(robot, description.robots[name])]
     if any(each.severity == "error" for each in found):
         return found
     checked = _Configurations(scene, description, look)
@@ -79,6 +81,24 @@ def _semantic(robot: Robot, described: RobotDescription) -> list[Diagnostic]:
     bounds = zip(robot.tree.lower.tolist(), robot.tree.upper.tolist(), strict=True)
     limits = dict(zip(robot.joint_names, bounds, strict=True))
     return semantic_findings(described.semantics, robot.groups.joints, tuple(robot.links), limits)
+
+
+def _without_speed(robot: Robot, described: RobotDescription) -> Iterator[Diagnostic]:
+    """A warning about planned joints whose velocity limit kabo chooses, as the URDF gives none above zero."""
+    limits = {name: float(robot.model.velocityLimit[robot.model.joints[j].idx_v]) for j, name in _moving(robot)}
+    chosen = [name for name, limit in limits.items() if not 0.0 < limit < NO_LIMIT]
+    if chosen:
+        at = described.place or Place("scene", 1, 1)
+        more = f" and {len(chosen) - SHOWN_JOINTS} more" if len(chosen) > SHOWN_JOINTS else ""
+        said = f'the URDF of robot "{robot.name}" has no velocity limit above 0 for {", ".join(chosen[:SHOWN_JOINTS])}'
+        hint = 'motions take pi rad/s (m/s where it slides): write <limit velocity="…"/> for the true one'
+        yield Diagnostic(at.file, at.line, at.column, f"{said}{more}", hint, at.length, "warning")
+
+
+def _moving(robot: Robot) -> Iterator[tuple[int, str]]:
+    """The planned joints, with their numbers in pinocchio's model."""
+    names = list(robot.model.names)
+    return ((names.index(name), name) for name in robot.planned_joints[robot.base_values :])
 
 
 class _Configurations:
@@ -169,7 +189,7 @@ class _Configurations:
             depth = f"are not proven {1000 * self.scene.epsilon:.3g} mm apart (epsilon)"
         what = named if named.startswith("the start") else f'configuration "{named}"'
         own = [name.partition(".")[2] for name in pair if name.startswith(robot.name + ".")]
-        hint = f"`kabo robot` finds a free one; or allow it: allowed_contacts: [[{first}, {second}]]"
+        hint = f"write another one, or move the body; or allow it: allowed_contacts: [[{first}, {second}]]"
         if len(own) == 2:
             hint = (
                 f"`kabo robot` finds a free one; or allow it in the robot: allowed_contacts: [[{', '.join(own)}]]"

@@ -8,7 +8,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.children import never
-from kabo.errors import Diagnostic, InputError, MeshError, did_you_mean
+from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.geometry_server.preparation.preparing import Preparing
 from kabo.geometry_server.robot_models.grippers import GripperModel, measured
 from kabo.geometry_server.robot_models.hands import Hand, Tree, hand_at, hands_of
@@ -23,8 +23,7 @@ from kabo.language.scene_description import (
     SceneDescription,
 )
 from kabo.language.semantic_description import SemanticDescription
-from kabo.meshes import require_closed
-from kabo.scene import Robot, Scene, load_scene
+from kabo.scene import Robot, Scene, is_open, load_scene
 from kabo.scene.semantics import Groups
 from kabo.scene.urdf_file import read_urdf
 
@@ -38,16 +37,27 @@ HOME_WORDS = (
     "folded",
     "tuck",
 )  # of states tried first
+HAND_STEPS = 9  # of a hand of many fingers, from open to closed
 NOT_CLOSED = "the mesh is not closed"
 
 
 @dataclass(frozen=True)
 class AlwaysPair:
-    """Two links that touch at every configuration; `depth` is that of a proof [m], None if it was only sampled."""
+    """Two links that touch at every configuration; `depth` is that of a proof [m], None if it was only sampled.
+
+    If `hand`, they belong to a hand, and touch while it is open, or closes.
+    """
 
     first: str
     second: str
     depth: float | None
+    hand: bool = False
+
+    @property
+    def when(self) -> str:
+        """When they touch, and how this is known."""
+        known = "sampled" if self.depth is None else "proven"
+        return "while the gripper is open, or closes" if self.hand else f"always ({known})"
 
 
 @dataclass(frozen=True)
@@ -61,7 +71,7 @@ class RobotModel:
         gripper: measured; None without one.
         home: a configuration (n,) without self-collision, the gripper open; None if none was found.
         margin: how far its links are proven to be apart there at least, neighbours aside [m].
-        always: pairs that touch always.
+        always: pairs that touch always, or while the gripper is open, or closes.
         hulls: links that are replaced by their hulls, and why.
         visual: links without collision geometry, whose visual geometry is used.
     """
@@ -135,11 +145,10 @@ def make_robot_model(
         raise InputError([_nothing_moves(urdf)])
     description, gripper = _with_hand(description, hands[0], tree, epsilon, look)
     hulls = _open_links(_scene(description, epsilon, look).robots[name])
-    contacts, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
-    robot = contacts.robot
+    robot, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
     return RobotModel(
         name, urdf, srdf, epsilon, robot, hands[0], tuple(each for each in hands[1:] if each.is_arm), gripper, home, margin,
-        tuple(AlwaysPair(*pair, always_overlap(robot, pair)) for pair in always), hulls, file.visual,
+        always, hulls, file.visual,
     )  # fmt: skip
 
 
@@ -212,32 +221,46 @@ def _rounded(value: float, robot: Robot, joint: str) -> float:
 
 def _open_links(robot: Robot) -> dict[str, str]:
     """The links whose meshes are open, each with the reason: they have no convex parts."""
-    found = {}
-    for link in robot.links.values():
-        for element in link.elements:
-            try:
-                if element.kind == "mesh":
-                    require_closed(element.mesh)
-            except MeshError:
-                found[link.name] = NOT_CLOSED
-    return found
+    return {link.name: NOT_CLOSED for link in robot.links.values() if any(map(is_open, link.elements))}
 
 
 def _checked(
     description: RobotDescription, hulls: dict[str, str], gripper: GripperModel | None, asked: "_Asked"
-) -> tuple[SelfContacts, list[tuple[str, str]], tuple[Array | None, float]]:
-    """The robot's self-contacts, the pairs that always touch, and a home; `hulls` gets links that cannot be enclosed."""
+) -> tuple[Robot, tuple[AlwaysPair, ...], tuple[Array | None, float]]:
+    """The robot, the pairs that always touch, and a home; `hulls` gets links that cannot be enclosed."""
     while True:
         described = replace(description, hulls=tuple(hulls))
         try:
-            always = asked.contacts(described).always()
-            described = replace(described, contacts=tuple(ContactPattern(*pair) for pair in always))
             contacts = asked.contacts(described)
-            return contacts, always, _home(contacts, gripper)
+            always = contacts.always()
+            contacts = asked.contacts(_allowing(described, always))
+            hand = [] if gripper is None else contacts.inside_hand(_grips(contacts.robot, gripper))
+            if hand:
+                contacts = asked.contacts(_allowing(described, [*always, *hand]))
+            home = _home(contacts, gripper)
         except UnenclosedError as error:
             if set(error.links) <= set(hulls):
                 raise InputError([_no_hull(description.urdf, *item) for item in error.links.items()]) from None
             hulls.update(error.links)
+        else:
+            robot = contacts.robot
+            proven = [AlwaysPair(*pair, always_overlap(robot, pair)) for pair in always]
+            return robot, (*proven, *(AlwaysPair(*pair, None, hand=True) for pair in hand)), home
+
+
+def _allowing(description: RobotDescription, pairs: Sequence[tuple[str, str]]) -> RobotDescription:
+    return replace(description, contacts=tuple(ContactPattern(*pair) for pair in pairs))
+
+
+def _grips(robot: Robot, gripper: GripperModel) -> Array:
+    """Configurations (N, n) with the arm at zero and the gripper open; of a hand of many fingers, also closing."""
+    q = np.clip(np.zeros(robot.tree.size), robot.tree.lower, robot.tree.upper)
+    joints = [robot.joint_names.index(joint) for joint in gripper.open]
+    opened, closed = (np.array([each[joint] for joint in gripper.open]) for each in (gripper.open, gripper.closed))
+    shares = np.linspace(0.0, 1.0, HAND_STEPS) if gripper.opening is None else np.zeros(1)
+    found = np.repeat(q[None], len(shares), axis=0)
+    found[:, joints] = opened + shares[:, None] * (closed - opened)
+    return found
 
 
 def _no_hull(urdf: Path, link: str, why: str) -> Diagnostic:

@@ -127,6 +127,18 @@ class SelfContacts:
         candidates = covers.meeting(configurations[0].tolist())
         return [pair for pair in candidates if self._touches(covers, pair, configurations)]
 
+    def inside_hand(self, configurations: Array) -> list[LinkPair]:
+        """The pairs that may touch at one of some configurations (N, n), and that only joints of the gripper move."""
+        planned, covers = self.robot.planned, self.coarse(self.epsilon)
+        own = [
+            pair
+            for pair in covers.pairs
+            if min(self.robot.values_between(*pair), default=planned) >= planned
+            and covers.meets_at(pair, configurations).any()
+        ]
+        self._prepare(own)
+        return [pair for pair in own if self.fine.meets_at(pair, configurations).any()]
+
     @staticmethod
     def _touches(links: LinkPairs, pair: LinkPair, configurations: Array) -> bool:
         first = links.meets_at(pair, configurations[:FIRST_SAMPLES])

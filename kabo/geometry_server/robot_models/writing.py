@@ -142,6 +142,8 @@ def _contacts(model: RobotModel) -> Iterator[str]:
 
 
 def _reason(pair: AlwaysPair) -> str:
+    if pair.hand:
+        return "they touch, or nearly, while the gripper is open or closes, wherever the arm is"
     if pair.depth is not None:
         return f"proven: they overlap at every configuration, by {1000 * pair.depth:.2g} mm or more"
     return f"sampled: they touch, or nearly, at all of {SAMPLES} configurations"

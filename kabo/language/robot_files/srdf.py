@@ -129,6 +129,9 @@ class _Reading:
                 self._add(group.places[name], said, did_you_mean(name, groups) or "leave it out")
             elif name == group.name:
                 self._add(group.places[name], f'group "{shortened(name)}" includes itself', "leave it out")
+            elif group.name in _below(name, groups):
+                said = f'group "{shortened(group.name)}" includes itself by way of group "{shortened(name)}"'
+                self._add(group.places[name], said, "leave one of the circle out")
 
     def _add(self, place: Place, said: str, hint: str | None) -> None:
         at = place.line, place.column
@@ -220,3 +223,15 @@ class _Reading:
         if len(words.split()) == 3:
             words = f"{words} 0 0 0 1"
         return self.file.numbers_in(element, "<position>", words, 7)
+
+
+def _below(name: str, groups: dict[str, JointGroup]) -> set[str]:
+    """The names of all groups that a group includes, and those that these include."""
+    found: set[str] = set()
+    ahead = [name]
+    while ahead:
+        for each in groups[ahead.pop()].groups:
+            if each in groups and each not in found:
+                found.add(each)
+                ahead.append(each)
+    return found

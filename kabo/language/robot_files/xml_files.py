@@ -205,7 +205,7 @@ def parsed(path: Path, content: bytes, what: str = "robot file") -> XmlFile:
         depth += 1
         place = parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
         if depth > MAX_DEPTH:
-            refuse(f"nests elements deeper than {MAX_DEPTH}", *place)
+            refuse(f"nests elements deeper than {MAX_DEPTH}", *place, "is it the file that you mean?")
         places[builder.start(tag, attributes)] = place
 
     def end(tag: str) -> None:

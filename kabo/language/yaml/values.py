@@ -16,6 +16,7 @@ from kabo.language.scene_description import FARTHEST
 from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
+METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _LARGEST_WHOLE = 10**18
 SMALLEST_SIZE = 1e-6  # m
@@ -157,7 +158,7 @@ class Reader:
             return None
         found = _NUMBER.fullmatch(scalar.text.strip())
         if found is None:
-            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else None
+            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else _in_metres(scalar.text)
             self.findings.add(scalar.place, f'{what} must be a number, this is "{_short(scalar.text)}"', hint)
             return None
         if found[2] and not angle:
@@ -273,3 +274,9 @@ class Reader:
 
 def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _in_metres(text: str) -> str | None:
+    """The remedy for a length with a unit, such as `5 mm`."""
+    found = re.fullmatch(r"([-+]?\d+(?:\.\d+)?)\s*(mm|cm|m)", text.strip())
+    return None if found is None else f"lengths are metres: write {float(found[1]) * METRES[found[2]]:g}"

@@ -28,6 +28,14 @@ def needed_calls(task: GroundedTask, refused: Sequence[tuple[GroundCall, Refusal
     return frozenset(call for call, _ in refused if call not in never and not _reachable(task, {*never, call}))
 
 
+def needed_first(
+    task: GroundedTask, refused: Sequence[tuple[GroundCall, Refusal]]
+) -> list[tuple[GroundCall, Refusal]]:
+    """The refused calls, those that every plan needs first, and otherwise in their order."""
+    needed = needed_calls(task, refused) if len(refused) > 1 else frozenset()
+    return sorted(refused, key=lambda item: item[0] not in needed)
+
+
 def _reachable(task: GroundedTask, without: Iterable[GroundCall]) -> bool:
     """Whether every part of the goal can hold in the delete relaxation if some calls never succeed."""
     gone = frozenset(without)

@@ -3,7 +3,8 @@
 from collections import Counter
 from collections.abc import Iterable
 
-from kabo.geometry_server.answers import BLOCKED_REASONS, Pair, Refusal, owners
+from kabo.geometry_server.answers import BLOCKED_REASONS, Pair, Refusal, owners, pair_text
+from kabo.geometry_server.foresight.measures import Measure
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.wording import counted
 
@@ -20,13 +21,33 @@ def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list
     return sorted(found.items(), key=lambda item: (-item[1], item[0]))
 
 
+def own_pair(body: str, pairs: Iterable[tuple[Pair, int]]) -> Pair | None:
+    """The first pair of links that both belong to `body`: a robot that is in its own way; None if there is none."""
+    return next((pair for pair, _ in pairs if owners(pair) == (body, body)), None)
+
+
+def own_text(pair: Pair, measures: Iterable[Measure]) -> str:
+    """The pair of links of a robot that is in its own way, with how near they come if that was measured."""
+    name = pair_text(pair)
+    return next((measure.text for measure in measures if measure.name == name), f"{pair[0]} and {pair[1]}")
+
+
 def refused(call: GroundCall, refusal: Refusal) -> str:
-    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
+    """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`, with its numbers."""
+    said = _said(call, refusal)
+    return "; ".join((said, *(each.text for each in refusal.measures if each.said not in said)))
+
+
+def _said(call: GroundCall, refusal: Refusal) -> str:
     body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
     if body is None or refusal.reason not in BLOCKED_REASONS:
         return f"{call}: {refusal.comment.partition(': ')[2] or refusal.comment}"
     if refusal.reason == "hidden":
         return f"{call}: hidden by {body} most often"
+    own = own_pair(body, refusal.pairs)
+    if own is not None:
+        share = f" in {count} of {counted(refusal.attempts, 'attempt')}" if count <= refusal.attempts else ""
+        return f"{call}: blocked by {body} itself{share}, most often {own_text(own, refusal.measures)}"
     if count <= refusal.attempts:
         return f"{call}: blocked by {body} in {count} of {counted(refusal.attempts, 'attempt')}"
     return f"{call}: {refusal.reason.replace('_', ' ')}, blocked by {body} most often"

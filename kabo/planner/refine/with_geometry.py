@@ -3,10 +3,21 @@
 This module and its imports load the kernels, so `solve` imports it only for problems with a scene.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 
-from kabo.geometry_server import GeometryServer, prepare, start_faults
+from kabo.geometry_server import (
+    GeometryServer,
+    Measure,
+    Situation,
+    Stream,
+    moved_base,
+    prepare,
+    shortfall_of,
+    start_faults,
+    start_faults_so_far,
+)
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
@@ -21,6 +32,8 @@ from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
 from kabo.scene import load_scene
 from kabo.tasks.procedures import GeometricProcedures
+
+MAX_BASES = 4  # calls out of reach of which it is told where the base would do; each takes about half a second
 
 
 def load_procedures(run: SolveRun) -> GeometricProcedures:
@@ -85,9 +98,37 @@ def unsuccessful_calls(
     return list({**told, **cut, **found}.items())
 
 
-def with_start_faults(result: Result, server: GeometricProcedures) -> Result:
-    """The result of a run without a plan, in whose reason stands first what is wrong with the scene at its start."""
-    faults = start_faults(server.server.surroundings, parts=False)
+def with_bases(
+    failures: Sequence[tuple[GroundCall, Refusal]], server: GeometricProcedures
+) -> list[tuple[GroundCall, Refusal]]:
+    """The refused calls; those that are proven out of reach by lengths of links say where the robot's base would do."""
+    start, found, asked = Situation.of(server.scene.start), [], 0
+    for call, refusal in failures:
+        far = refusal.proof and refusal.reason == "out_of_reach" and not refusal.measures
+        if far and asked < MAX_BASES:
+            asked += 1
+            bases = (_base(stream) for stream in server.wanted(call, start))
+            nearest = min(filter(None, bases), key=lambda each: each.missing, default=None)
+            if nearest is not None:
+                said = f"{refusal.comment} by the lengths of its links alone; {nearest.said}"
+                refusal = replace(refusal, comment=said, measures=(nearest,))
+        found.append((call, refusal))
+    return found
+
+
+def _base(stream: Stream) -> Measure | None:
+    """The least level move of a robot's base that brings a stream within reach; None if none was found, or if it drives."""
+    short = None if stream.robot.drive is not None else shortfall_of(stream, level=True)
+    return None if short is None or not short.metres else moved_base(stream.robot, short.metres, short.by)
+
+
+def with_start_faults(result: Result, server: GeometricProcedures, *, late: bool) -> Result:
+    """The result of a run without a plan, in whose reason stands first what is wrong with the scene at its start.
+
+    `late`: time is spent, so that only what was looked at before is told.
+    """
+    surroundings = server.server.surroundings
+    faults = start_faults_so_far(surroundings) if late else start_faults(surroundings, parts=False)
     if result.reason is None or not faults:
         return result
     details = (*(fault.said for fault in faults), *result.reason.details)

@@ -11,14 +11,21 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 
-FACE_TOLERANCE = 1e-10  # [m] by which a part's faces are moved inwards: more than planes and cuts are rounded by
+# A part's faces are moved inwards by more than planes and cuts are rounded by: shares of its size (to 1 m) and place.
+SIZE_TOLERANCE, PLACE_TOLERANCE = 1e-10, 1e-13
 
 
 class Faces(NamedTuple):
-    """The face planes of a convex part, n @ x <= offset, moved inwards by `FACE_TOLERANCE`."""
+    """The face planes of a convex part, n @ x <= offset, moved inwards by `face_tolerance`."""
 
     normals: Array  # (F, 3)
     offsets: Array  # (F,)
+
+
+def face_tolerance(part: Array) -> float:
+    """By how much the faces of a part (V, 3) are moved inwards [m]: little for small parts, as these enclose tightly."""
+    size = float(np.linalg.norm(np.ptp(part, axis=0)))
+    return SIZE_TOLERANCE * min(1.0, size) + PLACE_TOLERANCE * float(np.abs(part).max())
 
 
 def faces_of(part: Array) -> Faces | None:
@@ -31,7 +38,7 @@ def faces_of(part: Array) -> Faces | None:
         return None
     normals = hull.equations[:, :3]
     # The offset is that of the farthest vertex; qhull's own may lie outside of all vertices.
-    offsets = (part @ normals.T).max(axis=0) - FACE_TOLERANCE
+    offsets = (part @ normals.T).max(axis=0) - face_tolerance(part)
     return Faces(normals, offsets)
 
 

@@ -149,7 +149,8 @@ class Pair:
                 a = a.copy()
                 a[:3, 3] += shift
             distance = hull_gap(self.first.surface, a, self.second.surface, b)
-            if distance <= half and distance < 0.5 * half + CONTACT_DISTANCE or distance <= CONTACT_DISTANCE:
+            helps = distance <= half and distance < 0.5 * half + CONTACT_DISTANCE or distance <= CONTACT_DISTANCE
+            if helps or distance < least:  # hulls prove, but only meshes say how near the bodies come
                 distance = max(distance, mesh_distance(self.first.surface, a, self.second.surface, b))
             count += 1
             if distance < least:

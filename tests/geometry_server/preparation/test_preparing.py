@@ -118,6 +118,23 @@ def test_all_meshes_that_cannot_be_enclosed_are_told_at_once_with_what_helps(tmp
     assert second.hint is not None and "`kabo bound torn.stl --repair" in second.hint
 
 
+def test_a_mesh_that_fails_is_told_though_others_of_its_link_have_no_parts_yet(tmp_path: Path) -> None:
+    angle(0.21).export(tmp_path / "sound.stl")
+    made = scene(tmp_path, ", hulls: [hull]", hull=channel(), both=channel(), open=channel())
+    text = (tmp_path / "one.urdf").read_text()
+    (tmp_path / "one.urdf").write_text(
+        text.replace(MESH.format("both"), MESH.format("both") + MESH.format("sound"))
+    )
+    made = load_scene(load_scene_description(tmp_path / "scene.yaml"))
+    with pytest.raises(MeshError) as refused:
+        prepare_scene(made)
+    first, second = refused.value.diagnostics
+    assert ("both.stl" in first.message, "open.stl" in second.message) == (True, True)
+    # The first finding that a person reads has the line, whatever the order of links in the robot's model.
+    assert first.hint is not None and "`hulls: [hull, both, open]`" in first.hint
+    assert second.hint is not None and second.hint.startswith("its convex hull, as above")
+
+
 def test_what_is_done_before_a_cut_is_kept_and_the_error_says_what_is_not(tmp_path: Path) -> None:
     meshes = {"upper": angle(0.35), "lower": angle(0.46)}
     before = children_of(os.getpid())

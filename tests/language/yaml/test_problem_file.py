@@ -138,7 +138,12 @@ WRONG_PROBLEMS = [
     ("goal:\n", "«goal»:\n#", 'the key "goal" of a problem has no value', None),
     ("model: bottle", "model: «bottel»", 'unknown model "bottel"', 'did you mean "bottle"?'),
     ("frame: table", "frame: «tabel»", 'unknown frame "tabel" of "bottle_1"', 'did you mean "table"?'),
-    ("frame: table", "frame: «bottle_1»", "the frames form a circle: bottle_1 → bottle_1", None),
+    (
+        "frame: table",
+        "frame: «bottle_1»",
+        "the frames form a circle: bottle_1 → bottle_1",
+        "give one of them a pose in the frame of something else",
+    ),
 ]
 
 

@@ -58,3 +58,12 @@ def test_what_is_cut_off_is_what_is_outside(seed):
     for piece in pieces:
         assert not (piece.mean(axis=0) @ part.normals.T <= part.offsets - 1e-9).all()
     assert covered(triangle, [part]) == (not pieces)
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.01, 0.1, 1.0])
+@pytest.mark.parametrize("place", [0.0, 0.5])
+def test_parts_that_enclose_a_small_body_as_tightly_as_kabo_makes_them_cover_it(size, place):
+    """Parts are made at unit size: the smaller the body, the less they stand off it."""
+    body = CUBE * size + place
+    assert uncovered(body, FACES, [CUBE * size * (1 + 2e-9) + place]) is None
+    assert uncovered(body, FACES, [CUBE * size * (1 - 2e-9) + place]) == 0

@@ -25,9 +25,9 @@ def prove(tmp_path):
     box = trimesh.creation.box
 
     def run(size, place, xs=(-1.0, 1.0)):
-        """The proof for a box of this size at this place, and how many pairs moved at all."""
+        """The proof for a box of this size, or a mesh, at this place, and how many pairs moved at all."""
         block = SweptBody("s.block", surface(robot.links["block"].mesh), mount=arm.mounts["block"])
-        made = box(size)
+        made = box(size) if isinstance(size, tuple) else size
         other = SweptBody(
             "box", surface(Mesh(np.ascontiguousarray(made.vertices), np.asarray(made.faces, np.int64))), np.eye(4)
         )
@@ -51,6 +51,17 @@ def test_a_long_way_beside_a_near_wall_is_proven_with_steps_of_the_gap(prove):
         assert proof.contact is None
         assert proof.least == pytest.approx(gap, abs=1e-6)
         assert proof.distances < 5 / gap
+
+
+def test_the_least_distance_is_that_of_the_bodies_not_of_their_hulls(prove):
+    """A short way in front of a C: its hull, 1 cm away, proves that it is free, but its back is 21 cm away."""
+    ends = [
+        trimesh.creation.box((0.2, 0.3, 1), trimesh.transformations.translation_matrix((x, 0, 0))) for x in (-2, 2)
+    ]
+    back = trimesh.creation.box((4, 0.1, 1), trimesh.transformations.translation_matrix((0, 0.1, 0)))
+    proof, _ = prove(trimesh.util.concatenate([*ends, back]), (0, 0.21, 0), xs=(-0.01, 0.0))
+    assert proof.contact is None
+    assert proof.least == pytest.approx(0.21, abs=1e-6)
 
 
 def test_a_gap_too_small_to_decide_is_said_to_be_that(prove):

@@ -129,11 +129,13 @@ def least_beyond_planes(scratch, count, x, y, z, size):
 
 
 @lean_kernel
-def outside_distance(solid, x, y, z):
-    """The distance of a point from the solid; 0 inside."""
+def outside_distance(solid, x, y, z, limit):
+    """The distance of a point from the solid; 0 inside, inf if it is `limit` or more."""
     boxes, children, triangles, stack = solid.boxes, solid.children, solid.triangles, solid.stack
-    squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, np.inf, stack)
-    return 0.0 if inside(boxes, children, triangles, x, y, z, stack) else np.sqrt(squared)
+    squared, near = nearest_triangle(boxes, children, triangles, x, y, z, limit * limit, stack)
+    if inside(boxes, children, triangles, x, y, z, stack):
+        return 0.0
+    return np.sqrt(squared) if near >= 0 else np.inf
 
 
 @lean_kernel  # i8, i8, HullArrays, ContractionScratch -> i8
@@ -174,7 +176,7 @@ def contractions(hull, limit, solid, scratch, costs, places):
         if not least_beyond_planes(scratch, count, x, y, z, size):
             continue
         px, py, pz = found[0], found[1], found[2]
-        cost = outside_distance(solid, px, py, pz)
+        cost = outside_distance(solid, px, py, pz, limit)
         if not cost <= limit:
             continue
         high = 0.0

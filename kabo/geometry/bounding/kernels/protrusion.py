@@ -8,6 +8,7 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels.depth_octree import ALL_NEAR, MIDDLE_FAR, settled
+from kabo.geometry.bounding.kernels.inner_tetrahedra import FAR, FOUND, NONE, anchor, tetrahedron_inside
 from kabo.geometry.bounding.kernels.union_depth import deepest_squared, in_convex_group
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
@@ -15,7 +16,7 @@ from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
 SMALL_TETRAHEDRON_SHARE = 0.1  # of the limit: in smaller ones the corners are tested, too
 
 
-@lean_kernel  # (C, 14) f8, i8 -> f8 x 4
+@lean_kernel  # (C, 26) f8, i8 -> f8 x 4
 def _ball(cells, top):
     """The centre of a tetrahedron, and the squared radius of the ball around it that contains the corners."""
     x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
@@ -28,7 +29,7 @@ def _ball(cells, top):
     return x, y, z, radius
 
 
-@lean_kernel  # (C, 14) f8, i8, (T, …) f8, i8, f8 -> i8
+@lean_kernel  # (C, 26) f8, i8, (T, …) f8, i8, f8 -> i8
 def _far_corner(cells, top, triangles, triangle, enough):
     """The first corner of a tetrahedron with a squared distance to a triangle of more than `enough`, or -1."""
     for c in range(4):
@@ -38,7 +39,7 @@ def _far_corner(cells, top, triangles, triangle, enough):
     return -1
 
 
-@lean_kernel  # (C, 14) f8, i8, i8, f8, SolidArrays -> bool
+@lean_kernel  # (C, 26) f8, i8, i8, f8, SolidArrays -> bool
 def _is_beyond(cells, top, corner, enough, solid):
     """Whether a corner is outside, at a squared distance from the solid above `enough`; then it is written to row 0."""
     x, y, z = cells[top, 3 * corner], cells[top, 3 * corner + 1], cells[top, 3 * corner + 2]
@@ -49,7 +50,7 @@ def _is_beyond(cells, top, corner, enough, solid):
     return True
 
 
-@lean_kernel  # (C, 14) f8, i8 -> i8 x 2
+@lean_kernel  # (C, 26) f8, i8 -> i8 x 2
 def _longest_edge(cells, top):
     """The two corners of a tetrahedron's longest edge."""
     longest, i, j = -1.0, 0, 1
@@ -65,25 +66,49 @@ def _longest_edge(cells, top):
     return i, j
 
 
-@lean_kernel  # (C, W) f8, i8, i8, i8
-def _halve(cells, top, i, j):
-    """Replaces a cell by its two halves, in its row and the next, cut at the midpoint of an edge."""
+@lean_kernel  # (C, W) f8, i8, i8, i8, i8
+def _halve(cells, top, i, j, corners):
+    """Replaces a cell by its halves, in its row and the next, cut at an edge's midpoint, which has no anchor yet."""
+    first = 3 * corners + 2
     for r in range(cells.shape[1]):
         cells[top + 1, r] = cells[top, r]
     for r in range(3):
-        middle = 0.5 * (cells[top, i + r] + cells[top, j + r])
-        cells[top, i + r], cells[top + 1, j + r] = middle, middle
+        middle = 0.5 * (cells[top, 3 * i + r] + cells[top, 3 * j + r])
+        cells[top, 3 * i + r], cells[top + 1, 3 * j + r] = middle, middle
+        cells[top, first + 3 * i + r], cells[top + 1, first + 3 * j + r] = np.inf, np.inf
 
 
-@lean_kernel  # (C, 14) f8, i8, f8, SolidArrays, i8 -> i8
-def reaches_beyond(cells, top, limit, solid, most):
+@lean_kernel  # (C, W) f8, i8, i8, f8, SolidArrays, Piece -> i8
+def _held(cells, top, corners, limit, solid, piece):
+    """FOUND if the anchors of a cell's corners prove it near, FAR if a corner is far, which goes to row 0, else NONE."""
+    first, known = 3 * corners + 2, True
+    for c in range(4):
+        own = min(c, corners - 1)  # the last one of a triangle counts twice
+        at = first + 3 * own
+        if np.isinf(cells[top, at]):
+            word = anchor(cells[top, 3 * own : 3 * own + 3], limit, piece.middle, solid, cells[top, at : at + 3])
+            if word == FAR:
+                for r in range(3):
+                    cells[0, r] = cells[top, 3 * own + r]
+                return FAR
+            if word == NONE:
+                cells[top, at] = np.nan
+        known = known and not np.isnan(cells[top, at])
+        for r in range(3):
+            piece.anchors[c, r] = cells[top, at + r]
+    return FOUND if known and tetrahedron_inside(piece.anchors, piece.planes, solid) else NONE
+
+
+@lean_kernel  # (C, 26) f8, i8, f8, SolidArrays, i8, Piece -> i8
+def reaches_beyond(cells, top, limit, solid, most, piece):
     """0 if the tetrahedra cells[:top] are proven within `limit` of the solid, 1 if they are not, 2 if undecided.
 
-    A row is four corners, 1 if the tetrahedron is known to be outside, and a triangle that may be near. A
-    tetrahedron is proven if the octree shows that the ball around it is near, if its corners are within the limit
-    of one triangle, or if its centre is inside the solid and no corner is farther from it than the surface plus
-    the limit. Others are halved across their longest edge. A point that is farther than the limit is written to
-    the first three columns of row 0.
+    A row is four corners, 1 if the tetrahedron is known to be outside, a triangle that may be near, and an anchor for
+    each corner: NaN if it has none, inf if it was not asked for yet. A tetrahedron is proven if the octree shows that
+    the ball around it is near, if its corners are within the limit of one triangle, if the tetrahedron of the anchors is
+    inside the solid, or if its centre is inside and no corner is farther from it than the surface plus the limit.
+    Others are halved across their longest edge. A point that is farther than the limit is written to the first three
+    columns of row 0.
     """
     triangles = solid.triangles
     enough, small = limit * limit, (SMALL_TETRAHEDRON_SHARE * limit) ** 2
@@ -106,6 +131,11 @@ def reaches_beyond(cells, top, limit, solid, most):
         far = _far_corner(cells, top, triangles, t, enough)
         if far < 0 or in_convex_group(cells, top, 4, limit, solid):
             continue
+        word = _held(cells, top, 4, limit, solid, piece)
+        if word == FOUND:
+            continue
+        if word == FAR:
+            return 1
         # The middle of a small one may stay near for ever, however near the corner that is not.
         if radius < small and _is_beyond(cells, top, far, enough, solid):
             return 1
@@ -122,12 +152,12 @@ def reaches_beyond(cells, top, limit, solid, most):
         if top + 2 > cells.shape[0] or radius < 1e-6 * limit:
             return 2
         i, j = _longest_edge(cells, top)
-        _halve(cells, top, 3 * i, 3 * j)
+        _halve(cells, top, i, j, 4)
         top += 2
     return 2
 
 
-@lean_kernel  # (C, 11) f8, i8 -> f8 x 4, i8
+@lean_kernel  # (C, 20) f8, i8 -> f8 x 4, i8
 def _circle(cells, top):
     """The centre of a triangle, the radius of a ball there that holds the corners, and where its longest edge begins."""
     x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
@@ -145,12 +175,12 @@ def _circle(cells, top):
     return x, y, z, np.sqrt(radius), at
 
 
-@lean_kernel  # (C, 11) f8, i8, f8, SolidArrays, i8 -> i8
-def faces_reach_beyond(cells, top, limit, solid, most):
+@lean_kernel  # (C, 20) f8, i8, f8, SolidArrays, i8, Piece -> i8
+def faces_reach_beyond(cells, top, limit, solid, most, piece):
     """0 if the triangles cells[:top] are proven within `limit` of the solid, 1 if they are not, 2 if undecided.
 
-    A row is three corners, then the two numbers that follow the corners in `reaches_beyond`; as there, a point
-    that is farther than the limit is written to the first three columns of row 0.
+    A row is three corners, then what follows the corners in `reaches_beyond`; as there, a point that is farther than
+    the limit is written to the first three columns of row 0.
     """
     triangles, enough = solid.triangles, limit * limit
     for _ in range(most):
@@ -174,6 +204,11 @@ def faces_reach_beyond(cells, top, limit, solid, most):
             within = within and to_triangle_squared(px, py, pz, triangles, t) <= enough
         if within or in_convex_group(cells, top, 3, limit, solid):
             continue
+        word = _held(cells, top, 3, limit, solid, piece)
+        if word == FOUND:
+            continue
+        if word == FAR:
+            return 1
         distance = np.sqrt(squared)
         if cells[top, 9] == 0.0:
             if inside(solid.boxes, solid.children, solid.triangles, x, y, z, solid.stack):
@@ -186,6 +221,6 @@ def faces_reach_beyond(cells, top, limit, solid, most):
             return 1
         if top + 2 > cells.shape[0] or radius < 1e-3 * limit:
             return 2
-        _halve(cells, top, 3 * at, 3 * ((at + 1) % 3))
+        _halve(cells, top, at, (at + 1) % 3, 3)
         top += 2
     return 2

@@ -1,6 +1,7 @@
 """How deep a point lies in a solid whose components overlap: as deep as in one group of them, whatever faces lie inside.
 
-To be within a limit of a convex group is decided by corners alone, since the distance to it is a convex function.
+To be within a limit of a convex group is decided by corners alone, since the distance to it is a convex function. From
+a nearly convex one no point is farther than from its hull by more than the group's error.
 """
 
 import numpy as np
@@ -33,13 +34,13 @@ def deepest_squared(x, y, z, squared, solid):
 
 @lean_kernel  # (C, W) f8, i8, i8, f8, SolidArrays -> bool
 def in_convex_group(cells, top, corners, limit, solid):
-    """Whether all corners of a cell, the first columns of its row, are within `limit` of one and the same convex group."""
+    """Whether the corners of a cell, the first columns of its row, prove it within `limit` of one nearly convex group."""
     groups, boxes = solid.groups, solid.group_boxes
-    enough = max(limit - CONVEXITY_MARGIN, 0.0) ** 2
     for g in range(groups.shape[0]):
-        if groups[g, 3] == 0:
+        room = limit - CONVEXITY_MARGIN - solid.group_errors[g]
+        if not room > 0.0:
             continue
-        n, within = groups[g, 0], True
+        n, within, enough = groups[g, 0], True, room * room
         for c in range(corners):
             x, y, z = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
             within = within and to_box_squared(boxes, n, x, y, z) <= enough

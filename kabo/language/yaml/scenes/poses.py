@@ -46,6 +46,16 @@ def read_pose(reader: Reader, node: YamlNode | None, beside: tuple[str, ...] = (
     return PoseDescription(frame, position, _orientation(reader, mapping), (frame_node or mapping).place)
 
 
+def read_local_pose(reader: Reader, node: YamlNode | None, what: str) -> PoseDescription:
+    """A pose in a frame that is known otherwise, so that it has none of its own; where it is absent, the same frame."""
+    mapping = reader.mapping(node, what)
+    if mapping is None:
+        return PoseDescription()
+    reader.keys(mapping, POSE_KEYS[1:], what)
+    kept = {key: entry for key, entry in mapping.entries.items() if key in POSE_KEYS[1:]}
+    return read_pose(reader, Mapping(mapping.source, mapping.start, mapping.end, kept, mapping.flow))
+
+
 def _orientation(reader: Reader, mapping: Mapping) -> Quaternion:
     if "quaternion" in mapping.entries and "rpy" in mapping.entries:
         message = "a pose has either a quaternion or rpy, not both"
@@ -57,7 +67,7 @@ def _orientation(reader: Reader, mapping: Mapping) -> Quaternion:
             if abs(length - 1.0) <= _UNIT_TOLERANCE:
                 x, y, z, w = (value / length for value in values)
                 return (x, y, z, w)
-            hint = None
+            hint = "no rotation is [0, 0, 0, 1]"
             if 1e-9 < length < math.inf:
                 hint = f"normalised: [{', '.join(f'{value / length:.7g}' for value in values)}]"
             reader.findings.add(node.place, f"a quaternion must have length 1, this one has {length:.7g}", hint)
@@ -115,7 +125,8 @@ def _report_circles(things: MappingType[str, Framed], findings: Findings) -> Non
                 names = list(chain)
                 circle = [*names[names.index(here) :], here]
                 shown = circle if len(circle) <= _LONGEST_CIRCLE else [*circle[:_LONGEST_CIRCLE], "…"]
-                findings.add(things[here].place, f"the frames form a circle: {' → '.join(shown)}")
+                hint = "give one of them a pose in the frame of something else, or in the world"
+                findings.add(things[here].place, f"the frames form a circle: {' → '.join(shown)}", hint)
                 break
             chain[here] = None
             here = things[here].frame.partition(".")[0]

@@ -12,6 +12,7 @@ from kabo.language.yaml.scenes.bodies import BodyReader
 from kabo.language.yaml.scenes.constraints import Owner
 from kabo.language.yaml.scenes.drives import read_base
 from kabo.language.yaml.scenes.features import read_features, sound_features
+from kabo.language.yaml.scenes.poses import read_local_pose
 from kabo.language.yaml.scenes.semantics import read_group, read_own_contacts, read_semantics, tool_of
 from kabo.language.yaml.scenes.sensors import read_sensors
 from kabo.language.yaml.values import Reader
@@ -21,7 +22,7 @@ ROBOT_MODEL_KEYS = (
     "configurations", "sensors", "allowed_contacts",
 )  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
-GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
+GRIPPER_KEYS = ("urdf", "mount", "pose", "joints", "open", "closed", "touch_links")
 TOOL_KEYS = ("frame", "features")
 
 
@@ -87,11 +88,12 @@ class RobotReader:
         reader.keys(mapping, GRIPPER_KEYS, "a gripper")
         urdf = read_file_path(reader, mapping.get("urdf"), "URDF", self.packages)
         mount = reader.text(mapping.get("mount"), "`mount`")
+        pose = read_local_pose(reader, mapping.get("pose"), "the pose of a gripper on its mount")
         joints = self._words(mapping.get("joints"), "joint")
         if "urdf" in mapping.entries:
             reader.require(mapping, "mount", "a gripper with a URDF of its own")
-        elif "mount" in mapping.entries:
-            reader.findings.add(mapping.key("mount").place, "only a gripper with a URDF of its own has a `mount`")
+        elif (key := next((each for each in ("mount", "pose") if each in mapping.entries), None)) is not None:
+            reader.findings.add(mapping.key(key).place, f"only a gripper with a URDF of its own has a `{key}`")
         elif "joints" not in mapping.entries:
             reader.findings.add(
                 mapping.place, "a gripper needs `urdf` and `mount`, or `joints` of the robot's URDF"
@@ -99,7 +101,7 @@ class RobotReader:
         opened = self._joint_values(mapping, "open", joints)
         closed = self._joint_values(mapping, "closed", joints)
         links = self._words(mapping.get("touch_links"), "link") or ()
-        return GripperDescription(urdf, mount, joints, opened, closed, links, mapping.place)
+        return GripperDescription(urdf, mount, joints, opened, closed, links, mapping.place, pose)
 
     def _joint_values(self, mapping: Mapping, key: str, joints: tuple[str, ...] | None) -> dict[str, float]:
         fixed = joints == ()  # a fork, a magnet, a suction cup: nothing opens or closes
@@ -126,7 +128,8 @@ class RobotReader:
         for name, _, value in self.reader.entries(node, "the limits"):
             values = self.reader.numbers(value, f'the limits of "{name}"', 2, angle=True)
             if values is not None and values[0] > values[1]:
-                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed')
+                hint = "the lower one comes first"
+                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed', hint)
             elif values is not None:
                 found[name] = values[0], values[1]
         return found

@@ -6,6 +6,7 @@ Robots, shapes and features are read first; then families, whose constraints nam
 import re
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from kabo.language.findings import Findings
@@ -301,25 +302,30 @@ def _read_contacts(
         if not isinstance(item, Sequence) or len(item.items) != 2:
             reader.findings.add(item.place, "an allowed contact is a pair: [robot.link, body]")
             continue
-        names = [_contact_name(reader, each, robots, bodies) for each in item.items]
-        if names[0] is not None and names[1] is not None:
-            pairs.append((names[0], names[1]))
-            places.append(item.place)
+        first, second = (_contact_names(reader, each, robots, bodies) for each in item.items)
+        found = [(a, b) for a in first for b in second if a != b]
+        pairs.extend(found)
+        places.extend([item.place] * len(found))
     return tuple(pairs), tuple(places)
 
 
-def _contact_name(
+def _contact_names(
     reader: Reader, node: YamlNode, robots: MappingType[str, object], bodies: MappingType[str, object]
-) -> str | None:
+) -> list[str]:
+    """A robot, `robot.link` or body; the bodies that fit a pattern; nothing for a word that is told as an error."""
     scalar = reader.scalar(node, "a robot, robot.link or body")
     if scalar is None:
-        return None
+        return []
     owner, dot, _ = scalar.text.partition(".")
     if _CONTACT.fullmatch(scalar.text) and (owner in robots or (not dot and owner in bodies)):
-        return scalar.text
+        return [scalar.text]
+    if not dot and set(owner) & {"*", "?"}:
+        fitting = [body for body in bodies if fnmatchcase(body, owner.replace("[", "[[]"))]
+        if fitting:
+            return fitting
     hint = reader.findings.near(owner, [*robots, *bodies])
     reader.findings.add(scalar.place, f'"{scalar.text}" is no robot, robot.link or body of the scene', hint)
-    return None
+    return []
 
 
 def _check_frames(reading: SceneReading, parts: MappingType[str, PartialBody], scene: SceneDescription) -> None:

@@ -4,13 +4,12 @@ import math
 
 from kabo.language.scene_description import FARTHEST, SensorDescription
 from kabo.language.yaml.documents import Mapping, Scalar, YamlNode
-from kabo.language.yaml.scenes.poses import read_pose
+from kabo.language.yaml.scenes.poses import read_local_pose
 from kabo.language.yaml.values import Reader
 
 SENSOR_KEYS = ("frame", "pose", "field_of_view", "range", "allowed")
 VIEW_KEYS = ("horizontal", "vertical")
 _WIDEST = math.pi  # rad: at half a turn a field of view is no cone any more
-_POSE_KEYS = ("position", "quaternion", "rpy")
 
 
 def read_sensors(reader: Reader, node: YamlNode | None) -> dict[str, SensorDescription]:
@@ -30,11 +29,7 @@ def _read_sensor(reader: Reader, name: str, mapping: Mapping) -> SensorDescripti
     frame = reader.text(reader.require(mapping, "frame", "a sensor"), "the frame of a sensor")
     angles = _field_of_view(reader, reader.require(mapping, "field_of_view", "a sensor"))
     span = _range(reader, reader.require(mapping, "range", "a sensor"))
-    pose = reader.mapping(mapping.get("pose"), "the pose of a sensor")
-    if pose is not None:
-        reader.keys(pose, _POSE_KEYS, "the pose of a sensor in its frame")
-        pose = Mapping(pose.source, pose.start, pose.end, _kept(pose), pose.flow)
-    local = read_pose(reader, pose)
+    local = read_local_pose(reader, mapping.get("pose"), "the pose of a sensor in its frame")
     allowed = [
         reader.text(item, "the name of a link") for item in reader.items(mapping.get("allowed"), "`allowed`")
     ]
@@ -44,11 +39,6 @@ def _read_sensor(reader: Reader, name: str, mapping: Mapping) -> SensorDescripti
     return SensorDescription(
         name, frame, angles, span, local.position, local.quaternion, links, (mapping.get("frame") or mapping).place
     )
-
-
-def _kept(pose: Mapping) -> dict[str, tuple[Scalar, YamlNode]]:
-    """The entries that a pose in the frame of a sensor may have; others have been reported."""
-    return {key: entry for key, entry in pose.entries.items() if key in _POSE_KEYS}
 
 
 def _field_of_view(reader: Reader, node: YamlNode | None) -> tuple[float, ...] | None:
@@ -65,7 +55,8 @@ def _angle(reader: Reader, node: YamlNode | None, what: str) -> float | None:
     value = None if node is None else _number(reader, node, what)
     if value is None or node is None or value < _WIDEST:
         return value
-    hint = f"angles are radians: write {value:g} deg" if value < 180.0 else None
+    in_radians = isinstance(node, Scalar) and not node.text.strip().endswith("deg")
+    hint = f"angles are radians: write {value:g} deg" if in_radians and value < 180.0 else None
     reader.findings.add(
         node.place, f"{what} lies between 0 and 180 deg, this is {math.degrees(value):g} deg", hint
     )

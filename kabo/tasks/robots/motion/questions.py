@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import ProcedureContext, Refusal, Stream, pair_text, way_to
+from kabo.geometry_server import Measure, Pair, ProcedureContext, Refusal, Stream, pair_text, way_to
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.nearness import own_nearness
 from kabo.tasks.robots.motion.targets import Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
 
@@ -63,6 +64,10 @@ class MotionQuestion:
             found = way_to(workspace, path[0], path[-1], key, min(samples, MAX_REPEATED_SAMPLES), keep)
             return not isinstance(found, Refusal)
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
+
+    def nearness(self, pair: Pair) -> Measure | None:
+        """How near two links of the robot come at the way points, or where it stands; None for other pairs."""
+        return own_nearness(self.scene, self.robot, pair, self.waypoints)
 
 
 def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:

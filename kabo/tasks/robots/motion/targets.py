@@ -23,6 +23,7 @@ from kabo.geometry_server import (
     Pair,
     PlacementStream,
     Stream,
+    beyond_reach,
     grasps_there,
     lies_inside,
     millimetres,
@@ -82,6 +83,10 @@ class GraspTarget:
         """What keeps the robot from every grasp: a joint's limit, and where its base would do; nothing if it has one."""
         return reach_measures(scene.context.surroundings, self.stream.stream, self.object)
 
+    def is_hopeless(self, scene: TaskScene) -> bool:
+        """Whether more samples would not help, since every limit is missed by far."""
+        return beyond_reach(scene.context.surroundings, self.stream.stream, self.object)
+
     def too_wide(self, scene: TaskScene) -> Measure | None:
         """The width of the object beyond the gripper's opening as it is now; None if it may fit between the fingers."""
         robot, family = scene.robot(self.robot), self.stream.family
@@ -136,6 +141,10 @@ class PlacementTarget:
         what = f"{self.object} {f'on {self.support}' if self.region is None else f'in {self.region}'}"
         found = [reach_measures(context.surroundings, stream, what) for stream in made]
         return min(found, key=len, default=())
+
+    def is_hopeless(self, scene: TaskScene) -> bool:
+        """Whether more samples would not help as the object is held, since every limit is missed by far."""
+        return beyond_reach(scene.context.surroundings, self.stream.stream, f"{self.object} as it is held")
 
     def batches(self) -> Iterator[list[Candidate]]:
         """The configurations that reach the target, in batches; placements far from the robot come first."""

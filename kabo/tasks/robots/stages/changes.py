@@ -7,7 +7,16 @@ from typing import Any
 import numpy as np
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Pair, Refusal, Situation, candidate, supports, tool_frame, why_unsupported
+from kabo.geometry_server import (
+    Pair,
+    ProcedureContext,
+    Refusal,
+    Situation,
+    candidate,
+    supports,
+    tool_frame,
+    why_unsupported,
+)
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Propagator, Property, Result, Stage
 from kabo.tasks.core.model.results import Answers
@@ -35,6 +44,11 @@ class Attach(RobotStage, Propagator):
             meanings.name,
         ),
     }
+
+    def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
+        """A proof that the object never moves: it is part of the scene."""
+        name = self.known("object")
+        return _immovable(name) if name in context.scene.bodies and name not in situation.objects else None
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the object in the hand; everything attached to the object moves with it."""

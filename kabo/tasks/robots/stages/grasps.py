@@ -13,6 +13,7 @@ from kabo.geometry_server import (
     grasp_missing,
     grasp_roles,
     grasp_stream,
+    overlapping,
     standing_of,
     wherever,
 )
@@ -78,6 +79,8 @@ class SampleGrasp(RobotStage, Monitor):
         """One result for each grasp family, with the family as target; inverse kinematics chooses the grasp later."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         refused = _refuted(scene.context, scene.situation, robot, name, properties["family"])
+        if refused is None and scene.context.tries_again:
+            refused = _overlap(scene.context, scene.situation, name)
         if refused is not None:
             return [refused]
         found = _streams(scene.context, scene.situation, robot, name, properties["family"])
@@ -156,6 +159,15 @@ def _refuted(
     return known[0]
 
 
+def _overlap(context: ProcedureContext, situation: Situation, name: str) -> Refusal | None:
+    """A proof that an object cannot be grasped where it begins, since it overlaps something there."""
+    fault = overlapping(context.surroundings, situation, name)
+    if fault is None:
+        return None
+    reads = frozenset(fault.things) & {*situation.objects}
+    return Refusal("constraint", fault.said, reads, proof=True)
+
+
 def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | None:
     """A proof that a body at a pose (4, 4) cannot be grasped; None if there is none."""
     name = body.name
@@ -163,7 +175,8 @@ def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Refusal | Non
     fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
     bounds = [grasp_missing(robot, family.constraints, roles) for family, roles in fitting if roles is not None]
     if not bounds:
-        return Refusal("empty_family", f"{name} has no grasp family that {robot.name} can use", proof=True)
+        why = "" if robot.tool is not None else f": {robot.name} has no `tool` in the scene"
+        return Refusal("empty_family", f"{name} has no grasp family that {robot.name} can use{why}", proof=True)
     missing = min(bounds)
     if missing <= 0.0:
         return None

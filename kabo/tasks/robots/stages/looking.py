@@ -7,6 +7,8 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import (
+    Measure,
+    Pair,
     ProcedureContext,
     Refusal,
     Situation,
@@ -23,7 +25,9 @@ from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots.declaring import KEEP, OBJECT, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import NoConfigurationError, goal_of
+from kabo.tasks.robots.motion.nearness import own_nearness
 from kabo.tasks.robots.motion.paths import length
+from kabo.tasks.robots.motion.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 from kabo.tasks.robots.stages.moves import arm_moved
 
@@ -56,6 +60,10 @@ class LookQuestion:
         robot = context.scene.robots[self.robot]
         view = View(context.surroundings, self.scene.situation, robot, self.sensor, self.object)
         return view.unseen(np.array(self.q), without) is None
+
+    def nearness(self, pair: Pair) -> Measure | None:
+        """How near two links of the robot come at the viewpoint; None for other pairs."""
+        return own_nearness(self.scene, self.robot, pair, (self.q,) if self.q else ())
 
 
 class Look(RobotStage, Propagator):
@@ -179,7 +187,7 @@ def _refused(scene: TaskScene, view: View, q: Array) -> Refusal | None:
     robot = view.robot.name
     hit = scene.workspace(robot).first_hit(q)
     if hit is not None:
-        return Refusal.collision(hit)
+        return Refusal.collision(hit, question=along(scene, robot, q))
     unseen = view.unseen(q)
     return None if unseen is None else _unseen(scene, view, q, unseen)
 

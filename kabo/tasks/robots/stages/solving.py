@@ -60,7 +60,9 @@ class ComputeIK(RobotStage, Wrapper):
         name, most = properties["robot"], properties["max_ik_solutions"]
         robot, tried, blocked = scene.robot(name), 0, 0
         found: list[Array] = []
-        for at in scene.context.candidates(target.batches()):
+        known = isinstance(target, (GraspTarget, PlacementTarget))
+        hopeless = (lambda: target.is_hopeless(scene)) if known else (lambda: False)
+        for at in scene.context.candidates(target.batches(), hopeless):
             tried += 1
             refused = self._refused(scene, target, name, at, properties["ignore_collisions"])
             blocked = blocked + 1 if refused is not None and _is_movable(scene, name, refused) else 0

@@ -78,7 +78,7 @@ WRONG_ROBOTS = [
         "    urdf: arm.urdf\n",
         "    urdf: arm.urdf\n    limits: {a: «[10 deg, -10 deg]»}\n",
         'the limits of "a" are crossed',
-        None,
+        "the lower one comes first",
     ),
     (
         "    urdf: arm.urdf\n",

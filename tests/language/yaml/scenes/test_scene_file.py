@@ -8,7 +8,12 @@ from kabo.language import load_scene_description
 from tests.language.conftest import SCENE, Kitchen
 
 WRONG_SCENES = [
-    ("epsilon: 0.02", "epsilon: «2cm»", 'epsilon must be a number, this is "2cm"', None),
+    (
+        "epsilon: 0.02",
+        "epsilon: «2cm»",
+        'epsilon must be a number, this is "2cm"',
+        "lengths are metres: write 0.02",
+    ),
     ("epsilon: 0.02", "epsilon: «0»", "epsilon must be greater than 0", None),
     ("epsilon: 0.02", "epsilon: «nan»", 'epsilon must be a number, this is "nan"', None),
     ("epsilon: 0.02", "epsilon: «1e999»", "epsilon is too large to be a number", None),
@@ -41,6 +46,12 @@ WRONG_SCENES = [
     ),
     (
         "  - [left.base_link, table]",
+        "  - [left.base_link, «tabel*»]",
+        '"tabel*" is no robot, robot.link or body of the scene',
+        'did you mean "table"?',
+    ),
+    (
+        "  - [left.base_link, table]",
         "  - «left.base_link»",
         "an allowed contact is a pair: [robot.link, body]",
         None,
@@ -56,13 +67,18 @@ WRONG_SCENES = [
     ),
     ("frame: table, rpy", "frame: «left», rpy", '"left" is a robot: name one of its links, "left.link"', None),
     ("frame: table, rpy", "frame: «table.link», rpy", '"table" is no robot: its frame is called "table"', None),
-    ("frame: table, rpy", "frame: «tray», rpy", "the frames form a circle: tray → tray", None),
+    (
+        "frame: table, rpy",
+        "frame: «tray», rpy",
+        "the frames form a circle: tray → tray",
+        "give one of them a pose in the frame of something else",
+    ),
     ("frame: table, rpy", "frame: «Table», rpy", '"Table" is no frame: world, an object, or robot.link', None),
     (
         "pose: {position: [0, 0, -0.02]}",
         "pose: {frame: «tray»}",
         "the frames form a circle: table → tray → table",
-        None,
+        "give one of them a pose in the frame of something else",
     ),
     ("    model: arm", "    model: «arn»", 'unknown model "arn"', 'did you mean "arm"?'),
     (
@@ -109,6 +125,12 @@ def test_a_wrong_scene_is_reported_at_its_place(
     kitchen: Kitchen, old: str, new: str, message: str, hint: str | None
 ) -> None:
     kitchen.expect("scene", old, new, message, hint)
+
+
+def test_patterns_of_allowed_contacts_fit_bodies(kitchen: Kitchen) -> None:
+    kitchen.write(scene=SCENE.replace("[left.base_link, table]", "[left.base_link, 't*']"))
+    scene = load_scene_description(kitchen.folder / "scene.yaml")
+    assert {("left.base_link", "table"), ("left.base_link", "tray")} <= set(scene.allowed_contacts)
 
 
 def test_packages_that_are_installed_are_found_by_their_names(
