@@ -138,7 +138,7 @@ class GeometryServer:
     def context(self, effort: int = 0, hasty: bool = False, coarse: bool = False) -> ProcedureContext:
         """The context of procedures and stages, with more batches and samples at each level of effort.
 
-        `hasty`: path searches give up early, since there are other candidates. `coarse`: no part is divided.
+        `hasty`: path searches give up early, since there are other candidates. `coarse`: few parts are divided, or none.
         """
         batches = BATCHES * BATCHES_GROWTH**effort
         samples = HASTY_PATH_SAMPLES if hasty else PATH_SAMPLES * PATH_SAMPLES_GROWTH**effort

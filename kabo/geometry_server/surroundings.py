@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +17,9 @@ from kabo.geometry_server.situation import Situation
 from kabo.scene import Configuration, Element, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
+COARSE = (
+    0.004  # [m], the share of a body in an epsilon of 1 cm: parts so near decide at first, however fine epsilon is
+)
 MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
 
 
@@ -47,17 +51,19 @@ class SceneSurroundings:
 
     @cached_property
     def coarser(self) -> "SceneSurroundings | None":
-        """The same surroundings with an accuracy at which no part is divided; None if none is in these.
+        """The same surroundings with an accuracy at which few parts are divided, or none; None if these are no finer.
 
-        What is proven free there is free here; what is not may be.
+        There all parts within 4 mm of their bodies decide. What is proven free there is free here; what is not may be.
 
         Raises:
             MeshError: as `enclosure`.
         """
         every = [] if self.exact else [self.enclosures.of(name) for name in self.enclosures.things]
-        budget = geometry.budget_of_roots(every, self.budget)
-        if budget is None:
+        roots = geometry.budget_of_roots(every, self.budget)
+        coarse = 0.0 if roots is None else min(roots.geometry, COARSE)
+        if roots is None or coarse <= self.budget.geometry:
             return None
+        budget = replace(roots, geometry=coarse)
         return SceneSurroundings(self.scene, budget, False, self.statistics, self.enclosures)
 
     def checker(

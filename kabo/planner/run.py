@@ -81,6 +81,11 @@ class SolveRun:
         if self.progress is not None:
             self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
 
+    def report_line(self, doing: str, line: str) -> None:
+        """Calls `progress`, if it is set, with a line that stays."""
+        if self.progress is not None:
+            self.progress(Progress(doing, line=line))
+
     def report_preparing(self, state: "Preparing") -> None:
         """Calls `progress`, if it is set, with the state of the preparation of geometry."""
         if self.progress is not None:

@@ -176,7 +176,7 @@ class GeometricProcedures:
         """Plans a call's task until it has enough solutions, is exhausted, or has too often found no path.
 
         A hasty call uses short path searches: where a path is hard to find, another grasp or place may be easy to reach.
-        At effort 0 no part of a body is divided: what is free without is free, and another call may be, too.
+        At effort 0 parts of bodies are seldom divided: what is free without is free, and another call may be, too.
         """
         asked = self._asked.pop(key, None) or self._ask(call)
         self._present = call, situation, attempt, effort, asked.refusals

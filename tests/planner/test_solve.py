@@ -14,6 +14,7 @@ from kabo.plan import Plan, plan_statistics, plan_to_json
 from kabo.planner.result import Result
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
+from tests.planner.gantry import gantry_problem
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 DOMAINS = ROOT / "domains"
@@ -128,3 +129,16 @@ def test_every_file_that_was_read_is_in_the_plan() -> None:
     assert {"four_bottles.yaml", "domain.yaml", "scene.yaml"} <= set(files)
     assert "../../meshes/arm6/arm6.urdf" in files
     assert "../../meshes/arm6/link_1.stl" in files
+
+
+def test_a_robot_that_cannot_move_from_where_it_stands_is_told_before_planning(tmp_path):
+    told: list[str] = []
+    walls = {"post": ((0.1, 0.1, 0.2), (0.0, 0.0, 0.45))}
+    problem = gantry_problem(tmp_path, walls=walls)
+    result = solve(problem, progress=lambda progress: told.append(progress.line), max_samples=200)
+    assert result.plan is None
+    assert any("gantry cannot move from where it stands: gantry.mast and post" in line for line in told)
+    told.clear()
+    (tmp_path / "free").mkdir()
+    solve(gantry_problem(tmp_path / "free"), progress=lambda progress: told.append(progress.line))
+    assert not any("cannot move" in line for line in told)

@@ -3,9 +3,11 @@
 This module and its imports load the kernels, so `solve` imports it only for problems with a scene.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from time import perf_counter
+
+import numpy as np
 
 from kabo.geometry_server import (
     GeometryServer,
@@ -17,6 +19,7 @@ from kabo.geometry_server import (
     shortfall_of,
     start_faults,
     start_faults_so_far,
+    workspace_of,
 )
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
@@ -55,9 +58,25 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     server.stop = run.stop
     processes = run.workers if run.workers > 1 else None
     prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
+    for line in _blocked_starts(server):
+        run.report_line("looking at the start", line)
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     return GeometricProcedures(server, None if domain is None else domain.parent)
+
+
+def _blocked_starts(server: GeometryServer) -> Iterator[str]:
+    """A warning for each robot that cannot begin a motion: where it stands it is not apart from what nobody moves."""
+    start = Situation.of(server.scene.start)
+    graspable = {name for name, body in server.scene.bodies.items() if body.grasps}
+    for robot in server.scene.robots.values():
+        q = np.array(start.configuration(robot.name))
+        hit = workspace_of(server.surroundings, robot.name, start).first_hit(q) if robot.planned else None
+        if hit is not None and not any(name in graspable for name in hit):
+            yield (
+                f"warning: {robot.name} cannot move from where it stands: {hit[0]} and {hit[1]} are not proven apart; "
+                "`kabo check` says how near they are, and what would help"
+            )
 
 
 def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
