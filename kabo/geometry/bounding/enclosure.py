@@ -23,7 +23,7 @@ from kabo.geometry.parts import COLUMNS, Enclosure
 from kabo.meshes import Mesh
 
 PART_WORTH = 24.0  # of one part, in corners: about what a part costs when collisions are checked
-DIRECT_CELLS = 300  # above which a coarser cover is made, and refined on demand
+DIRECT_CELLS = 120  # above which a coarser cover is made, and refined on demand
 USUAL_ROOTS = 0.004  # [m] for which a cover is made if a finer one is asked for, of a mesh that is not small
 ROOTS_SHARE = 0.02  # of a mesh's diagonal: the same for a small one
 COARSEST_ROOTS = 64.0  # a stored cover made for a tolerance coarser by more than this factor is not refined
