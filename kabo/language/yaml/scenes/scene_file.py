@@ -312,17 +312,18 @@ def _read_contacts(
 def _contact_names(
     reader: Reader, node: YamlNode, robots: MappingType[str, object], bodies: MappingType[str, object]
 ) -> list[str]:
-    """A robot, `robot.link` or body; the bodies that fit a pattern; nothing for a word that is told as an error."""
+    """A robot, `robot.link` or body; those that fit a pattern; nothing for a word that is told as an error."""
     scalar = reader.scalar(node, "a robot, robot.link or body")
     if scalar is None:
         return []
-    owner, dot, _ = scalar.text.partition(".")
+    owner, dot, link = scalar.text.partition(".")
     if _CONTACT.fullmatch(scalar.text) and (owner in robots or (not dot and owner in bodies)):
         return [scalar.text]
-    if not dot and set(owner) & {"*", "?"}:
-        fitting = [body for body in bodies if fnmatchcase(body, owner.replace("[", "[[]"))]
-        if fitting:
-            return fitting
+    if set(owner) & {"*", "?"}:
+        known = robots if dot else bodies
+        fitting = [name for name in known if fnmatchcase(name, owner.replace("[", "[[]"))]
+        if fitting and _CONTACT.fullmatch(fitting[0] + dot + link):
+            return [name + dot + link for name in fitting]
     hint = reader.findings.near(owner, [*robots, *bodies])
     reader.findings.add(scalar.place, f'"{scalar.text}" is no robot, robot.link or body of the scene', hint)
     return []

@@ -133,6 +133,14 @@ def test_patterns_of_allowed_contacts_fit_bodies(kitchen: Kitchen) -> None:
     assert {("left.base_link", "table"), ("left.base_link", "tray")} <= set(scene.allowed_contacts)
 
 
+def test_patterns_of_allowed_contacts_fit_robots(kitchen: Kitchen) -> None:
+    kitchen.write(scene=SCENE.replace("[left.base_link, table]", "['*.base_link', table]"))
+    scene = load_scene_description(kitchen.folder / "scene.yaml")
+    assert {(f"{robot}.base_link", "table") for robot in scene.robots} <= set(scene.allowed_contacts)
+    said = '"x*.base_link" is no robot, robot.link or body of the scene'
+    kitchen.expect("scene", "[left.base_link, table]", "[«'x*.base_link'», table]", said, "there are left, table")
+
+
 def test_packages_that_are_installed_are_found_by_their_names(
     kitchen: Kitchen, monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
