@@ -25,6 +25,7 @@ from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh
 
 COARSEN_ABOVE_TRIANGLES = 5_000  # above which a coarser bounding mesh is decomposed instead
+COARSEN_FEW_ABOVE_TRIANGLES = 30_000  # the same if parts are to be few, which cells of the mesh itself serve better
 COARSE_MESH_SHARE = 0.1  # of the tolerance: how far that bounding mesh may deviate
 TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of the tolerance: tried in turn to reach a target number of parts
 FINEST_ROOTS = (
@@ -94,7 +95,8 @@ def refined_cover(solid: Solid, part: Array, aims: Aims) -> Cover:
 
 
 def _covered(solid: Solid, aims: Aims, request: Request) -> Cover:
-    coarse, left = (None, aims.tolerance) if aims.few_parts else _coarse(solid, aims.tolerance)
+    many = COARSEN_FEW_ABOVE_TRIANGLES if aims.few_parts else COARSEN_ABOVE_TRIANGLES
+    coarse, left = _coarse(solid, aims.tolerance) if len(solid.faces) > many else (None, aims.tolerance)
     try:
         found = _union(coarse or solid, aims._replace(tolerance=left), request)
         return found if coarse is None else proven_cover(solid, found, aims.tolerance - left, aims.tolerance)
@@ -105,12 +107,10 @@ def _covered(solid: Solid, aims: Aims, request: Request) -> Cover:
 
 
 def _coarse(solid: Solid, tolerance: float) -> tuple[Solid | None, float]:
-    """A coarser solid around one of many triangles, and the rest of the tolerance; None and all of it if not needed.
+    """A coarser solid around one of many triangles, and the rest of the tolerance; None and all of it if there is none.
 
     Parts that cover it cover the solid. Their distance from the solid itself is proven at the end.
     """
-    if len(solid.faces) <= COARSEN_ABOVE_TRIANGLES:
-        return None, tolerance
     try:
         outer = bounding_mesh(Mesh(solid.vertices, solid.faces), COARSE_MESH_SHARE * tolerance)
     except (MeshError, ValueError):  # what it cannot bound may still be cut
