@@ -25,7 +25,9 @@ from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh
 
 COARSEN_ABOVE_TRIANGLES = 5_000  # above which a coarser bounding mesh is decomposed instead
-COARSEN_FEW_ABOVE_TRIANGLES = 30_000  # the same if parts are to be few, which cells of the mesh itself serve better
+COARSEN_FEW_ABOVE_TRIANGLES = (
+    30_000  # the same if parts are to be few, which cells of the mesh itself serve better
+)
 COARSE_MESH_SHARE = 0.1  # of the tolerance: how far that bounding mesh may deviate
 TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of the tolerance: tried in turn to reach a target number of parts
 FINEST_ROOTS = (
