@@ -1,4 +1,4 @@
-"""Writes docs/benchmarks.md: every table of figures, from the JSON that the scripts in benchmarks/ have written.
+"""Writes docs/explanation/benchmarks.md: all tables of figures, from the JSON that the scripts in benchmarks/ wrote.
 
     python benchmarks/sampling.py --output benchmarks/results/sampling.json
     python -m scripts.benchmarks_page
@@ -16,13 +16,13 @@ ROOT = Path(__file__).resolve().parent.parent
 RESULTS, QUESTIONS, PAGE = (
     ROOT / "benchmarks" / "results",
     ROOT / "benchmarks" / "README.md",
-    ROOT / "docs" / "benchmarks.md",
+    ROOT / "docs" / "explanation" / "benchmarks.md",
 )
 HEAD = """# Benchmarks
 
 Figures as they were measured last, each table with its command, day, machine and load. Seconds age, and a machine that
 does something else at the same time is slower. `python -m scripts.benchmarks_page` writes this page from the files in
-`benchmarks/results/`, which the scripts write; [benchmarks/README.md](../benchmarks/README.md) says what each needs.
+`benchmarks/results/`, which the scripts write; [benchmarks/README.md](../../benchmarks/README.md) says what each needs.
 Decisions keep the figures for which something was decided, as they were then.
 
 To measure again: on a machine that has nothing else to do, run the command below a heading with

@@ -2,8 +2,8 @@
 
     python -m scripts.option_pages
 
-docs/commands.md gets the arguments of `kabo solve`, docs/service.md the fields of a request, docs/files.md the keys of a
-problem file.
+docs/reference/commands.md gets the arguments of `kabo solve`, docs/reference/service.md the fields of a request,
+docs/reference/files.md the keys of a problem file.
 """
 
 from collections.abc import Callable
@@ -60,9 +60,9 @@ def problem_keys() -> str:
 
 
 PAGES: dict[Path, Callable[[], str]] = {
-    DOCS / "commands.md": table,
-    DOCS / "service.md": fields,
-    DOCS / "files.md": problem_keys,
+    DOCS / "reference" / "commands.md": table,
+    DOCS / "reference" / "service.md": fields,
+    DOCS / "reference" / "files.md": problem_keys,
 }
 
 

@@ -1,6 +1,6 @@
 """Draws how an exploration grows its valid set: `python -m scripts.picture_exploration` (extras `pictures`, `explore`).
 
-The example of docs/exploration.md, whose files are taken from the page itself, after 10, 30 and 90 trials.
+The example of docs/how-to/exploration.md, whose files are taken from the page itself, after 10, 30 and 90 trials.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from kabo.trials import Valid
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "exploration.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "how-to" / "exploration.md"
 COUNTS = (10, 30, 90)
 SPACE = Space({"angle": (0.2, 1.4), "speed": (2.0, 12.0)})
 START, RETRY = {"angle": 0.8, "speed": 4.0}, {"hits_fence": {"speed": 1.0}, "too_far": {"speed": -1.0}}

@@ -170,7 +170,7 @@ def draw(picture: Path) -> list[str]:
 def main() -> None:
     """Draws the picture and prints its figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "sampling.png")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "pictures" / "sampling.png")
     for line in draw(parser.parse_args().output):
         print(line)
 

@@ -69,7 +69,9 @@ def _arm(plotter: pyvista.Plotter, scene: Scene, q: np.ndarray) -> None:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "swept_volume.png", metavar="FILE")
+    parser.add_argument(
+        "--output", type=Path, default=ROOT / "docs" / "pictures" / "swept_volume.png", metavar="FILE"
+    )
     options = parser.parse_args()
     draw(options.output)
 

@@ -175,7 +175,7 @@ def main() -> None:
     for view in VIEWS:
         draw_scene(view)
     draw_gearbox(ROOT / "domains" / "assembly" / "gearbox.png")
-    draw_gallery(ROOT / "docs" / "meshes.png")
+    draw_gallery(ROOT / "docs" / "pictures" / "meshes.png")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Writes the rooms of kabo into CONTRIBUTING.md and docs/architecture.svg, from pyproject.toml and docstrings.
+"""Writes the rooms of kabo into CONTRIBUTING.md and docs/pictures/architecture.svg, from pyproject.toml and docstrings.
 
     python -m scripts.rooms
 
@@ -20,7 +20,7 @@ else:
     import tomli as tomllib  # import-linter brings it along
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE, PICTURE = ROOT / "CONTRIBUTING.md", ROOT / "docs" / "architecture.svg"
+PAGE, PICTURE = ROOT / "CONTRIBUTING.md", ROOT / "docs" / "pictures" / "architecture.svg"
 BEGIN, END = "<!-- rooms: python -m scripts.rooms writes from here -->\n", "<!-- to here -->\n"
 TOP = "kabo"
 JUDGE = "kabo.verify"

@@ -1,4 +1,4 @@
-"""The exit codes of every command, as scripts rely on them (docs/commands.md)."""
+"""The exit codes of every command, as scripts rely on them (docs/reference/commands.md)."""
 
 DONE = 0
 DEFECT = 1

@@ -123,7 +123,7 @@ Answer = Success | Refusal
 
 @dataclass
 class GeometryStatistics:
-    """Counts of the geometric work (docs/plans.md#the-result)."""
+    """Counts of the geometric work (docs/reference/plans.md#the-result)."""
 
     inverse_kinematics_calls: int = 0
     inverse_kinematics_s: float = 0.0

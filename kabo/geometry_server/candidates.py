@@ -2,7 +2,7 @@
 
 The key of a stream depends only on what is sampled: the robot, the object, the family, the values that its
 constraints read. So the same grasps and placements are tried in the same order wherever the robot starts, and
-branches of a plan with the same knowledge can reach the same geometric state (docs/plans.md#sharing).
+branches of a plan with the same knowledge can reach the same geometric state (docs/reference/plans.md#sharing).
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,7 @@
 """Situations: for every component of the geometric state, the values that this component may have.
 
 Where branches of a plan meet, components that are not moved afterwards may have several values
-(docs/plans.md#sharing); a procedure takes all of these values into account. A situation with one value for each
+(docs/reference/plans.md#sharing); a procedure takes all of these values into account. A situation with one value for each
 component is a geometric state.
 """
 

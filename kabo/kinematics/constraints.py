@@ -1,4 +1,6 @@
-"""Geometric constraints as flat scalar rows, the form that projection and proofs use [K Table 5.1, docs/sampling.md].
+"""Geometric constraints as flat scalar rows, the form that projection and proofs use.
+
+Source: K Table 5.1, docs/explanation/sampling.md.
 
 A constraint between two features becomes as many scalar rows as it removes degrees of freedom, so that the
 Jacobian has the right null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
@@ -60,7 +62,9 @@ class FrameFeature:
 def rows_of(
     kind: str, first: FrameFeature, second: FrameFeature, lower: float | None = None, upper: float | None = None
 ) -> Rows:
-    """The rows (R, WIDTH) of one constraint between two features [K Table 5.1, docs/sampling.md#which-constraints].
+    """The rows (R, WIDTH) of one constraint between two features.
+
+    Source: K Table 5.1, docs/explanation/sampling.md#which-constraints.
 
     Args:
         kind: coincident, parallel, aligned, opposed, perpendicular, distance, height, angle, or azimuth. An azimuth is

@@ -1,4 +1,6 @@
-"""The closure of knowledge after every change: entries, last values and update rules, to a fixpoint [docs/knowledge.md; P].
+"""The closure of knowledge after every change: entries, last values and update rules, to a fixpoint.
+
+Source: docs/explanation/knowledge.md; P.
 
 Inference is by unit propagation: polynomial and sound, without case splits. With a trace, every step records the bits
 that it wrote and the bits that are its reason, so that inferences can be explained (see `regression.py`).

@@ -1,4 +1,4 @@
-"""The declared names that formulas may use: types, predicates, functions, objects [docs/files.md#rules].
+"""The declared names that formulas may use: types, predicates, functions, objects [docs/reference/files.md#rules].
 
 In YAML files predicates, functions, objects and variables share one namespace. In PDDL and PKS, objects and
 variables have a namespace each, and the name in kabo may differ from that in the file. A name with a faulty

@@ -1,6 +1,6 @@
 """Trapezoidal velocity profiles from rest to rest along a straight segment of joint space.
 
-Plans keep times of way points only, and between them a robot moves at constant speed [docs/plans.md]; so each
+Plans keep times of way points only, and between them a robot moves at constant speed [docs/reference/plans.md]; so each
 ramp has additional way points at equal time steps. The mean speed between two of them is never above the
 speed in the profile.
 """

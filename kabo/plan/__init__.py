@@ -1,6 +1,6 @@
 """The plan room: a plan as data, its canonical file, its statistics, and its views as policy, as tree and as text.
 
-It depends only on the format `kabo-plan/1` (docs/plans.md): not on how a plan was made, nor on whether it is
+It depends only on the format `kabo-plan/1` (docs/reference/plans.md): not on how a plan was made, nor on whether it is
 valid. Searches build plans with `PlanBuilder`, which merges nodes with equal content and continuation.
 """
 

@@ -1,4 +1,6 @@
-"""Builds a plan from its leaves: equal content becomes one node, so 2^n branches may share few nodes [docs/plans.md].
+"""Builds a plan from its leaves: equal content becomes one node, so 2^n branches may share few nodes.
+
+Source: docs/reference/plans.md.
 
 Nodes are added bottom-up with the handles of their successors; `build` numbers the nodes that the root reaches.
 """

@@ -1,6 +1,7 @@
 """The certificate of a plan as data: proofs that its motions are free of collision, and the clearances they leave.
 
-[docs/certificates.md] says what each number means. A proof refers to convex parts, kept once for each mesh, and to axes
+[docs/explanation/certificates.md] says what each number means.
+A proof refers to convex parts, kept once for each mesh, and to axes
 that separate them; its checker derives poses, bounds and margins independently.
 """
 

@@ -1,4 +1,6 @@
-"""The plan as data: a directed acyclic graph of action, sense, branch and goal nodes with motions (docs/plans.md).
+"""The plan as data: a directed acyclic graph of action, sense, branch and goal nodes with motions.
+
+Source: docs/reference/plans.md.
 
 Poses are in the frame of the parent, in metres and radians; quaternions are (x, y, z, w).
 """

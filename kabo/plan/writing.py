@@ -1,7 +1,7 @@
 """The canonical file of a plan: equal plans have equal bytes, so that hashes tell whether two plans are the same.
 
 Keys are sorted; there are no blanks, and one line feed at the end. Numbers are written as by Python's `repr`,
-joint values rounded to 1e-9 and times to 1e-6, never as -0.0 or NaN (docs/plans.md). A plan is rounded before it
+joint values rounded to 1e-9 and times to 1e-6, never as -0.0 or NaN (docs/reference/plans.md). A plan is rounded before it
 is verified, so that the verifier reads the same numbers as executors.
 """
 

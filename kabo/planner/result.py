@@ -1,7 +1,7 @@
 """The result of planning: a plan, a proof that there is none, or the budget that ended the search.
 
 All three are results, not errors. `result_to_json` makes the JSON object (schema `kabo-result-1`,
-docs/plans.md#the-result) that both `kabo solve --json` and the service return.
+docs/reference/plans.md#the-result) that both `kabo solve --json` and the service return.
 """
 
 from collections.abc import Iterable, Mapping

@@ -142,7 +142,7 @@ def without_plan(
 
 
 def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[str, Any]:
-    """The statistics of a run, as part of its result (docs/plans.md#the-result)."""
+    """The statistics of a run, as part of its result (docs/reference/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,
         "symbolic_s": run.symbolic_s,

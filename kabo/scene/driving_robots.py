@@ -1,4 +1,7 @@
-"""Robots whose base drives: the joints of the base put into the URDF, and its floor [docs/files.md#mobile-bases]."""
+"""Robots whose base drives: the joints of the base put into the URDF, and its floor.
+
+Source: docs/reference/files.md#mobile-bases.
+"""
 
 import math
 from dataclasses import replace

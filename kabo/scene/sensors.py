@@ -1,4 +1,4 @@
-"""Sensors: cameras on links of robots [docs/sensing.md]."""
+"""Sensors: cameras on links of robots [docs/how-to/sensing.md]."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

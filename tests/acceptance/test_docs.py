@@ -12,8 +12,8 @@ from kabo.options import OPTIONS
 from kabo.service.messages import Code, Status
 
 REPOSITORY = Path(__file__).parents[2]
-COMMANDS_PAGE = (REPOSITORY / "docs" / "commands.md").read_text()
-SERVICE_PAGE = (REPOSITORY / "docs" / "service.md").read_text()
+COMMANDS_PAGE = (REPOSITORY / "docs" / "reference" / "commands.md").read_text()
+SERVICE_PAGE = (REPOSITORY / "docs" / "reference" / "service.md").read_text()
 PAGES = [*sorted(REPOSITORY.glob("*.md")), *sorted(REPOSITORY.glob("docs/**/*.md"))]
 
 

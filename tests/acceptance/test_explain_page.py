@@ -1,4 +1,4 @@
-"""The example of docs/explain.md, run as it stands there."""
+"""The example of docs/how-to/explain.md, run as it stands there."""
 
 import re
 import shutil
@@ -9,7 +9,9 @@ import pytest
 from kabo.cli import main
 
 REPOSITORY = Path(__file__).parents[2]
-BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", (REPOSITORY / "docs" / "explain.md").read_text(), re.M | re.S)
+BLOCKS = re.findall(
+    r"^```(\w*)\n(.*?)^```", (REPOSITORY / "docs" / "how-to" / "explain.md").read_text(), re.M | re.S
+)
 PROBLEM = next(text for kind, text in BLOCKS if kind == "yaml")
 SOLVED, EXPLAINED = (text for kind, text in BLOCKS if not kind)
 

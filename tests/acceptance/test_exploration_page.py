@@ -1,4 +1,4 @@
-"""docs/exploration.md is true: its files are read, its commands and programs run in the order of the page."""
+"""docs/how-to/exploration.md is true: its files are read, its commands and programs run in the order of the page."""
 
 import os
 import re
@@ -13,7 +13,7 @@ from kabo.exploration import load_exploration
 from kabo.language.yaml.exploration_file import EXPLORATION_KEYS
 
 REPOSITORY = Path(__file__).parents[2]
-PAGE = (REPOSITORY / "docs" / "exploration.md").read_text()
+PAGE = (REPOSITORY / "docs" / "how-to" / "exploration.md").read_text()
 
 pytestmark = pytest.mark.xdist_group("exploration page")
 

@@ -60,7 +60,7 @@ def test_the_citation_is_of_this_version_and_names_the_theses():
     citation = read("CITATION.cff")
     assert citation["version"] == kabo.__version__
     assert f'license = "{citation["license"]}"' in PYPROJECT
-    sources = (REPOSITORY / "docs" / "thesis.md").read_text()
+    sources = (REPOSITORY / "docs" / "explanation" / "thesis.md").read_text()
     theses = [each for each in citation["references"] if each["type"] == "thesis"]
     assert [each["authors"][0]["family-names"] for each in theses] == ["Gaschler", "Görner"]
     for thesis in theses:

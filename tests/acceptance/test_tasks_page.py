@@ -1,4 +1,4 @@
-"""docs/tasks.md is true: its files are read, its commands run, and it names every key, stage, type and cost term."""
+"""docs/reference/tasks.md is true: its files are read, its commands run, and names every key, stage, type and cost term."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from kabo.language.yaml.task_file import INPUT_KEYS, STAGE_KEYS, TASK_KEYS
 from kabo.tasks.files import costs, registry
 
 REPOSITORY = Path(__file__).parents[2]
-PAGE = (REPOSITORY / "docs" / "tasks.md").read_text()
+PAGE = (REPOSITORY / "docs" / "reference" / "tasks.md").read_text()
 
 pytestmark = pytest.mark.xdist_group("tasks page")
 

@@ -1,4 +1,4 @@
-"""Rows say what the constraints mean [K Table 5.1, docs/sampling.md#which-constraints]; judged by plain geometry."""
+"""Rows say what the constraints mean [docs/explanation/sampling.md#which-constraints]; judged by plain geometry."""
 
 import numpy as np
 import pytest

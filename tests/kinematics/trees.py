@@ -101,7 +101,10 @@ def world_feature(feature: FrameFeature, poses):
 
 
 def violation(kind, first, second, lower, upper, poses):
-    """How far a constraint is from being fulfilled [m or rad, the larger], by plain geometry [docs/sampling.md]."""
+    """How far a constraint is from being fulfilled [m or rad, the larger], by plain geometry.
+
+    Source: docs/explanation/sampling.md.
+    """
     (p, d), (r, e) = world_feature(first, poses), world_feature(second, poses)
     shapes = first.kind, second.kind
     apart = None

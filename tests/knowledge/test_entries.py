@@ -1,4 +1,7 @@
-"""Entries of Kx (exactly one member holds) and Kor (at least one): what they say, when they go [docs/knowledge.md]."""
+"""Entries of Kx (exactly one member holds) and Kor (at least one): what they say, when they go.
+
+Source: docs/explanation/knowledge.md.
+"""
 
 import pytest
 

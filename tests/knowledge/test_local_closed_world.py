@@ -1,4 +1,4 @@
-"""Local closed worlds, and conjunctions whose truth will be known at run time [docs/knowledge.md#databases]."""
+"""Local closed worlds, and conjunctions whose truth will be known at run time [docs/explanation/knowledge.md#databases]."""
 
 from kabo.knowledge import ground
 from kabo.language import formulas as f

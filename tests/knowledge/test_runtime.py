@@ -1,4 +1,7 @@
-"""Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c [docs/knowledge.md#actions]."""
+"""Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c.
+
+Source: docs/explanation/knowledge.md#actions.
+"""
 
 from kabo.knowledge import ground
 from kabo.knowledge.runtime import RunTimeValue

@@ -1,4 +1,4 @@
-"""Laws of the contingent search [docs/knowledge.md]: every leaf fulfils the goal, and "no plan" is a proof."""
+"""Laws of the contingent search [docs/explanation/knowledge.md]: every leaf fulfils the goal, and "no plan" is a proof."""
 
 import os
 import subprocess

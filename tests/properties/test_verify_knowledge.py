@@ -1,4 +1,4 @@
-"""Two readings of docs/knowledge.md agree: what the planner finds, the verifier's own interpreter accepts."""
+"""Two readings of docs/explanation/knowledge.md agree: what the planner finds, the verifier's own interpreter accepts."""
 
 from dataclasses import replace
 

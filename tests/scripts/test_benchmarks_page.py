@@ -1,4 +1,4 @@
-"""docs/benchmarks.md has the figures of the files in benchmarks/results/, and no others."""
+"""docs/explanation/benchmarks.md has the figures of the files in benchmarks/results/, and no others."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The rooms of CONTRIBUTING.md and of the picture in docs/architecture.md are those of the import contracts."""
+"""The rooms of CONTRIBUTING.md and of the picture in docs/explanation/architecture.md are those of the import contracts."""
 
 from scripts.rooms import PAGE, PICTURE, ROOT, flat, house, picture, renewed
 

@@ -1,4 +1,4 @@
-"""Slow and obvious judges of the knowledge planner, written from docs/knowledge.md without any of its code.
+"""Slow and obvious judges of the knowledge planner, written from docs/explanation/knowledge.md without any of its code.
 
 A knowledge state is a frozenset of facts: ("K", atom, truth), ("Kw", atom), ("=", term, value),
 ("!=", term, value), ("Kv", term). A world is a dict: atom or term to its true value. Atoms and terms are

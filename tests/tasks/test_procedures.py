@@ -83,7 +83,7 @@ def test_segments_follow_each_other_without_a_gap(server: Servers) -> None:
 
 
 def test_the_same_grasp_is_found_from_any_start(server: Servers) -> None:
-    """The law of [docs/plans.md#sharing]: streams are keyed by what is sampled, never by where the robot starts."""
+    """The law of [docs/reference/plans.md#sharing]: streams are keyed by what is sampled, not by where robots start."""
     asked = server(BARTENDER)
     from_home = run(asked, PICK)
     elsewhere = run(asked, call("pick", "right", "bottle_3"), call("place", "right", "bottle_3", "anywhere"))

@@ -1,4 +1,7 @@
-"""How large the part of the verifier is that must be trusted, and what it shares with the planner (docs/trust.md)."""
+"""How large the part of the verifier is that must be trusted, and what it shares with the planner.
+
+Source: docs/explanation/trust.md.
+"""
 
 import ast
 import io
@@ -56,7 +59,7 @@ def lines_of_code(path: Path) -> int:
 @pytest.mark.parametrize(("part", "bound"), [("possible worlds", 2000), ("certificate", 950), ("motion", 3300)])
 def test_each_part_of_the_trusted_core_is_small(part, bound):
     assert sum(map(lines_of_code, parts()[part])) <= bound
-    page = (REPOSITORY / "docs" / "trust.md").read_text()
+    page = (REPOSITORY / "docs" / "explanation" / "trust.md").read_text()
     assert f"| {bound:,} |" in next(line for line in page.splitlines() if line.startswith(f"| {part}"))
 
 
@@ -80,7 +83,7 @@ def test_what_the_core_shares_with_the_planner_is_what_the_page_names():
         if not name.startswith("kabo.verify")
     }
     assert found <= SHARED, found
-    page = (REPOSITORY / "docs" / "trust.md").read_text()
+    page = (REPOSITORY / "docs" / "explanation" / "trust.md").read_text()
     assert all(name.replace(".", "/") in page for name in found)
 
 

@@ -1,6 +1,7 @@
 """Proofs that pairs of bodies stay apart along a path, as data that a verifier can check without a search.
 
-Proofs are defined in [docs/certificates.md] and found by `kernels.witness`. The parts of a mesh are sorted so that
+Proofs are defined in [docs/explanation/certificates.md] and found by `kernels.witness`.
+The parts of a mesh are sorted so that
 adjacent parts in the order are close in space, and halves of a range have small boxes.
 """
 

@@ -1,7 +1,7 @@
 """Viewpoints: configurations that bring an object into the middle of a camera's view, by projection on constraints.
 
 The key of a stream depends only on the sensor and on where the object is, so the same viewpoints are tried in the same
-order wherever the robot starts (docs/plans.md#sharing).
+order wherever the robot starts (docs/reference/plans.md#sharing).
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Views: whether a camera sees an object, proven within epsilon, or why it does not [docs/sensing.md].
+"""Views: whether a camera sees an object, proven within epsilon, or why it does not [docs/how-to/sensing.md].
 
 An object is seen if the sight lines from the camera's origin to all of it are proven free of everything else, and all
 of it is proven to lie within the camera's field of view and range.

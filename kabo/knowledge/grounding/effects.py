@@ -1,4 +1,7 @@
-"""Compiles effect trees into updates on bits: defines add and del for each database [docs/knowledge.md, PKS]."""
+"""Compiles effect trees into updates on bits: defines add and del for each database.
+
+Source: docs/explanation/knowledge.md, PKS.
+"""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace

@@ -1,4 +1,7 @@
-"""Domain files: types, constants, predicates, functions, procedures, update rules and actions [docs/files.md#domain]."""
+"""Domain files: types, constants, predicates, functions, procedures, update rules and actions.
+
+Source: docs/reference/files.md#domain.
+"""
 
 import os
 from collections.abc import Callable, Iterator

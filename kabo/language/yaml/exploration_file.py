@@ -1,4 +1,6 @@
-"""Exploration files: parameters with bounds, cases, outcomes, and how a trial is made [T 4.4, docs/files.md#exploration].
+"""Exploration files: parameters with bounds, cases, outcomes, and how a trial is made.
+
+Source: T 4.4, docs/reference/files.md#exploration.
 
 Trial functions and task files are not opened here; the package `kabo.trials` checks them.
 """

@@ -1,4 +1,4 @@
-"""Paths in files: relative to the file that names them, or `package://NAME/…` [docs/files.md#rules].
+"""Paths in files: relative to the file that names them, or `package://NAME/…` [docs/reference/files.md#rules].
 
 `packages: {NAME: installed}` refers to the folder `share/NAME` of an installed Python package, such as
 example-robot-data, which the extra `robots` installs.

@@ -1,6 +1,6 @@
 """The geometric procedures that a domain may call: each is a task file, whose declared properties are its arguments.
 
-Task files in the domain's folder take precedence over those of kabo's library [docs/tasks.md]. Only the declared
+Task files in the domain's folder take precedence over those of kabo's library [docs/reference/tasks.md]. Only the declared
 properties are used here; `kabo.tasks` interprets the stages. A task file is opened when its procedure is called.
 """
 

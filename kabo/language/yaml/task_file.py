@@ -1,4 +1,6 @@
-"""Task files: declared properties, and the tree of stages, as plain data with places [T 3.7, docs/tasks.md#task-files].
+"""Task files: declared properties, and the tree of stages, as plain data with places.
+
+Source: T 3.7, docs/reference/tasks.md#task-files.
 
 The types of stages and the meanings of their properties are not known here; the package `kabo.tasks` checks them.
 """

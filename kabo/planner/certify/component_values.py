@@ -1,7 +1,8 @@
 """The possible values of the geometric components at each node of a plan, from its `start` and `after` entries.
 
 A component is one robot's configuration, or one object's parent and pose. At a node where branches meet, a
-component may have several values [docs/plans.md#sharing]. Components that together determine a pose are tracked as
+component may have several values [docs/reference/plans.md#sharing].
+Components that together determine a pose are tracked as
 combinations.
 """
 

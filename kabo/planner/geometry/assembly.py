@@ -1,4 +1,4 @@
-"""Builds the plan from an evaluated skeleton: nodes with motions, equal nodes shared [docs/plans.md#sharing]."""
+"""Builds the plan from an evaluated skeleton: nodes with motions, equal nodes shared [docs/reference/plans.md#sharing]."""
 
 import os
 from collections.abc import Mapping

@@ -2,7 +2,7 @@
 
 At a node where branches meet, a component may have several values. If no later step moves it, the procedures are
 asked for an answer that is valid for all these values. A component that is moved must have one value, so the node
-is evaluated separately for each value [docs/plans.md#sharing].
+is evaluated separately for each value [docs/reference/plans.md#sharing].
 """
 
 from collections import Counter

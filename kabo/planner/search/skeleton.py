@@ -1,7 +1,7 @@
 """Inputs and outputs of the search: limits, the interface to geometry, skeletons and results.
 
 A skeleton is a contingent plan without motions: a directed acyclic graph with a single goal node, in which equal
-continuations are one shared object [docs/plans.md#sharing].
+continuations are one shared object [docs/reference/plans.md#sharing].
 """
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence

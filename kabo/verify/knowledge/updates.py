@@ -1,4 +1,4 @@
-"""Compiles effects, and evaluates them to the updates that fire in a knowledge state [docs/knowledge.md].
+"""Compiles effects, and evaluates them to the updates that fire in a knowledge state [docs/explanation/knowledge.md].
 
 All conditions, values and arguments are evaluated in the state before. `replay/transition.py` applies the updates to
 knowledge, `worlds/acts.py` applies them to the world.

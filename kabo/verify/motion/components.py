@@ -2,7 +2,7 @@
 
 A component is one robot's configuration, or one object's parent and pose. Where branches have joined, a component
 may have several values. Values of several components are computed together, so that exactly the combinations that
-occur are found [docs/plans.md#sharing]. The work grows with the values of the requested components only.
+occur are found [docs/reference/plans.md#sharing]. The work grows with the values of the requested components only.
 """
 
 from collections.abc import Mapping, Sequence

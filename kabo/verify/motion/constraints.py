@@ -1,7 +1,7 @@
 """The measures of a scene's constraints, in plain numpy: lengths and angles between features, with their bounds.
 
 Every constraint becomes measures, each a length or an angle with bounds. Lines and planes may coincide or be parallel in
-either sense; `aligned` and `opposed` fix the sense [docs/sampling.md#which-constraints; K Table 5.1].
+either sense; `aligned` and `opposed` fix the sense [docs/explanation/sampling.md#which-constraints; K Table 5.1].
 """
 
 from collections.abc import Iterator, Mapping, Sequence

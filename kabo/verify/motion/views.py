@@ -1,4 +1,4 @@
-"""Checks what a robot's camera sees at the end of a sensing action, on the original meshes [docs/sensing.md].
+"""Checks what a robot's camera sees at the end of a sensing action, on the original meshes [docs/how-to/sensing.md].
 
 All sight lines from the camera's point to the object must be free, but for their last two millimetres, where the object
 touches what it stands on; and all of the object must be within the camera's field of view and range.

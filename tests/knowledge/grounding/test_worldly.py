@@ -1,4 +1,6 @@
-"""World effects `when C then E`: what is known of E after them, and what E then tells about C [docs/knowledge.md#actions].
+"""World effects `when C then E`: what is known of E after them, and what E then tells about C.
+
+Source: docs/explanation/knowledge.md#actions.
 
 q, r, p(x) are causes and never change unless a test says so; p(y) is the outcome.
 """

@@ -1,4 +1,4 @@
-"""Every constraint of docs/sampling.md#which-constraints measures what it says, and is missed when it is missed."""
+"""Every constraint of docs/explanation/sampling.md#which-constraints measures what it says, and is missed."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Bodies and regions: shapes, grasp families, placements, strokes [docs/files.md#scene]."""
+"""Bodies and regions: shapes, grasp families, placements, strokes [docs/reference/files.md#scene]."""
 
 import re
 from collections.abc import Mapping as MappingType

@@ -1,4 +1,7 @@
-"""Reads and checks constraints between features [K Table 5.1, docs/sampling.md], whose owners are named by roles."""
+"""Reads and checks constraints between features, whose owners are named by roles.
+
+Source: K Table 5.1, docs/explanation/sampling.md.
+"""
 
 import math
 from collections.abc import Mapping, Sequence

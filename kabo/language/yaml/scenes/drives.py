@@ -1,4 +1,7 @@
-"""Bases that drive: `moves` in the base of a robot, and the floor region that it names [docs/files.md#mobile-bases]."""
+"""Bases that drive: `moves` in the base of a robot, and the floor region that it names.
+
+Source: docs/reference/files.md#mobile-bases.
+"""
 
 from collections.abc import Mapping as MappingType
 

@@ -1,4 +1,4 @@
-"""Features: the points, directed lines and planes that constraints relate [docs/files.md#scene]."""
+"""Features: the points, directed lines and planes that constraints relate [docs/reference/files.md#scene]."""
 
 import math
 from collections.abc import Mapping as MappingType

@@ -1,4 +1,7 @@
-"""SRDF files of a scene: tools from HPP's grippers, features and grasp families from its handles [docs/robots.md]."""
+"""SRDF files of a scene: tools from HPP's grippers, features and grasp families from its handles.
+
+Source: docs/how-to/robots.md.
+"""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path

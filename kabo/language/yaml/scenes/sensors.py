@@ -1,4 +1,4 @@
-"""Sensors of robots: cameras with a frame, a field of view and a range [docs/sensing.md]."""
+"""Sensors of robots: cameras with a frame, a field of view and a range [docs/how-to/sensing.md]."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The stage `Look`: moves a robot's camera to where it is proven to see an object [docs/sensing.md]."""
+"""The stage `Look`: moves a robot's camera to where it is proven to see an object [docs/how-to/sensing.md]."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

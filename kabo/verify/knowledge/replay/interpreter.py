@@ -1,4 +1,6 @@
-"""The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal [docs/knowledge.md].
+"""The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal.
+
+Source: docs/explanation/knowledge.md.
 
 Actions, update rules and goals are grounded once and cached, actions by their names and arguments.
 """

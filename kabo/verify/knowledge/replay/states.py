@@ -1,4 +1,4 @@
-"""States of knowledge as dictionaries and sets [docs/knowledge.md; P].
+"""States of knowledge as dictionaries and sets [docs/explanation/knowledge.md; P].
 
 This simple representation is independent of the planner's bit sets, and both must give the same results.
 """
