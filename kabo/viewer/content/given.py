@@ -11,6 +11,7 @@ from kabo.language import load_problem, load_scene_description
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.scene import Scene, load_scene
+from kabo.tasks.files.report_form import read_report
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View, ViewDocument
 from kabo.viewer.content.explanation_view import explanation_view
@@ -120,18 +121,40 @@ def _of_plan(given: GivenFile, options: ViewOptions) -> ViewDocument:
 
 
 def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:
-    """The document of a task's report, or of an explanation, with the scene if one is named."""
-    named = options.scene or options.problem
+    """The document of a task's report, or of an explanation, with its scene where that is found."""
+    named = options.scene or options.problem or _beside(given)
     scene = None if named is None else load_scene(load_scene_description(named))
     arrays = Arrays()
     shown = _scene_view(scene, arrays, options)
+    found = [] if scene is not None else _no_scene(given)
     if given.kind == "report":
-        made = report_view(given.content, scene, arrays)
-        return ViewDocument(
-            str(given.content.get("task", given.path.stem)), "report", shown, report=made, arrays=arrays
-        )
-    made = explanation_view(given.content, scene, arrays)
-    return ViewDocument(given.path.stem, "explanation", shown, explanation=made, arrays=arrays)
+        report = read_report(given.path.read_bytes(), str(given.path))
+        made = report_view(report, scene)
+        return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
+    explained = explanation_view(given.content, scene)
+    title = "explanation" if named is None else named.stem
+    return ViewDocument(title, "explanation", shown, found, explanation=explained, arrays=arrays)
+
+
+def _beside(given: GivenFile) -> Path | None:
+    """The scene of a report, or the problem of an explanation: by the path in it, from here or from its own folder."""
+    name = given.content.get("scene" if given.kind == "report" else "problem")
+    if not name:
+        return None
+    near = (Path(name), given.path.parent / name, given.path.parent / Path(name).name)
+    return next((path for path in near if path.is_file()), None)
+
+
+def _no_scene(given: GivenFile) -> list[View]:
+    """A warning if a report or an explanation names a scene that is not there."""
+    kind, option = ("scene", "--scene") if given.kind == "report" else ("problem", "--problem")
+    name = given.content.get(kind)
+    if not name:
+        return []
+    message = f"the {kind} {name} was not found: no motion and no sample is shown"
+    hint = f"kabo view {given.path} {option} FILE"
+    place = {"file": str(given.path), "line": 1, "column": 1, "place": None}
+    return [{"severity": "warning", "message": message, "hint": hint, **place}]
 
 
 def _scene_of(problem: Problem) -> Scene | None:
