@@ -15,7 +15,7 @@ SITE = ROOT / "build" / "site"
 
 def build(site: Path) -> int:
     """Writes the site into a folder and returns the exit code of Sphinx."""
-    options = ["--fail-on-warning", "--keep-going", "--quiet", "--jobs", "auto"]
+    options = ["--fail-on-warning", "--fresh-env", "--keep-going", "--quiet", "--jobs", "auto"]
     folders = ["-d", str(site.parent / "site-state"), "-c", str(ROOT / "docs"), str(ROOT), str(site)]
     return subprocess.run([sys.executable, "-m", "sphinx", *options, *folders], check=False).returncode
 

@@ -68,7 +68,7 @@ def test_every_key_of_plans_and_results_is_described(name):
     schema = json.loads((REPOSITORY / "kabo" / "plan" / "schemas" / f"{name}.schema.json").read_text())
     pages = "".join(
         (REPOSITORY / "docs" / page).read_text()
-        for page in ("reference/plans.md", "reference/files.md", "explanation/certificates.md")
+        for page in ("reference/plans.md", "reference/contacts.md", "explanation/certificates.md")
     )
 
     def keys(value: object) -> set[str]:
