@@ -13,8 +13,8 @@ const PANELS = [
   [plan, (shown) => shown.plan !== null],
   [report, (shown) => shown.report !== null],
   [explanation, (shown) => shown.explanation !== null],
-  [findings, (shown) => shown.findings.length > 0],
   [scene, (shown) => shown.scene !== null],
+  [findings, (shown) => shown.findings.length > 0],
 ];
 
 /**
