@@ -84,7 +84,9 @@ def gif(frames: Iterable[Pixels], seconds: float) -> bytes:
 
     images = [Image.fromarray(frame) for frame in frames]
     # One palette for all frames: what does not move then does not flicker, and is not written again.
-    sheet = Image.fromarray(np.concatenate([np.asarray(images[k]) for k in {0, len(images) // 2, len(images) - 1}]))
+    sheet = Image.fromarray(
+        np.concatenate([np.asarray(images[k]) for k in {0, len(images) // 2, len(images) - 1}])
+    )
     palette = sheet.quantize(GIF_COLOURS, dither=Image.Dither.NONE)
     first, *others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     each = max(20, 10 * round(100.0 * seconds))

@@ -54,7 +54,9 @@ def animation(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes, 
     """
     film = _film(plan, scene, branch, file)
     seconds = sum(film.duration(name) for name in film.moving)
-    step = max(FRAME_STEP, seconds / (MAX_FRAMES - 2 * len(film.moving)) if len(film.moving) < MAX_FRAMES // 4 else 0.5)
+    step = max(
+        FRAME_STEP, seconds / (MAX_FRAMES - 2 * len(film.moving)) if len(film.moving) < MAX_FRAMES // 4 else 0.5
+    )
     frames = list(film.frames(step))
     stage, view = _staged(film, list(film.key_frames()), wishes, ANIMATION_WIDTH)
     found = []
