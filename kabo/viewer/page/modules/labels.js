@@ -12,10 +12,10 @@ export class Labels {
     this.shown = [];
     const robots = new Set();
     for (const thing of things.values()) {
-      const first = thing.kind === "link" && !robots.has(thing.robot) && thing.layers.get("original");
+      const first = thing.kind === "link" && !robots.has(thing.robotName) && thing.layers.get("original");
       if (first) {
-        robots.add(thing.robot);
-        this.add(thing.robot, "robot", thing);
+        robots.add(thing.robotName);
+        this.add(thing.robotName, "robot", thing);
       } else if (thing.kind === "region" || (thing.kind === "body" && thing.described.movable)) {
         this.add(thing.name, thing.kind, thing);
       }
@@ -36,13 +36,26 @@ export class Labels {
   /** Puts every label to its thing's place on the canvas. */
   place(camera, canvas) {
     for (const { element, thing } of this.shown) {
-      const point = new Vector3().setFromMatrixPosition(thing.group.matrixWorld).project(camera);
+      const point = anchor(thing).project(camera);
       const seen = Math.abs(point.z) < 1 && Math.abs(point.x) < 1 && Math.abs(point.y) < 1;
       element.hidden = !seen;
       if (seen) {
         const [x, y] = [(point.x + 1) / 2 * canvas.clientWidth, (1 - point.y) / 2 * canvas.clientHeight];
-        element.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+        element.style.transform = `translate(-50%, ${thing.kind === "body" ? "-110%" : "-50%"}) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
       }
     }
   }
+}
+
+/** Where the name of a thing stands: over a body, in the middle of a region, at the base of a robot. */
+function anchor(thing) {
+  if (thing.kind === "link") {
+    return new Vector3().setFromMatrixPosition(thing.group.matrixWorld);
+  }
+  const box = thing.box();
+  const point = box.getCenter(new Vector3());
+  if (thing.kind === "body") {
+    point.z = box.max.z;
+  }
+  return point;
 }

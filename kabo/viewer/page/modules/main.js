@@ -32,7 +32,7 @@ export async function start(shown, block) {
   kabo.shell = shell;
   if (shown.scene !== null) {
     kabo.stage = new Stage(shell.canvas, shown.scene, arrays);
-    shell.onTheme(() => kabo.stage.draw());
+    shell.onTheme(() => kabo.stage.setVisible("grid", kabo.stage.visible.get("grid")));
   }
   for (const [panel, isThere] of PANELS) {
     if (isThere(shown)) {

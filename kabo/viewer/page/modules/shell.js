@@ -12,6 +12,7 @@ export class Shell {
    */
   constructor(body, shown) {
     this.keys = new Map();
+    this.notes = new Map();
     this.panels = new Map();
     this.themed = [];
     this.canvas = make("canvas", { id: "stage", tabIndex: 0, role: "img", "aria-label": `3D view of ${shown.title}` });
@@ -83,6 +84,11 @@ export class Shell {
     this.keys.set(key, { what, f });
   }
 
+  /** Adds a line to the help that is about no key. */
+  note(how, what) {
+    this.notes.set(how, what);
+  }
+
   pressed(event) {
     const field = event.target.closest?.("input, select, textarea, button, summary");
     const own = field !== null && field !== undefined && (event.key.length > 1 || event.key === " "
@@ -100,8 +106,9 @@ export class Shell {
       this.help.close();
       return;
     }
-    const rows = [...this.keys].map(([key, { what }]) => make("tr", {}, [
-      make("th", { scope: "row" }, [make("kbd", {}, [key === " " ? "space" : key])]), make("td", {}, [what])]));
+    const lines = [...[...this.keys].map(([key, { what }]) => [key === " " ? "space" : key, what]), ...this.notes];
+    const rows = lines.map(([key, what]) => make("tr", {}, [
+      make("th", { scope: "row" }, [make("kbd", {}, [key])]), make("td", {}, [what])]));
     const close = make("button", { type: "button", onclick: () => this.help.close() }, ["Close"]);
     this.help.replaceChildren(make("h2", {}, ["Keys"]), make("table", {}, rows), close);
     this.help.showModal();
