@@ -9,12 +9,12 @@ from time import perf_counter
 
 from kabo.children import made_in_children, never
 from kabo.compilation import usual_kernels_compiled
+from kabo.displays import counted
 from kabo.errors import CutOff, MeshError
 from kabo.geometry import Budget, Enclosure
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures, made_parts
 from kabo.geometry_server.preparation.remedies import Failure, findings
 from kabo.meshes import Mesh
-from kabo.meshes.counts import counted
 from kabo.scene import Scene
 
 SHOWN_MISSING = 6  # things that are not prepared, named when preparation is cut off
