@@ -129,11 +129,15 @@ def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:
     arrays = Arrays()
     shown = _scene_view(scene, arrays, options)
     found = [] if scene is not None else _no_scene(given)
-    if given.kind == "report":
-        report = read_report(given.path.read_bytes(), str(given.path))
-        made = report_view(report, scene)
-        return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
-    explained = explanation_view(given.content, scene)
+    try:
+        if given.kind == "report":
+            report = read_report(given.path.read_bytes(), str(given.path))
+            made = report_view(report, scene)
+            return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
+        explained = explanation_view(given.content, scene)
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        message = f"this {given.kind} is not of {named or 'kabo'}: {error} is not there, or wrong"
+        raise InputError([Diagnostic(str(given.path), 1, 1, message, "name its scene: --scene FILE")]) from None
     title = "explanation" if named is None else named.stem
     return ViewDocument(title, "explanation", shown, found, explanation=explained, arrays=arrays)
 
