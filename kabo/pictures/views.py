@@ -51,7 +51,9 @@ def picture_of(drawing: Drawing, wishes: ViewWishes) -> Pixels:
         stage.close()
 
 
-def taken(stage: Stage, view: View, *, labels: bool = True, font: int = 15, drawing: Drawing | None = None) -> Pixels:
+def taken(
+    stage: Stage, view: View, *, labels: bool = True, font: int = 15, drawing: Drawing | None = None
+) -> Pixels:
     """The picture that a stage shows (H, W, 3), with the lines and names of a drawing, its own unless given."""
     shown = stage.drawing if drawing is None else drawing
     stage.resize(view.size)
@@ -80,7 +82,9 @@ def chosen_view(stage: Stage, points: Array, wishes: ViewWishes, width: int) -> 
     else:
         away = np.array(wishes.camera) - middle
         if not np.any(away):
-            raise InputError([Diagnostic("--camera", 1, 1, "the camera stands where it looks", "move one of both")])
+            raise InputError(
+                [Diagnostic("--camera", 1, 1, "the camera stands where it looks", "move one of both")]
+            )
     size = wishes.size or _size(width, natural_aspect(looked_at, away))
     if wishes.camera is not None and wishes.look_at is not None:
         return View(Camera(np.array(wishes.camera), middle), size)
