@@ -76,7 +76,7 @@ def picture_of_file(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     """
     if ending not in ENDINGS:
         raise _refusal("-o", f'pictures do not end with "{ending}"', f"end it with {', '.join(ENDINGS)}")
-    if path.suffix.lower() in FORMATS:
+    if path.suffix.lower().removeprefix(".") in FORMATS:
         _only(wishes, "a mesh", ())
         _require_ending(ending, "a mesh", (".png",))
         return _of_mesh(path, wishes)

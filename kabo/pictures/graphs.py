@@ -54,7 +54,7 @@ def _edge(route: Route) -> str:
 def _box(name: str, node: Node, card: Card, place: Place) -> Iterator[str]:
     fill, border = FILLS.get(node.kind, GOAL)
     yield f'<g transform="translate({_n(place.x)} {_n(place.y)})">'
-    yield f"<title>{name}</title>"
+    yield f'<text y="-3" font-size="8.5" fill="{LINE_COLOUR}">{name}</text>'
     yield (
         f'<rect width="{_n(card.width)}" height="{_n(card.height)}" rx="5" fill="{fill}" stroke="{border}" '
         'stroke-width="1.2"/>'

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.pictures.cameras import Camera
-from kabo.pictures.drawing import Drawing, Label, Line
+from kabo.pictures.drawing import Drawing, Label, Line, Solid
 from kabo.pictures.rendering import Numbers, Pixels
 
 INK, PAPER = "#20242b", "#ffffff"
@@ -72,7 +72,8 @@ def place(drawing: Drawing, camera: Camera, seen: Numbers, size: int) -> list[Pl
     """
     height, width = seen.shape
     # Sums over all pixels above and to the left: what a box covers is then four look-ups.
-    sums = np.pad((seen >= 0).astype(np.int64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    prices_of = np.array([*(_price_of(solid) for solid in drawing.solids), 0.0])  # the last is that of nothing, -1
+    sums = np.pad(prices_of[seen].cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     found: list[Placed] = []
     for label in drawing.labels:
         own = _own(label, drawing, seen)
@@ -88,6 +89,11 @@ def place(drawing: Drawing, camera: Camera, seen: Numbers, size: int) -> list[Pl
         if prices[best] < OUTSIDE:
             found.append(Placed(shown, boxes[best], anchor))
     return found
+
+
+def _price_of(solid: Solid) -> float:
+    """The price of covering a solid, as a share: small things must stay visible, tables need not."""
+    return min(1.0, 0.25 + solid.weight / 2.0) if solid.weight >= 1.0 else 0.3
 
 
 def _own(label: Label, drawing: Drawing, seen: Numbers) -> npt.NDArray[np.bool_]:

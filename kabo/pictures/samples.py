@@ -56,9 +56,8 @@ def _parsed(scene: Scene, wanted: str) -> tuple[Robot, str, str]:
 
 def _require(name: str, known: list[str], what: str) -> None:
     if name not in known:
-        hint = did_you_mean(name, known) or (
-            f"there are {', '.join(known)}" if known else f"the scene has no {what}"
-        )
+        listed = f"there are {', '.join(known)}" if known else "name a problem: its objects stand in its scene"
+        hint = did_you_mean(name, known) or listed
         raise _refusal(f'there is no {what} "{name}"', hint)
 
 
