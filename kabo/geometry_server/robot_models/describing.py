@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from kabo.displays import counted
 from kabo.geometry_server.robot_models.model import RobotModel
-from kabo.meshes.counts import counted
 
 
 def robot_summary(model: RobotModel) -> Iterator[str]:
