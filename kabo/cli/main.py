@@ -24,6 +24,7 @@ from kabo.cli import (
     solve,
     task,
     verify,
+    view,
 )
 from kabo.cli.argument_types import require_writable
 from kabo.cli.limits import limited
@@ -34,6 +35,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     verify,
     explain,
     check,
+    view,
     generate,
     task,
     explore,

@@ -57,7 +57,7 @@ class Explanation:
     whether the last layer contains the whole goal. `findings`: the procedure calls that failed. `counterfactuals`:
     the changes that were tried. `complete`: whether kabo's reasoning about knowledge is complete for this problem;
     if not, "never holds" and "never known" are not proven. `start`: what is wrong with the scene at its start.
-    `unfinished`: what there was no time for, as clauses.
+    `unfinished`: what there was no time for, as clauses. `problem`: the problem's file.
     """
 
     verdict: Verdict
@@ -72,6 +72,7 @@ class Explanation:
     complete: bool = True
     start: tuple[str, ...] = ()
     unfinished: tuple[str, ...] = ()
+    problem: str = ""
 
     def __str__(self) -> str:
         lines = list(self.summary)
@@ -154,7 +155,7 @@ def explain(
 
     def told(found: Obstacles) -> Explanation:
         said = found.verdict, found.summary, *reached, found.findings, found.counterfactuals
-        return Explanation(*said, not judged.gaps, found.start, found.unfinished)
+        return Explanation(*said, not judged.gaps, found.start, found.unfinished, str(problem.path))
 
     if goals:
         unproved = beyond_reasoning(judged)
@@ -222,6 +223,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
     """The explanation as a JSON object of the schema `kabo-explain-1`."""
     return {
         "verdict": explanation.verdict,
+        **({"problem": explanation.problem} if explanation.problem else {}),
         "summary": list(explanation.summary),
         "knowledge": {
             "reachable": explanation.reachable,
@@ -250,6 +252,8 @@ def _finding_to_json(finding: Finding) -> dict[str, Any]:
         "successes": finding.successes,
         "failures": failures,
         "measures": [asdict(measure) for measure in finding.measures],
+        "without": dict(finding.freed),
+        "samples": [sample.json() for sample in finding.samples],
         "needed": finding.needed,
         "repeated": finding.repeated,
     }

@@ -80,6 +80,7 @@ from kabo.geometry_server.sight.viewpoints import viewpoints as viewpoints
 from kabo.geometry_server.sight.views import Unseen as Unseen
 from kabo.geometry_server.sight.views import View as View
 from kabo.geometry_server.situation import Situation as Situation
+from kabo.geometry_server.situation import whole_state as whole_state
 from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT
 from kabo.geometry_server.stretches import Keep as Keep
