@@ -37,6 +37,7 @@ html_css_files = ["tables.css"]
 html_extra_path = ["theme/root"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 html_last_updated_fmt = None
 html_show_search_summary = False  # it fetches pages, which a browser refuses from disk
 copybutton_selector = "div.highlight-sh pre, div.highlight-python pre, div.highlight-yaml pre"
