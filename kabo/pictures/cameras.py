@@ -9,7 +9,10 @@ from kabo.arrays import Array
 VIEW_ANGLE = np.deg2rad(28.0)  # from the bottom to the top of a picture, where nobody asked for another
 MARGIN = 1.06  # how much wider a picture is than what it shows
 ASPECTS = (1.15, 2.3)  # of pictures whose size is free: width by height
-AZIMUTHS, ELEVATIONS = 16, (22.0, 32.0, 44.0)  # the sides that are tried: so many around, and degrees above the floor
+AZIMUTHS, ELEVATIONS = (
+    16,
+    (22.0, 32.0, 44.0),
+)  # the sides that are tried: so many around, and degrees above the floor
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -61,7 +64,9 @@ def fitted(points: Array, away: Array, aspect: float) -> Camera:
     axes = axes_of(away)
     local = points @ axes.T
     top = np.tan(VIEW_ANGLE / 2.0) / MARGIN
-    (x, wide), (y, high) = (_between(local[:, k], local[:, 2], slope) for k, slope in ((0, top * aspect), (1, top)))
+    (x, wide), (y, high) = (
+        _between(local[:, k], local[:, 2], slope) for k, slope in ((0, top * aspect), (1, top))
+    )
     # At least as far away as the drawing is large: a single small thing is not looked at from within.
     z = max(wide, high, float(local[:, 2].max()) + 0.02 * _extent(points))
     focus = axes.T @ np.array([x, y, float(local[:, 2].mean())])

@@ -17,7 +17,11 @@ INK, PAPER = "#20242b", "#ffffff"
 DISTANCES = (0, 16, 34, 56, 84, 120, 165, 220)  # of a label from its anchor [pixels]
 ANGLES = 16
 MIN_SEEN = 12  # pixels of a thing: less of it is not named
-COVERED, COVERED_OTHER, OUTSIDE = 90.0, 1e6, 1e6  # the price of covering all body pixels, of labels, of leaving the picture
+COVERED, COVERED_OTHER, OUTSIDE = (
+    90.0,
+    1e6,
+    1e6,
+)  # the price of covering all body pixels, of labels, of leaving the picture
 
 
 @dataclass(frozen=True)
@@ -147,10 +151,7 @@ def _price(
 
 def _overlap(one: Sequence[float], other: Sequence[float], gap: float) -> bool:
     return (
-        one[0] < other[2] + gap
-        and other[0] < one[2] + gap
-        and one[1] < other[3] + gap
-        and other[1] < one[3] + gap
+        one[0] < other[2] + gap and other[0] < one[2] + gap and one[1] < other[3] + gap and other[1] < one[3] + gap
     )
 
 

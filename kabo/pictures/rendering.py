@@ -40,9 +40,7 @@ class Stage:
         )
         self._plotter.set_background("white")
         self._plotter.render_window.SetMultiSamples(0)  # our own samples keep depths and numbers exact
-        self._actors = {
-            id(solid): _actor(self._plotter, solid, greatest_distance) for solid in drawing.everything
-        }
+        self._actors = {id(solid): _actor(self._plotter, solid, greatest_distance) for solid in drawing.everything}
         self._edges = [_edge_actor(self._plotter, solid) for solid in drawing.solids if solid.edges]
 
     def place(self, poses: Mapping[str, Array]) -> None:
@@ -152,7 +150,12 @@ def _actor(plotter: Any, solid: Solid, greatest_distance: float) -> Any:
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(np.asarray(solid.vertices, np.float64), np.asarray(solid.faces))
-    look: dict[str, Any] = {"color": solid.colour, "ambient": AMBIENT, "specular": SPECULAR, "specular_power": 20.0}
+    look: dict[str, Any] = {
+        "color": solid.colour,
+        "ambient": AMBIENT,
+        "specular": SPECULAR,
+        "specular_power": 20.0,
+    }
     if solid.distances is not None:
         from matplotlib.colors import LinearSegmentedColormap
 
@@ -171,7 +174,9 @@ def _edge_actor(plotter: Any, solid: Solid) -> Any:
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(np.asarray(solid.vertices, np.float64), np.asarray(solid.faces))
-    actor = plotter.add_mesh(surface.extract_all_edges(), color=EDGE_COLOUR, line_width=1.0 * SAMPLES, lighting=False)
+    actor = plotter.add_mesh(
+        surface.extract_all_edges(), color=EDGE_COLOUR, line_width=1.0 * SAMPLES, lighting=False
+    )
     actor.user_matrix = solid.pose
     with suppress(AttributeError):
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()

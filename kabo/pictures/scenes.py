@@ -44,7 +44,9 @@ def poses_in(scene: Scene, state: GeometricState) -> dict[str, Array]:
     found = {}
     for robot in scene.robots.values():
         poses = link_poses(robot, state.robots[robot.name])
-        found |= {f"{robot.name}.{link.name}": poses[link.name] for link in robot.links.values() if link.mesh is not None}
+        found |= {
+            f"{robot.name}.{link.name}": poses[link.name] for link in robot.links.values() if link.mesh is not None
+        }
     return found | {name: world_T(scene, state, name) for name in scene.bodies}
 
 
@@ -67,7 +69,9 @@ def _robot_solids(scene: Scene, poses: Mapping[str, Array]) -> tuple[Solid, ...]
     return tuple(
         solid
         for robot in scene.robots.values()
-        for solid in _link_solids(robot, poses, frozenset() if robot.gripper is None else robot.gripper.touch_links)
+        for solid in _link_solids(
+            robot, poses, frozenset() if robot.gripper is None else robot.gripper.touch_links
+        )
     )
 
 

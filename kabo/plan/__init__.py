@@ -7,6 +7,7 @@ valid. Searches build plans with `PlanBuilder`, which merges nodes with equal co
 from kabo.plan.builder import PlanBuilder
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
 from kabo.plan.description import describe, described_validity
+from kabo.plan.graphviz import plan_to_dot
 from kabo.plan.plan import (
     Grant,
     Learned,
@@ -51,6 +52,7 @@ __all__ = [
     "plan_from_json",
     "plan_hash",
     "plan_statistics",
+    "plan_to_dot",
     "plan_to_json",
     "policy",
     "schema",

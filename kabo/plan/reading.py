@@ -29,14 +29,17 @@ _MOVING = ("motion", "after", "overlap", "learned")
 _FIRST_OPTIONS = ("search", "seed", "epsilon", "geometry")  # of every plan; plans of older kabos have no others
 
 
-def load_plan(path: Path) -> Plan:
-    """The plan of a file.
+def load_plan(path: str | Path) -> Plan:
+    """The plan of a file, as `kabo solve -o` or `Plan.save` wrote it.
+
+    Args:
+        path: the plan file.
 
     Raises:
         InputError: the form is wrong; has all findings with their JSON paths.
         OSError: the file cannot be read.
     """
-    return plan_from_json(path.read_bytes(), file=str(path))
+    return plan_from_json(Path(path).read_bytes(), file=str(path))
 
 
 def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
