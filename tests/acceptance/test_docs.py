@@ -17,13 +17,17 @@ SERVICE_PAGE = (REPOSITORY / "docs" / "reference" / "service.md").read_text()
 PAGES = [*sorted(REPOSITORY.glob("*.md")), *sorted(REPOSITORY.glob("docs/**/*.md"))]
 
 
+MESSAGES = {"--verbose", "--quiet", "--log"}  # of all commands, described once
+
+
 def options_of(command: str) -> set[str]:
     """The long options of a command."""
-    (commands,) = (action for action in parser()._actions if hasattr(action, "choices") and action.choices)
+    (commands,) = (action for action in parser()._actions if isinstance(action.choices, dict))
     own = list(commands.choices[command]._actions)
     for action in [each for each in own if isinstance(each.choices, dict)]:  # commands of a command
         own += [each for inner in action.choices.values() for each in inner._actions]
-    return {option for action in own for option in action.option_strings if option.startswith("--")} - {"--help"}
+    names = {option for action in own for option in action.option_strings if option.startswith("--")}
+    return names - {"--help"} - MESSAGES
 
 
 def test_every_option_is_described_and_every_described_option_exists():
@@ -37,6 +41,15 @@ def test_every_option_is_described_and_every_described_option_exists():
     described["request"] |= described["solve"] - {"--workers"}
     for name, found in described.items():
         assert found - {"--workers"} == options_of(name) - {"--workers"}
+
+
+def test_the_options_of_all_commands_are_described_once():
+    top = {option for action in parser()._actions for option in action.option_strings}
+    section = COMMANDS_PAGE.split("## Messages", 1)[1].split("## Limits", 1)[0]
+    assert (
+        top >= MESSAGES
+        and {option for option in top - {"-h", "--help", "--version"} if option not in section} == set()
+    )
 
 
 def test_every_value_of_an_option_is_described():
