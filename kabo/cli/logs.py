@@ -140,7 +140,9 @@ class _FileHandler(logging.Handler):
 def _require_apart(options: argparse.Namespace) -> None:
     """Raises InputError if the log is a file that the command writes or reads, too."""
     log = getattr(options, "log", None)
-    for name, value in vars(options).items() if log is not None else ():
+    if log is None:
+        return
+    for name, value in vars(options).items():
         if name != "log" and isinstance(value, Path) and value.resolve() == log.resolve():
             raise _unusable(log, "the log cannot be a file that the command itself reads or writes")
 

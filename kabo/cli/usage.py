@@ -12,6 +12,7 @@ PLAIN = {
     "version": "--version",
     "completion": "--completion",
 }  # what other programs call commands
+MEANT = {"plan": "solve"}  # a command within one, of which somebody may think otherwise
 # What argparse says (in Python 3.10 to 3.14), and what kabo says instead.
 PHRASES: tuple[tuple[str, Callable[[re.Match[str]], str]], ...] = (
     (r"the following arguments are required: (.*)", lambda found: _missing(found[1].split(", "))),
@@ -39,12 +40,20 @@ class UsageError(Exception):
 
     def __init__(self, prog: str, message: str, hint: str | None = None) -> None:
         self.prog = prog
-        remedy = hint or f"see `{prog} --help`"
-        super().__init__(f"{message}; {remedy}")
+        if message.endswith("?"):
+            super().__init__(message)
+        else:
+            super().__init__(f"{message}; {hint or f'see `{prog} --help`'}")
 
     def __str__(self) -> str:
         """The one line that is shown."""
         return f"{self.prog}: {self.args[0]}"
+
+
+class UnknownCommand(UsageError):
+    """A command that does not exist; `word` is what stands in its place."""
+
+    word: str
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -82,6 +91,9 @@ def parsed(top: CommandParser, given: Sequence[str]) -> argparse.Namespace:
             raise UsageError(top.prog, "an argument holds a null character")
     try:
         options, left = top.parse_known_args(given)
+    except UnknownCommand as error:
+        _require_known(top, given, given.index(error.word))
+        raise
     except UsageError:
         _require_known(top, given)
         raise
@@ -93,17 +105,17 @@ def parsed(top: CommandParser, given: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def _require_known(top: CommandParser, given: Sequence[str]) -> None:
-    """Raises UsageError if an option does not exist for the command that is meant."""
+def _require_known(top: CommandParser, given: Sequence[str], end: int | None = None) -> None:
+    """Raises UsageError if an option does not exist for the command that is meant; of the words before `end`."""
     parser, begin = _meant(top, given)
-    for word in _options(given[:begin]):
+    for word in _options(given[: begin if end is None else end]):
         if not _knows(top, word):
             raise _misplaced(top, parser, word)
-    for word in _options(given[begin:]):
+    for word in _options(given[begin:end]):
         if not _knows(parser, word):
             name = word.partition("=")[0]
-            near = did_you_mean(name, [each for each in _names(parser) if each.startswith("--")])
-            hint = near and f"{near.replace(chr(34), '')} `{parser.prog} --help` lists all"
+            near = _near(parser, name)
+            hint = near and f"{near} `{parser.prog} --help` lists all"
             raise UsageError(parser.prog, f"there is no option {name}", hint)
 
 
@@ -115,8 +127,13 @@ def _misplaced(top: CommandParser, parser: argparse.ArgumentParser, word: str) -
         return UsageError(
             top.prog, f"{name} is an option of `{command}`", f"write it after that: {command} … {name}"
         )
-    near = did_you_mean(name, _names(parser))
-    return UsageError(top.prog, f"there is no option {name}", near and near.replace('"', ""))
+    return UsageError(top.prog, f"there is no option {name}", _near(top, name))
+
+
+def _near(parser: argparse.ArgumentParser, name: str) -> str | None:
+    """The remedy `did you mean --seed?`, if an option is near; the dashes make none near."""
+    near = did_you_mean(name.lstrip("-"), [each[2:] for each in _names(parser) if each.startswith("--")])
+    return near and near.replace('"', "--", 1).replace('"', "")
 
 
 def _options(words: Iterable[str]) -> list[str]:
@@ -165,21 +182,22 @@ def commands_of(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentP
 
 def _unknown_command(
     parser: argparse.ArgumentParser, word: str, action: "argparse._SubParsersAction[argparse.ArgumentParser]"
-) -> UsageError:
+) -> UnknownCommand:
     inner = {name: f"{own.prog} {name}" for own in action.choices.values() for name in commands_of(own)}
     if word.lower().lstrip("-") in PLAIN:
         hint = f"did you mean `{parser.prog} {PLAIN[word.lower().lstrip('-')]}`?"
     elif word in inner:
-        hint = f"did you mean `{inner[word]}`?"
+        other = f"`{parser.prog} {MEANT[word]}` or " if MEANT.get(word) in action.choices else ""
+        hint = f"did you mean {other}`{inner[word]}`?"
     elif near := did_you_mean(word.lower(), action.choices):
         hint = near
     elif "." in word or "/" in word:
-        return UsageError(
-            parser.prog, f'a command comes first, not "{word}"', f"one of {_listed(list(action.choices))}"
-        )
+        hint = f"a command comes first: {_listed(list(action.choices), 'or')}"
     else:
         hint = f"there are {_listed(list(action.choices))}"
-    return UsageError(parser.prog, f'there is no command "{word}"', hint)
+    error = UnknownCommand(parser.prog, f'there is no command "{word}"', hint)
+    error.word = word
+    return error
 
 
 def _missing(names: list[str]) -> str:
@@ -188,7 +206,8 @@ def _missing(names: list[str]) -> str:
 
 def _name(argument: str) -> str:
     """An argument's name as it is usually written: `--verbose` of `-v/--verbose`."""
-    return argument.rsplit("/", maxsplit=1)[-1] if argument.startswith("-") else argument
+    names = argument.split("/") if argument.startswith("-") else [argument]
+    return next((name for name in names if name.startswith("--")), names[0])
 
 
 def _listed(names: Sequence[str], last: str = "and") -> str:
