@@ -85,7 +85,9 @@ def _change(step: Step, file: Path) -> None:
     elif step.verb == "replace":
         text = file.read_text()
         for line in step.text.splitlines():
-            text, count = re.subn(rf"^{re.escape(line.split(':')[0])}:.*$", lambda _, new=line: new, text, flags=re.M)
+            text, count = re.subn(
+                rf"^{re.escape(line.split(':')[0])}:.*$", lambda _, new=line: new, text, flags=re.M
+            )
             assert count == 1, f"{count} lines of {file.name} begin as: {line}"
         file.write_text(text)
     else:
@@ -105,7 +107,14 @@ def _command(line: str, folder: Path, wanted: int) -> str:
     line = re.sub(r"^kabo view ", "kabo view --no-open ", line)
     line = re.sub(r"^(kabo|python)\b", lambda word: _PROGRAMS[word[0]], line)
     done = subprocess.run(  # noqa: S602 - the pages are ours, and pipe and redirect as a reader does
-        line, shell=True, cwd=folder, env=environment(), capture_output=True, text=True, timeout=SECONDS, check=False
+        line,
+        shell=True,
+        cwd=folder,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=SECONDS,
+        check=False,
     )
     assert done.returncode == wanted, f"{line}\n{done.stdout}{done.stderr}"
     assert "Traceback" not in done.stderr, f"{line}\n{done.stderr}"
