@@ -38,13 +38,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--domain", type=Path, metavar="FILE", help="the domain file of a problem in PDDL or PKS")
     parser.add_argument("--scene", type=Path, metavar="FILE", help="the scene of a task, report or explanation")
+    parser.add_argument(
+        "--detail",
+        choices=("low", "original"),
+        default="low",
+        help="whether meshes have fewer triangles than their files (default: low)",
+    )
+    parser.add_argument(
+        "--prepare",
+        action="store_true",
+        help="make the convex parts that planning needs and that are in no file yet, as kabo check does",
+    )
     add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda options: True)
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the page, opens it if that is wanted, and returns the exit code."""
     with clean_standard_output():
-        chosen = rooms.ViewOptions(options.problem, options.scene, options.domain)
+        chosen = rooms.ViewOptions(
+            options.problem,
+            options.scene,
+            options.domain,
+            options.detail,
+            options.prepare,
+            options.surrounding.preparing,
+        )
         page = rooms.page_of(rooms.document_of_file(options.file, chosen))
         rooms.write_atomically(options.output, page)
     tell(f"{options.output}: {len(page) / 1e6:.2f} MB")

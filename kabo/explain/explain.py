@@ -238,6 +238,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
     """The explanation as a JSON object of the schema `kabo-explain-1`."""
     return {
         "verdict": explanation.verdict,
+        **({} if explanation.problem is None else {"problem": str(explanation.problem.path)}),
         "summary": list(explanation.summary),
         "knowledge": {
             "reachable": explanation.reachable,
@@ -266,6 +267,8 @@ def _finding_to_json(finding: Finding) -> dict[str, Any]:
         "successes": finding.successes,
         "failures": failures,
         "measures": [asdict(measure) for measure in finding.measures],
+        "without": dict(finding.freed),
+        "samples": [sample.json() for sample in finding.samples],
         "needed": finding.needed,
         "repeated": finding.repeated,
     }

@@ -23,7 +23,7 @@ from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
 from kabo.plan.unfolding import unfold
-from kabo.plan.writing import learned_json, plan_hash, plan_to_json, write_plan
+from kabo.plan.writing import learned_json, node_to_json, plan_hash, plan_to_json, write_plan
 
 __all__ = [
     "BodyParts",
@@ -48,6 +48,7 @@ __all__ = [
     "described_validity",
     "learned_json",
     "load_plan",
+    "node_to_json",
     "plan_from_json",
     "plan_hash",
     "plan_statistics",

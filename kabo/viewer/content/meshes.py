@@ -1,12 +1,14 @@
 """Meshes of a view document: each kept once, its vertices as 16-bit numbers within its bounding box."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from kabo.meshes import Mesh
 from kabo.viewer.content.arrays import Arrays
 
+Detail = Literal["low", "original"]
+LOW_FACES = 1500  # of one mesh with low detail, above which it is reduced
 STEPS = 65535  # of a bounding box along each axis: 15 um of a metre
 
 
@@ -37,3 +39,13 @@ class Meshes:
             "low": low.tolist(),
             "step": step.tolist(),
         }
+
+
+def reduced(mesh: Mesh, faces: int = LOW_FACES) -> Mesh:
+    """A mesh with about so many faces that looks like another one, by quadric decimation; itself if it has no more."""
+    if len(mesh.faces) <= faces:
+        return mesh
+    from fast_simplification import simplify  # a page of a scene without large meshes does not need it
+
+    points, triangles = simplify(mesh.vertices, mesh.faces.astype(np.int32), target_count=faces)
+    return Mesh(np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int64))

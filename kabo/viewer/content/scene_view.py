@@ -1,26 +1,40 @@
 """A scene in the view document: its robots with their joints and links, its bodies and regions, where all stands."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kabo.arrays import Array
 from kabo.language.scene_description import Feature
 from kabo.scene import PRISMATIC, Body, GeometricState, Region, Robot, Scene, Sensor
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View
-from kabo.viewer.content.meshes import Meshes
+from kabo.viewer.content.meshes import Detail, Meshes
 from kabo.viewer.content.regions import region_mesh
+from kabo.viewer.content.shapes import Shapes
+
+if TYPE_CHECKING:
+    from kabo.geometry_server import SceneEnclosures
 
 
-def scene_view(scene: Scene, arrays: Arrays) -> View:
-    """The part `scene` of a view document; lengths in m, angles in rad, matrices row by row."""
+def scene_view(
+    scene: Scene, arrays: Arrays, *, detail: Detail = "low", enclosures: "SceneEnclosures | None" = None
+) -> View:
+    """The part `scene` of a view document; lengths in m, angles in rad, matrices row by row.
+
+    Args:
+        scene: the scene.
+        arrays: the arrays of the document, to which meshes are added.
+        detail: whether meshes have as many triangles as in their files.
+        enclosures: the convex parts that are shown beside the meshes, as far as they are there; None: none are.
+    """
     meshes = Meshes(arrays)
+    shapes = Shapes(scene, meshes, detail, enclosures)
     return {
         "name": scene.name,
         "epsilon": scene.epsilon,
         "start": state_view(scene, scene.start),
-        "robots": [_robot(robot, meshes) for robot in scene.robots.values()],
-        "bodies": [_body(scene, body, meshes) for body in scene.bodies.values()],
+        "robots": [_robot(robot, shapes) for robot in scene.robots.values()],
+        "bodies": [_body(scene, body, shapes) for body in scene.bodies.values()],
         "regions": [_region(region, meshes) for region in scene.regions.values()],
         "allowed": sorted(sorted(pair) for pair in scene.allowed),
         "meshes": meshes.listed,
@@ -45,7 +59,7 @@ def _matrix(pose: Array) -> list[float]:
 
 
 # ---------------------------------------------------------------------------------------------------------- robots
-def _robot(robot: Robot, meshes: Meshes) -> dict[str, Any]:
+def _robot(robot: Robot, shapes: Shapes) -> dict[str, Any]:
     return {
         "name": robot.name,
         "joints": [_joint(robot, j) for j in range(1, len(robot.tree.parent))],
@@ -55,8 +69,7 @@ def _robot(robot: Robot, meshes: Meshes) -> dict[str, Any]:
                 "name": link.name,
                 "joint": link.joint - 1,
                 "origin": _matrix(link.joint_T_link),
-                "shapes": {"original": [meshes.shape(each.mesh) for each in link.elements]},
-                "deviation": None,
+                **shapes.of(f"{robot.name}.{link.name}", link.elements),
             }
             for link in robot.links.values()
         ],
@@ -115,15 +128,14 @@ def _sensor(sensor: Sensor) -> dict[str, Any]:
 
 
 # ---------------------------------------------------------------------------------------------- bodies and regions
-def _body(scene: Scene, body: Body, meshes: Meshes) -> dict[str, Any]:
+def _body(scene: Scene, body: Body, shapes: Shapes) -> dict[str, Any]:
     fixed = scene.fixed_poses.get(body.name)
     return {
         "name": body.name,
         "movable": body.movable,
         "pose": None if fixed is None else _matrix(fixed),
         "mass": body.mass,
-        "shapes": {"original": [meshes.shape(each.mesh) for each in body.elements]},
-        "deviation": None,
+        **shapes.of(body.name, body.elements),
         "grasps": sorted(body.grasps),
         "placements": sorted(body.placements),
         **_features(body.features),
