@@ -49,12 +49,12 @@ def view(
     Args:
         thing: a scene, problem, result, plan, task report, explanation or mesh; or the path of a file of such a kind.
         path: where to write the page; None: nowhere, or in a temporary folder if it is opened.
-        problem: the problem of a plan, which knows its name only.
+        problem: the problem of a plan, which knows its name only; without it, a plan is shown without its scene.
         open: whether to open the page in a browser; None: unless this is a notebook.
 
     Raises:
         InputError: the files of the thing have errors, or its meshes do not load.
-        ValueError: a plan is given without its problem, or there is nothing to show.
+        ValueError: there is nothing to show: no plan in a result, no scene in a problem.
         OSError: a file cannot be read or written.
     """
     if isinstance(thing, str | Path):
@@ -75,9 +75,9 @@ def view(
 
 
 def notebook_page(thing: Viewable) -> str | None:
-    """The page of a thing that a notebook displays; None if it cannot be made of this thing alone."""
+    """The page of a thing that a notebook displays, without what takes seconds; None if no page can be made of it."""
     try:
-        return page_of(document_of(thing)).decode("utf-8")
+        return page_of(document_of(thing, whole=False)).decode("utf-8")
     except (InputError, ValueError, OSError):
         return None
 
