@@ -114,6 +114,7 @@ class Follower:
         now = Followed(server, message.id, raw, problem, domain)
         with self._lock:
             self._now = now
+        self._live.tell("state", {"text": "a request has come; its scene is being loaded", "done": False})
         self._show(now, b"", "a request is being worked on")
         threading.Thread(target=self._await, args=(now,), daemon=True).start()
 
