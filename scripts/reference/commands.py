@@ -30,7 +30,7 @@ def section(words: str, each: argparse.ArgumentParser) -> str:
     shown = [action for action in each._actions if is_shown(action)]
     rows = [(written(action), *described(action)) for action in shown]
     if rows:
-        parts.append(table(("", "default", ""), rows))
+        parts.append(table(("argument", "default", "meaning"), rows))
     return "\n\n".join(part for part in parts if part)
 
 

@@ -5,9 +5,10 @@ from pathlib import Path
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
+from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument
 from kabo.cli.task.plan import read_task_file
-from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.cli.terminal import clean_standard_output, complain, print_json, tell
 from kabo.errors import Diagnostic, InputError
 
 NAME = "show"
@@ -27,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--html", type=output_file, metavar="OUT", help="write the page of `kabo view`")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print it as one JSON object")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -70,7 +72,7 @@ def _show_structure(options: argparse.Namespace) -> int:
     if errors:
         error = file.located(rooms.InitialisationError(errors, rooms.tree(task, flows)))
         if not options.json:
-            tell(str(error))
+            complain(str(error))
         return exit_codes.BAD_INPUT
     return exit_codes.DONE
 

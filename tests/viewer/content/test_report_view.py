@@ -50,14 +50,18 @@ def test_what_a_hand_takes_keeps_its_pose_in_the_world(planned: Path) -> None:
     closing = next(segment for segment in film["segments"] if segment["attach"])
     lifted = next(segment for segment in film["segments"] if segment["times"][0] == closing["times"][-1])
     q = {**dict(zip(lifted["joints"], lifted["waypoints"][0], strict=True)), "finger_joint": 0.0}
-    state = GeometricState({"arm": tuple(q[name] for name in scene.robots["arm"].joint_names)}, scene.start.objects)
+    state = GeometricState(
+        {"arm": tuple(q[name] for name in scene.robots["arm"].joint_names)}, scene.start.objects
+    )
     hand = world_T(scene, state, "arm.tool0")
     object_T = world_T(scene, scene.start, "object")
     assert np.allclose((hand @ np.r_[taken["position"], 1.0])[:3], object_T[:3, 3], atol=1e-6)
     assert np.allclose(let_go["position"], film["after"]["objects"]["object"]["position"], atol=2e-6)
 
 
-def test_without_its_scene_a_report_is_shown_with_a_warning_and_without_motion(planned: Path, tmp_path: Path) -> None:
+def test_without_its_scene_a_report_is_shown_with_a_warning_and_without_motion(
+    planned: Path, tmp_path: Path
+) -> None:
     text = planned.read_text().replace(str(EXAMPLE / "scene.yaml"), "gone.yaml")
     (tmp_path / "r.json").write_text(text)
     document = document_of_file(tmp_path / "r.json")
@@ -78,7 +82,9 @@ def made(folder: Path, target: list[float], **settings: Any) -> Any:
     return report_view(report(runs, file="task.yaml"), None)
 
 
-def test_every_comment_change_and_stage_is_in_the_document(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_comment_change_and_stage_is_in_the_document(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from kabo.tasks.core import Result
 
     monkeypatch.setattr(Start, "generate", lambda self, scene, properties, seed: [Result(0.0)])
@@ -96,7 +102,9 @@ def test_the_stage_that_is_to_blame_and_what_holds_it_are_open() -> None:
     def never(scene: Any, properties: Any, seed: int) -> Any:
         yield Failure("never", "not today")
 
-    task = Task("t", Serial("outer", Serial("deep", Serial("deeper", Start("first"), never("last")), never("other"))))
+    task = Task(
+        "t", Serial("outer", Serial("deep", Serial("deeper", Start("first"), never("last")), never("other")))
+    )
     task.plan(0.0)
     view = report_view(report([TaskRun(task, 0, 0.1)]), None)
     blamed = [stage for stage in view["stages"] if stage["blamed"]]

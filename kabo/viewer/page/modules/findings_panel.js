@@ -5,6 +5,9 @@ import { make } from "kabo/elements.js";
 export function show(shown, stage, shell) {
   const items = shown.findings.map((finding) => make("li", { className: finding.severity }, row(finding, shown, stage)));
   shell.addPanel("findings", `Findings (${shown.findings.length})`, make("ul", { className: "findings" }, items));
+  if (shown.given !== "plan" && shown.findings.some((finding) => finding.severity === "error")) {
+    shell.first = "findings";
+  }
 }
 
 function row(finding, shown, stage) {

@@ -41,7 +41,7 @@ function slider(robot, value, stage) {
   update(stage.stateNow());
   stage.onState(update);
   return make("div", { className: "joint" }, [
-    make("label", { htmlFor: id, title: `${said(value.lower, value.unit)} to ${said(value.upper, value.unit)}` },
+    make("label", { htmlFor: id, title: `${value.name}: ${said(value.lower, value.unit)} to ${said(value.upper, value.unit)}` },
       [value.name]), input, shown]);
 }
 

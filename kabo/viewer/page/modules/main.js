@@ -15,8 +15,8 @@ const PANELS = [
   [live, (shown) => shown.live !== null],
   [report, (shown) => shown.report !== null],
   [explanation, (shown) => shown.explanation !== null],
-  [findings, (shown) => shown.findings.length > 0],
   [scene, (shown) => shown.scene !== null],
+  [findings, (shown) => shown.findings.length > 0],
 ];
 
 /**

@@ -60,10 +60,12 @@ function enclosed(scene, things) {
     return `No convex parts are stored for ${few}${more}: kabo view --prepare makes them.`;
   }
   const most = Math.max(0, ...things.map((each) => each.deviation ?? 0));
-  return most > 0
-    ? `Planning uses the enclosing parts: they stick out of the meshes by at most ${millimetres(most)}; `
-      + `epsilon is ${millimetres(scene.epsilon)}.`
-    : null;
+  if (most === 0) {
+    return null;
+  }
+  const divided = most > scene.epsilon ? "; parts are divided where a distance depends on them" : "";
+  return `Planning uses the enclosing parts: they stick out of the meshes by at most ${millimetres(most)}${divided}. `
+    + `Epsilon is ${millimetres(scene.epsilon)}.`;
 }
 
 function millimetres(metres) {

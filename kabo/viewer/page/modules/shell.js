@@ -15,6 +15,8 @@ export class Shell {
     this.notes = new Map();
     this.panels = new Map();
     this.themed = [];
+    /** The panel that is shown at first, if it is not the first one. */
+    this.first = null;
     this.canvas = make("canvas", { id: "stage", tabIndex: 0, role: "img", "aria-label": `3D view of ${shown.title}` });
     this.view = make("section", { className: "view", "aria-label": "3D view" }, [this.canvas]);
     this.tabs = make("div", { className: "tabs", role: "tablist", "aria-label": "Panels" });
@@ -138,9 +140,9 @@ export class Shell {
     this.timeline.hidden = this.timeline.childElementCount === 0;
     this.side.hidden = this.panels.size === 0;
     this.tabs.hidden = this.panels.size < 2;
-    const first = this.panels.keys().next();
-    if (!first.done) {
-      this.choose(first.value);
+    const first = this.first ?? this.panels.keys().next().value;
+    if (first !== undefined) {
+      this.choose(first);
     }
   }
 }

@@ -3,6 +3,7 @@ import {
   AmbientLight, Box3, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster,
   Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
+import { distanceTo, freeDirection } from "kabo/camera.js";
 import { drag } from "kabo/dragging.js";
 import { scenePoses, valuesOf } from "kabo/kinematics.js";
 import { Labels } from "kabo/labels.js";
@@ -10,7 +11,6 @@ import { grid } from "kabo/layers.js";
 import { thingsOf } from "kabo/things.js";
 
 const FRAME = 0.06; // length of the axes of frames [m]
-const FROM = new Vector3(1.0, -1.25, 0.8); // the direction in which the camera stands at first
 const HIGHLIGHTS = { bad: 0xd0342c, good: 0x2c9a4b, chosen: 0x2f7de1, warn: 0xd08a00 };
 
 export class Stage {
@@ -45,8 +45,8 @@ export class Stage {
   }
 
   addLights() {
-    const sun = new DirectionalLight(0xffffff, 1.6);
-    sun.position.set(0.4, 0.6, 1.0);
+    const sun = new DirectionalLight(0xffffff, 1.9);
+    sun.position.set(0.5, 0.9, 1.0);
     this.camera.add(sun);
     this.scene.add(this.camera, new HemisphereLight(0xffffff, 0x8a8f98, 1.3), new AmbientLight(0xffffff, 0.35));
   }
@@ -128,14 +128,16 @@ export class Stage {
 
   /** Turns the camera's middle to some things, and goes as near as shows them; no names: all that is solid. */
   look(names) {
+    this.fit();
     const box = names.length ? boxOf(this.named(names)) : this.solidBox();
     const middle = box.getCenter(new Vector3());
     const radius = Math.max(0.05, box.getSize(new Vector3()).length() / 2);
-    const towards = this.looked ? this.camera.position.clone().sub(this.controls.target) : FROM.clone();
-    const distance = radius / Math.sin((this.camera.fov / 2) * Math.PI / 180);
-    this.camera.position.copy(middle).addScaledVector(towards.normalize(), distance * (names.length ? 1.6 : 0.95));
+    const towards = this.looked ? this.camera.position.clone().sub(this.controls.target).normalize()
+      : freeDirection(this.wanted(), this.solids(), box, this.camera);
+    const distance = distanceTo(box, towards, this.camera) * (names.length ? 1.5 : 1);
+    this.camera.position.copy(middle).addScaledVector(towards, distance);
     this.camera.near = distance / 200;
-    this.camera.far = distance * 50;
+    this.camera.far = (distance + radius) * 50;
     this.camera.updateProjectionMatrix();
     this.controls.target.copy(middle);
     this.controls.update();
@@ -188,6 +190,19 @@ export class Stage {
       this.camera.aspect = clientWidth / clientHeight;
       this.camera.updateProjectionMatrix();
     }
+  }
+
+  /** The boxes of what should be seen at first: robots as a whole, and movable bodies. */
+  wanted() {
+    const things = [...this.things.values()];
+    const robots = this.view.robots.map((robot) => boxOf(things.filter((each) => each.robot === robot)));
+    return [...robots, ...things.filter((each) => each.described.movable).map((each) => each.box())];
+  }
+
+  /** The boxes of all links and bodies. */
+  solids() {
+    return [...this.things.values()].filter((each) => each.kind !== "region").map((each) => each.box())
+      .filter((each) => !each.isEmpty());
   }
 
   /** The box of all links and bodies. */

@@ -112,7 +112,8 @@ export class Thing {
   region() {
     const geometry = this.geometry(this.described.shapes.original);
     const edges = new LineSegments(new EdgesGeometry(geometry, 20), new LineBasicMaterial({ color: this.colour }));
-    const faces = new Mesh(geometry, new MeshLambertMaterial({ color: this.colour, side: DoubleSide }));
+    const faces = new Mesh(geometry, new MeshLambertMaterial({ color: this.colour, side: DoubleSide,
+      polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -8 })); // in front of a floor in its plane
     edges.userData = { own: this.colour, opacity: 1 };
     faces.userData = { own: this.colour, opacity: 0.08 };
     const made = new Group();
