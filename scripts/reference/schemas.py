@@ -25,7 +25,10 @@ def section(path: Path) -> str:
         parts.append(table(("key", "needed", "type", "meaning"), rows))
     for definition, inner in schema.get("$defs", {}).items():
         if rows := list(keys(inner, "")):
-            parts += [f"### {name}: {definition.replace('_', ' ')}", table(("key", "needed", "type", "meaning"), rows)]
+            parts += [
+                f"### {name}: {definition.replace('_', ' ')}",
+                table(("key", "needed", "type", "meaning"), rows),
+            ]
     return "\n\n".join(parts)
 
 
