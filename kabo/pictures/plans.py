@@ -29,7 +29,7 @@ def film_strip(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes,
     film = _film(plan, scene, branch, file)
     frames = list(film.key_frames())
     kept = _spread(len(frames), MAX_PANELS)
-    stage, view = _staged(film, [frame for frame in frames], wishes, PANEL_WIDTH)
+    stage, view = _staged(film, frames, wishes, PANEL_WIDTH)
     panels = []
     columns = min(COLUMNS, len(kept)) if len(kept) != 4 else 2
     try:
@@ -71,13 +71,12 @@ def animation(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes, 
     return gif(found, step)
 
 
-def at_node(plan: Plan, scene: Scene, node: str, wishes: ViewWishes, file: str) -> Drawing:
+def at_node(plan: Plan, scene: Scene, node: str, file: str) -> Drawing:
     """The scene as it is after a node, on the shortest branch that leads there.
 
     Raises:
         InputError: there is no such node.
     """
-    del wishes
     require_node(plan, node, file)
     film = Film(plan, scene, branch_of(plan, node, file))
     return scene_drawing(scene, film.at(node, np.inf))
@@ -110,8 +109,7 @@ def _staged(film: Film, frames: Sequence[Frame], wishes: ViewWishes, width: int)
     points = [_points(drawing, film, frame) for frame in frames]
     halfway = [film.at(name, film.duration(name) / 2.0) for name in film.moving]
     points += [drawing.moved(poses_in(film.scene, state)).points for state in halfway]
-    size = None if wishes.size is None else wishes.size
-    return stage, chosen_view(stage, np.concatenate(points), replace(wishes, size=size), width)
+    return stage, chosen_view(stage, np.concatenate(points), wishes, width)
 
 
 def _points(drawing: Drawing, film: Film, frame: Frame) -> Array:

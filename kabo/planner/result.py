@@ -44,7 +44,8 @@ class Progress:
     """The progress of planning, sent periodically; it is never part of a result.
 
     `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
-    is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty.
+    is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty. `spent`: the share
+    that is spent of the budget of expansions, samples or time, of that which is spent most; None if there is none.
     """
 
     doing: str
@@ -53,6 +54,7 @@ class Progress:
     procedure_calls: int = 0
     fraction: float | None = None
     line: str = ""
+    spent: float | None = None
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ const PANELS = [
   [plan, (shown) => shown.plan !== null],
   [report, (shown) => shown.report !== null],
   [explanation, (shown) => shown.explanation !== null],
-  [findings, (shown) => shown.findings.length > 0],
   [scene, (shown) => shown.scene !== null],
+  [findings, (shown) => shown.findings.length > 0],
 ];
 
 /**
@@ -32,7 +32,7 @@ export async function start(shown, block) {
   kabo.shell = shell;
   if (shown.scene !== null) {
     kabo.stage = new Stage(shell.canvas, shown.scene, arrays);
-    shell.onTheme(() => kabo.stage.draw());
+    shell.onTheme(() => kabo.stage.setVisible("grid", kabo.stage.visible.get("grid")));
   }
   for (const [panel, isThere] of PANELS) {
     if (isThere(shown)) {
