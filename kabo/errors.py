@@ -5,9 +5,23 @@
 
 import difflib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Literal
+
+
+@dataclass(frozen=True)
+class About:
+    """What a finding about a scene is about, so that it can be shown there.
+
+    `things` are bodies, regions and `robot.link`; a robot's name means all its links. `metres` is how deep two things
+    overlap (then below 0), or how far they are apart. `values` are a robot and its configuration in which it is so;
+    None: as at the start.
+    """
+
+    things: tuple[str, ...]
+    metres: float | None = None
+    values: tuple[str, tuple[float, ...]] | None = None
 
 
 @dataclass(frozen=True, order=True)
@@ -22,6 +36,7 @@ class Diagnostic:
     length: int = 1
     severity: Literal["error", "warning"] = "error"
     source: str | None = None  # the line of the file, if it is text
+    about: About | None = field(default=None, compare=False, repr=False)
 
     def __str__(self) -> str:
         """The finding as compilers write it: `file:line:column: message`, the line, a caret, the remedy."""

@@ -5,7 +5,8 @@ The `__init__.py` of a lazy package has a stub `__init__.pyi` in the same folder
     from kabo.room.file import name as name
 
 Type checkers read the stub like any other stub; `lazy_names` reads it when the package is imported. A line
-`from kabo.room import *` re-exports every name of another package [PEP 484, stubs; PEP 562].
+`from kabo.room import *` re-exports every name of another package [PEP 484, stubs; PEP 562], and the stub of `kabo.room`
+offers a package inside it by `from kabo.room import inner as inner`.
 """
 
 import sys
@@ -21,6 +22,8 @@ def lazy_names(
     room: str, file: str, *, rooms: Sequence[str] = ()
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """The `__getattr__` and `__dir__` of a room whose names stand in the stub beside `file`; it has an `__all__`, too.
+
+    `dir` lists what the room offers, and nothing that happens to be imported.
 
     Args:
         room: its `__name__`.
@@ -40,6 +43,8 @@ def lazy_names(
     def load(name: str) -> object:
         if name == "__all__":
             value: object = sorted({*homes, *(name for each in whole for name in names_of(import_module(each)))})
+        elif homes.get(name) == room:
+            value = import_module(f"{room}.{name}")
         else:
             value = getattr(import_module(home_of(name)), name)
         setattr(sys.modules[room], name, value)
@@ -56,7 +61,11 @@ def lazy_names(
         where = sys.modules[room]
         raise AttributeError(f"module {room!r} has no attribute {name!r}", name=name, obj=where)
 
-    return load, lambda: sorted({*vars(sys.modules[room]), *names_of(sys.modules[room])})
+    def offered() -> list[str]:
+        special = (name for name in vars(sys.modules[room]) if name.startswith("__"))
+        return sorted({*special, *names_of(sys.modules[room])})
+
+    return load, offered
 
 
 def names_of(room: ModuleType) -> list[str]:

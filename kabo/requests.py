@@ -180,6 +180,17 @@ def explain_file(
         return invalid_explanation(error), error
 
 
+def check(*files: str | Path) -> list[Diagnostic]:
+    """What is wrong in files of any kind, as `kabo check` says it: errors and warnings, sorted by place.
+
+    A scene without errors is loaded with its meshes and URDFs, which takes longer when a robot is new.
+
+    Args:
+        files: domains, problems, scenes, tasks, explorations or models.
+    """
+    return check_files([Path(file) for file in files])
+
+
 def check_files(paths: Iterable[Path], preparing: "Callable[[Preparing], None] | None" = None) -> list[Diagnostic]:
     """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs.
 

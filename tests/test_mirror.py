@@ -18,6 +18,7 @@ EXTRA = {
     "scripts",
     "support",
     "tasks/applications",
+    "viewer/browser",
 }
 FOLDERS = sorted({path.parent.relative_to(TESTS).as_posix() for path in TESTS.rglob("*.py")} - {"."})
 FILES = sorted(TESTS.rglob("test_*.py"))

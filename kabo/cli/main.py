@@ -19,6 +19,7 @@ from kabo.cli import (
     solve,
     task,
     verify,
+    view,
 )
 from kabo.cli.argument_types import require_writable
 from kabo.cli.logs import logging_as
@@ -35,6 +36,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     verify,
     explain,
     check,
+    view,
     generate,
     task,
     explore,

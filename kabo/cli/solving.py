@@ -123,7 +123,7 @@ def chosen_options(options: argparse.Namespace) -> SolveOptions:
 def report_cut_off(options: argparse.Namespace, spent: Any, message: str, known: Any = None) -> int:
     """Reports that a search was killed before it found a plan, and what was refused by then; returns the exit code."""
     said = f"{message}; no file was written"
-    body = rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said)))
+    body = rooms.result_to_json(rooms.Result("exhausted", None, reason=rooms.Reason(None, spent, said)))
     details = [] if known is None else known[0]["reason"]["details"]
     if options.json:
         kept = {} if known is None else {"statistics": known[0]["statistics"]}

@@ -7,11 +7,12 @@ there are no motions, it examines the failed calls and solves the problem again 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
 from kabo.budgets import StopFlag, default_memory
+from kabo.displays import bullets, counted, display, shortened
 from kabo.errors import InputError
 from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import report
@@ -25,7 +26,7 @@ from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
 from kabo.planner.proofs.unreachable import UnreachableGoal, root_causes_in, unreachable_in
-from kabo.planner.proofs.wording import counted, listed
+from kabo.planner.proofs.wording import listed
 from kabo.planner.result import Progress, Reason
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits
@@ -57,7 +58,8 @@ class Explanation:
     whether the last layer contains the whole goal. `findings`: the procedure calls that failed. `counterfactuals`:
     the changes that were tried. `complete`: whether kabo's reasoning about knowledge is complete for this problem;
     if not, "never holds" and "never known" are not proven. `start`: what is wrong with the scene at its start.
-    `unfinished`: what there was no time for, as clauses.
+    `unfinished`: what there was no time for, as clauses. `problem`: what was explained, for whoever shows the samples
+    in its scene.
     """
 
     verdict: Verdict
@@ -72,6 +74,19 @@ class Explanation:
     complete: bool = True
     start: tuple[str, ...] = ()
     unfinished: tuple[str, ...] = ()
+    problem: Problem | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        return f"<Explanation {self.verdict}: {shortened(' '.join(self.summary[:1]))}>"
+
+    def _repr_html_(self) -> str:
+        figures = {"why": " ".join(self.summary), "at the start": " ".join(self.start)}
+        figures |= {goal.text: f"{self.nearest(goal)}: {' '.join(goal.why)}" for goal in self.unreachable_goals}
+        figures |= {str(each.call): each.message for each in self.findings}
+        figures |= {str(each.change): each.result.replace("_", " ") for each in self.counterfactuals}
+        of_no_use = bullets((*self.unused_actions, *self.never_known), "Of no use")
+        shown = self if self.findings and self.problem is not None else None
+        return display(f"Explanation: {self.verdict}", figures, shown) + of_no_use
 
     def __str__(self) -> str:
         lines = list(self.summary)
@@ -142,6 +157,7 @@ def explain(
     seconds = SECONDS if timeout is None else timeout
     bytes_ = default_memory() if memory is None else memory
     stop = StopFlag(seconds, bytes_, cancelled)
+    given = problem
     if procedures:
         problem = ExternalProcedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
@@ -154,7 +170,7 @@ def explain(
 
     def told(found: Obstacles) -> Explanation:
         said = found.verdict, found.summary, *reached, found.findings, found.counterfactuals
-        return Explanation(*said, not judged.gaps, found.start, found.unfinished)
+        return Explanation(*said, not judged.gaps, found.start, found.unfinished, given)
 
     if goals:
         unproved = beyond_reasoning(judged)
@@ -222,6 +238,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
     """The explanation as a JSON object of the schema `kabo-explain-1`."""
     return {
         "verdict": explanation.verdict,
+        **({} if explanation.problem is None else {"problem": str(explanation.problem.path)}),
         "summary": list(explanation.summary),
         "knowledge": {
             "reachable": explanation.reachable,
@@ -250,6 +267,8 @@ def _finding_to_json(finding: Finding) -> dict[str, Any]:
         "successes": finding.successes,
         "failures": failures,
         "measures": [asdict(measure) for measure in finding.measures],
+        "without": dict(finding.freed),
+        "samples": [sample.json() for sample in finding.samples],
         "needed": finding.needed,
         "repeated": finding.repeated,
     }

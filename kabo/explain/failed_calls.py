@@ -7,12 +7,13 @@ base that brings them within reach is computed.
 """
 
 from collections import Counter
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from kabo.errors import CutOff
-from kabo.explain.findings import Finding, LeastMove, Row
+from kabo.explain.findings import Finding, LeastMove, Row, Sample
+from kabo.explain.samples import chosen_samples
 from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, moved_base, shortfall_of
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
@@ -169,8 +170,12 @@ class _Examiner:
         if 2 * found.because_of_epsilon > found.refused:
             alone = epsilon_measure(self.asked, call, where, self.stop)
             measures = measures if alone is None else (*measures, alone)
-        needed, handed = call in self.needed, self._handed_by(call, where)
-        return replace(found, measures=measures, needed=needed, handed_by=handed)
+        needed, handed, shown = call in self.needed, self._handed_by(call, where), self._samples(where, seen, rows)
+        return replace(found, measures=measures, needed=needed, handed_by=handed, samples=shown)
+
+    def _samples(self, where: Where, seen: _Seen, rows: Sequence[Row]) -> tuple[Sample, ...]:
+        kinds: list[Hashable] = [(row.reason, row.between, row.said) for row in rows]
+        return chosen_samples(self.scene, seen.attempts, where.situation, kinds, _kind, _worst)
 
     def _measures(
         self, where: Where, seen: _Seen, nearer: Sequence[LeastMove], robot: str | None
@@ -207,8 +212,7 @@ class _Examiner:
         return self.seen.ways >= MAX_PATH_SEARCHES or self.stop()
 
     def _rows(self, seen: _Seen, missing: float | None) -> Iterator[Row]:
-        counts = Counter((each.reason, _worst(each), _said(each)) for each in seen.attempts)
-        passing = Counter((each.reason, _worst(each), _said(each)) for each in self._passing(seen, self.exact))
+        counts, passing = Counter(map(_kind, seen.attempts)), Counter(map(_kind, self._passing(seen, self.exact)))
         for (reason, pair, said), count in sorted(counts.items(), key=lambda item: (-item[1], str(item[0]))):
             far = missing if reason == "out_of_reach" else None
             yield Row(reason, pair, count, far, passing[reason, pair, said], said)
@@ -255,6 +259,11 @@ class _Examiner:
             least = min(moves, key=lambda each: each.metres, default=None)
             found += [] if least is None else [LeastMove(least.metres, least.by)]
         return tuple(found), robot
+
+
+def _kind(refusal: Refusal) -> tuple[str, Pair | None, str | None]:
+    """What attempts are counted by."""
+    return refusal.reason, _worst(refusal), _said(refusal)
 
 
 def _said(refusal: Refusal) -> str | None:

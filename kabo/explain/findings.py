@@ -9,6 +9,7 @@ from typing import Any, Literal
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.foresight.measures import Measure
 from kabo.language.formulas import GroundCall
+from kabo.plan import Node, StateChange, node_to_json
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,24 @@ class Row:
     missing: float | None = None
     because_of_epsilon: int = 0
     said: str | None = None
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A refused attempt of a call, to be looked at.
+
+    `row`: which of the finding's rows counts it. `state`: what is elsewhere than at the start of the scene when it was
+    refused; the robot is where it would have stopped. `between`: the pair that came too close.
+    """
+
+    row: int
+    state: StateChange
+    between: Pair | None = None
+
+    def json(self) -> dict[str, Any]:
+        """The JSON object for a sample, in the schema `kabo-explain-1`."""
+        told = node_to_json(Node("action", "", after=self.state)).get("after", {})
+        return {"failure": self.row, "state": told, "between": self.between and list(self.between)}
 
 
 @dataclass(frozen=True)
@@ -64,6 +83,7 @@ class Finding:
     needed: bool = False
     handed_by: tuple[str, ...] = ()
     repeated: bool = True
+    samples: tuple[Sample, ...] = ()
 
     @property
     def refused(self) -> int:
@@ -164,7 +184,8 @@ class Counterfactual:
     def json(self) -> dict[str, Any]:
         """The JSON object for a change and its result, in the schema `kabo-explain-1`."""
         told = {} if self.why is None else {"why": self.why}
-        return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions, **told}
+        did = {"result": self.result, "plan_actions": self.plan_actions}
+        return {"change": self.change.json(), "said": str(self.change), **did, **told}
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,13 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
+from kabo.displays import counted
 from kabo.explain.blame import blocking
 from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
 from kabo.geometry_server.answers import BLOCKED_REASONS
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.refused_calls import own_pair, own_text
-from kabo.planner.proofs.wording import counted, listed
+from kabo.planner.proofs.wording import listed
 
 EXHAUSTED = {
     "expansions": "No plan was found with as many nodes as allowed",

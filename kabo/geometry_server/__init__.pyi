@@ -62,6 +62,7 @@ from kabo.geometry_server.preparation.preparing import PreparedThing as Prepared
 from kabo.geometry_server.preparation.preparing import Preparing as Preparing
 from kabo.geometry_server.preparation.preparing import prepare as prepare
 from kabo.geometry_server.preparation.preparing import prepare_scene as prepare_scene
+from kabo.geometry_server.preparation.preparing import read_prepared as read_prepared
 from kabo.geometry_server.reachability import grasp_missing as grasp_missing
 from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.reachability import wherever as wherever
@@ -80,6 +81,7 @@ from kabo.geometry_server.sight.viewpoints import viewpoints as viewpoints
 from kabo.geometry_server.sight.views import Unseen as Unseen
 from kabo.geometry_server.sight.views import View as View
 from kabo.geometry_server.situation import Situation as Situation
+from kabo.geometry_server.situation import whole_state as whole_state
 from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT
 from kabo.geometry_server.stretches import Keep as Keep

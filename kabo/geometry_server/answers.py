@@ -68,6 +68,9 @@ class Askable(Protocol):
     def nearness(self, pair: Pair) -> Measure | None:
         """How near two links of the robot that is asked about come; None if they are not both its links."""
 
+    def sample(self) -> Any:
+        """The `Situation` that was refused, to be looked at: the robot is where it would have stopped."""
+
 
 @dataclass(frozen=True)
 class Refusal:

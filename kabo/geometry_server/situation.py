@@ -9,7 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from kabo.scene import Attachment, Component, Configuration, GeometricState
+from kabo.plan import ObjectPose, StateChange
+from kabo.scene import Attachment, Component, Configuration, GeometricState, Scene
 from kabo.scene.transforms import quaternion, transform
 
 
@@ -113,3 +114,14 @@ class Situation:
         robots = ((n, frozenset(v)) for n, v in self.robots.items())
         objects = ((n, frozenset(v)) for n, v in self.objects.items())
         return (*robots, *objects)
+
+
+def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:
+    """The components in the format of plans: robots as joint values by name, objects as parent and pose."""
+    robots, objects = {}, {}
+    for name, value in components.items():
+        if isinstance(value, Attachment):
+            objects[name] = ObjectPose(value.parent, value.position, value.quaternion)
+        else:
+            robots[name] = dict(zip(scene.robots[name].joint_names, value, strict=True))
+    return StateChange(robots, objects)

@@ -14,6 +14,7 @@ from kabo.language.task_description import ProcedureProperty as ProcedurePropert
 from kabo.language.yaml.calls import TRUTH_VALUES as TRUTH_VALUES
 from kabo.language.yaml.exploration_file import find_exploration as find_exploration
 from kabo.language.yaml.loading import is_exploration as is_exploration
+from kabo.language.yaml.loading import kind_of_file as kind_of_file
 from kabo.language.yaml.loading import load_scene_description as load_scene_description
 from kabo.language.yaml.loading import own_task_files as own_task_files
 from kabo.language.yaml.procedures import TASK_FOLDER as TASK_FOLDER

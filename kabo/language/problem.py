@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from kabo.displays import counted, display
 from kabo.language.formulas import Application, Atom, Effect, Formula, GroundCall, Place, ProcedureCall, Term
 from kabo.language.scene_description import SceneDescription
 from kabo.options import SolveOptions
@@ -120,6 +121,31 @@ class Problem:
     path: Path
     files: Mapping[str, str]
     answers: Answers | None = field(default=None, compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        return f"<Problem {self.name}: {', '.join(self._sizes().values())}>"
+
+    def _repr_html_(self) -> str:
+        figures = {
+            "domain": self.domain.name,
+            "objects": ", ".join(f"{name} ({kind})" for name, kind in self.objects.items()),
+            "actions": ", ".join(self.domain.actions),
+            "scene": self._sizes().get("scene", ""),
+            "file": self.path.name,
+        }
+        return display(f"Problem {self.name}", figures, None if self.scene is None else self)
+
+    def _sizes(self) -> dict[str, str]:
+        """How many objects, actions, goals there are, and how large the scene is."""
+        sizes = {
+            "objects": counted(len(self.objects), "object"),
+            "actions": counted(len(self.domain.actions), "action"),
+            "goal": f"{counted(len(self.goal), 'goal')}",
+        }
+        if self.scene is not None:
+            robots, bodies = counted(len(self.scene.robots), "robot"), len(self.scene.bodies)
+            sizes["scene"] = f"scene with {robots} and {counted(bodies, 'body', 'bodies')}"
+        return sizes
 
     def of_type(self, kind: str) -> tuple[str, ...]:
         """The names of all objects and constants of type `kind` or a subtype, in order of declaration."""

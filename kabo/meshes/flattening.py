@@ -7,7 +7,7 @@ faces with area.
 
 import numpy as np
 
-from kabo.meshes.counts import counted
+from kabo.displays import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.soundness import flat
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kabo.meshes.counts import counted
+from kabo.displays import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import edges_of
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.displays import counted
 
 Vertices = Array
 Faces = Integers
@@ -20,6 +21,11 @@ class Mesh:
     vertices: Vertices
     faces: Faces
     path: Path | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        name = "" if self.path is None else f" {self.path.name}"
+        sizes = f"{counted(len(self.vertices), 'vertex', 'vertices')}, {counted(len(self.faces), 'face')}"
+        return f"<Mesh{name}: {sizes}, diagonal {self.diagonal:.3g} m>"
 
     @cached_property
     def digest(self) -> str:

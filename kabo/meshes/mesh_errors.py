@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from kabo.displays import counted
 from kabo.errors import Diagnostic, MeshError
 from kabo.language.formulas import Place
-from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Mesh
 
 MAX_COORDINATE = 1e9  # metres: beyond, squares of coordinates lose their meaning long before they overflow

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from kabo.content_cache import ContentCache
+from kabo.displays import counted
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.meshes.counts import counted
 from kabo.meshes.headers import MESH_FORMATS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.mesh_errors import EXPORT_HINT, FETCH_HINT, refuse, require_numbers, unusable

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kabo.meshes.counts import counted
+from kabo.displays import counted
 from kabo.meshes.flattening import without_flat_faces
 from kabo.meshes.holes import fill_small_holes
 from kabo.meshes.mesh import Faces, Mesh, Vertices

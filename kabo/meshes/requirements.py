@@ -7,9 +7,10 @@ edge between two faces that are oriented alike, every component the right way ro
 from collections.abc import Iterable
 from typing import Literal
 
+from kabo.displays import counted
 from kabo.errors import Diagnostic
 from kabo.language.formulas import Place
-from kabo.meshes.counts import counted, listed
+from kabo.meshes.counts import listed
 from kabo.meshes.mesh import Mesh, merged
 from kabo.meshes.mesh_errors import EXPORT_HINT, require_numbers, unusable
 from kabo.meshes.soundness import Soundness, examine

@@ -6,7 +6,7 @@ and ends at the next one that passes it forwards: these two faces are joined.
 
 import numpy as np
 
-from kabo.meshes.counts import counted
+from kabo.displays import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import Edges, edges_of, fans, fans_around, neighbours
 

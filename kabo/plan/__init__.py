@@ -7,6 +7,7 @@ valid. Searches build plans with `PlanBuilder`, which merges nodes with equal co
 from kabo.plan.builder import PlanBuilder
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
 from kabo.plan.description import describe, described_validity
+from kabo.plan.graphviz import plan_to_dot
 from kabo.plan.plan import (
     Grant,
     Learned,
@@ -22,7 +23,7 @@ from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
 from kabo.plan.unfolding import unfold
-from kabo.plan.writing import learned_json, plan_hash, plan_to_json, write_plan
+from kabo.plan.writing import learned_json, node_to_json, plan_hash, plan_to_json, write_plan
 
 __all__ = [
     "BodyParts",
@@ -47,9 +48,11 @@ __all__ = [
     "described_validity",
     "learned_json",
     "load_plan",
+    "node_to_json",
     "plan_from_json",
     "plan_hash",
     "plan_statistics",
+    "plan_to_dot",
     "plan_to_json",
     "policy",
     "schema",

@@ -5,11 +5,17 @@ Source: docs/reference/plans.md.
 Poses are in the frame of the parent, in metres and radians; quaternions are (x, y, z, w).
 """
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
+from kabo.displays import counted, display
 from kabo.plan.certificate import Certificate
+
+if TYPE_CHECKING:  # imports this file
+    from kabo.plan.statistics import PlanStatistics
 
 Arguments = Mapping[str, "str | float | ValueOf"]
 
@@ -120,9 +126,17 @@ class Node:
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan; `files` are all files that were read, with their hashes, and `options` those that it depends on.
+    """A plan: `nodes` by id, to be followed from `root`; `kabo.policy` gives it as a function, `kabo.unfold` as a tree.
 
-    `certificate_gaps` are the motions that a requested certificate cannot prove to be free of collision.
+    Attributes:
+        problem: the name of the problem.
+        files: all files that were read, by path from the problem's folder, with their hashes.
+        options: the options on which the plan depends.
+        root: the id of the first node.
+        nodes: the nodes by id; branches that meet share nodes.
+        start: where everything is at first; None without geometry.
+        certificate: the proofs that the motions are free of collision; None if there are none.
+        certificate_gaps: the motions that a requested certificate cannot prove to be free of collision.
     """
 
     problem: str
@@ -133,3 +147,68 @@ class Plan:
     start: StateChange | None = None
     certificate: Certificate | None = None
     certificate_gaps: tuple[str, ...] = ()
+
+    @property
+    def statistics(self) -> "PlanStatistics":
+        """The counts of actions, nodes, leaves and way points.
+
+        Raises:
+            ValueError: the plan has a cycle, which no plan of kabo has.
+        """
+        from kabo.plan.statistics import plan_statistics
+
+        return plan_statistics(self)
+
+    def print(self) -> None:
+        """Writes the plan as an indented tree on standard output, as `kabo solve` does."""
+        from kabo.plan.description import describe
+
+        sys.stdout.write(describe(self))
+
+    def save(self, path: str | Path) -> str:
+        """Writes the plan's file, completely or not at all; returns its hash, `sha256:…`. `kabo.load_plan` reads it.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        from kabo.plan.writing import write_plan
+
+        return write_plan(self, Path(path))
+
+    def to_dot(self) -> str:
+        """The plan in Graphviz's language DOT, for `dot -Tsvg`: a box for each action, outcomes on the edges."""
+        from kabo.plan.graphviz import plan_to_dot
+
+        return plan_to_dot(self)
+
+    def __repr__(self) -> str:
+        return f"<Plan {self.problem}: {summary(self)}>"
+
+    def _repr_html_(self) -> str:
+        return display(f"Plan of {self.problem}", plan_figures(self), self)
+
+
+def summary(plan: Plan) -> str:
+    """The size of a plan: `36 nodes, 16 outcomes, 18 actions at most`."""
+    nodes = counted(len(plan.nodes), "node")
+    try:
+        figures = plan.statistics
+    except ValueError:
+        return f"{nodes}, with a cycle"
+    return f"{nodes}, {counted(figures.plan_leaves, 'outcome')}, {counted(figures.plan_actions, 'action')} at most"
+
+
+def plan_figures(plan: Plan) -> dict[str, str]:
+    """What a notebook shows of a plan: its size, its motion, its certificate, the options that made it."""
+    made = {"size": summary(plan)}
+    moving = sum(1 for node in plan.nodes.values() if node.motion)
+    if moving:
+        points = sum(len(segment.waypoints) for node in plan.nodes.values() for segment in node.motion)
+        gaps = len(plan.certificate_gaps)
+        made["motion"] = f"{counted(moving, 'node')} with motion, {counted(points, 'way point')}"
+        made["certificate"] = (
+            "yes" if plan.certificate else f"none, {counted(gaps, 'motion')} cannot be proven" if gaps else "none"
+        )
+    options = {name: value for name, value in plan.options.items() if value is not None}
+    made["options"] = ", ".join(f"{name} {value}" for name, value in options.items())
+    return made

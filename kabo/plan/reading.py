@@ -31,14 +31,17 @@ _MOVING = ("motion", "after", "overlap", "learned")
 _FIRST_OPTIONS = ("search", "seed", "epsilon", "geometry")  # of every plan; plans of older kabos have no others
 
 
-def load_plan(path: Path) -> Plan:
-    """The plan of a file.
+def load_plan(path: str | Path) -> Plan:
+    """The plan of a file, as `kabo solve -o` or `Plan.save` wrote it.
+
+    Args:
+        path: the plan file.
 
     Raises:
         InputError: the form is wrong; has all findings with their JSON paths.
         OSError: the file cannot be read.
     """
-    content = path.read_bytes()
+    content = Path(path).read_bytes()
     _LOG.debug("read %s", path, extra={"fields": {"file": str(path), "bytes": len(content)}})
     return plan_from_json(content, file=str(path))
 

@@ -4,29 +4,19 @@ All three are results, not errors. `result_to_json` makes the JSON object (schem
 docs/reference/plans.md#the-result) that both `kabo solve --json` and the service return.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from kabo.budgets import Spent
+from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
-from kabo.plan import Plan, plan_hash, plan_statistics
+from kabo.language.problem import Problem
+from kabo.plan import Plan, plan_hash
+from kabo.plan.plan import summary
+from kabo.planner.statistics import PYTHON_ONLY, Statistics, completed
 
 Status = Literal["solved", "no_plan", "exhausted"]
-
-# Every figure of `statistics` but those of the plan itself; a figure that nobody counted is zero.
-COUNTS = (
-    "collision_checks",
-    "expanded",
-    "generated",
-    "geometric_states",
-    "inverse_kinematics_calls",
-    "pair_checks",
-    "positive_collision_checks",
-)
-PLAN_FIGURES = ("plan_actions", "plan_leaves", "plan_nodes", "waypoints")
-REFINED = ("path_length_found", "path_length", "duration_found", "duration", "overlap", "refine_s")
-SECONDS = ("collision_s", "geometric_s", "load_s", "symbolic_s", "total_s")
 
 
 @dataclass(frozen=True)
@@ -69,13 +59,48 @@ class Progress:
 
 @dataclass(frozen=True)
 class Result:
-    """The outcome of planning: `plan` is set if the status is "solved", `reason` otherwise."""
+    """The outcome of planning: `plan` is set if the status is "solved", `reason` otherwise.
+
+    Attributes:
+        status: `solved`; `no_plan`, which is proven; or `exhausted`: a budget was spent.
+        plan: the plan, or None.
+        statistics: the figures of the run by name, such as `result.statistics["expanded"]`.
+        reason: why there is no plan, or None.
+        cut_off: what the plan lacks because time or memory was spent after it was found.
+        problem: what was solved, for whoever shows the plan in its scene; None if it is not known.
+    """
 
     status: Status
     plan: Plan | None
-    statistics: Mapping[str, Any] = field(default_factory=dict)
+    statistics: Statistics = field(default_factory=lambda: completed({}))
     reason: Reason | None = None
-    cut_off: tuple[str, ...] = ()  # what the plan lacks because time or memory was spent after it was found
+    cut_off: tuple[str, ...] = ()
+    problem: Problem | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "statistics", completed(self.statistics, self.plan))
+
+    def __repr__(self) -> str:
+        return f"<Result {self.status}: {self._outcome()}>"
+
+    def _repr_html_(self) -> str:
+        figures = self.statistics
+        calls = sum(row["calls"] for row in figures["procedures"].values())
+        rows = {
+            "outcome": self._outcome(),
+            "seconds": f"{figures['total_s']:.1f} in all, {figures['symbolic_s']:.1f} on the knowledge level, "
+            f"{figures['geometric_s']:.1f} of geometry",
+            "search": f"{figures['expanded']} states expanded, {figures['generated']} generated",
+            "geometry": f"{calls} calls, {figures['collision_checks']} collision checks" if calls else "",
+            "lacks": "; ".join(self.cut_off),
+        }
+        rows |= {} if self.reason is None else {"why": " ".join((self.reason.message, *self.reason.details))}
+        return display(f"Result: {self.status}", rows, self if self.plan is not None else None)
+
+    def _outcome(self) -> str:
+        if self.plan is not None:
+            return summary(self.plan)
+        return "no plan" if self.reason is None else self.reason.message
 
 
 def result_to_json(
@@ -103,7 +128,7 @@ def invalid_to_json(error: InputError) -> dict[str, Any]:
     """The JSON object for a problem that cannot be read: status "invalid", with every diagnostic."""
     found = error.diagnostics
     files = len({diagnostic.file for diagnostic in found})
-    message = f"{_count(len(found), 'problem')} in {_count(files, 'file')}"
+    message = f"{counted(len(found), 'problem')} in {counted(files, 'file')}"
     return {
         "status": "invalid",
         "plan": None,
@@ -121,22 +146,14 @@ def diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, Any]:
 
 
 def _statistics(result: Result) -> dict[str, Any]:
-    known = result.statistics
-    figures: dict[str, Any] = {name: int(known.get(name, 0)) for name in COUNTS}
-    figures |= {name: round(float(known.get(name, 0.0)), 6) for name in SECONDS}
-    figures |= {name: round(float(known[name]), 6) for name in REFINED if name in known}
-    figures["procedures"] = {
-        name: {"calls": int(row["calls"]), "failures": dict(row["failures"])}
-        for name, row in known.get("procedures", {}).items()
+    """The figures in the form of the schema: times and lengths are rounded to 1e-6."""
+    return {
+        name: round(value, 6) if isinstance(value, float) else value
+        for name, value in result.statistics.items()
+        if name not in PYTHON_ONLY
     }
-    plan = dict.fromkeys(PLAN_FIGURES) if result.plan is None else asdict(plan_statistics(result.plan))
-    return figures | plan
 
 
 def _reason(reason: Reason) -> dict[str, Any]:
     written: dict[str, Any] = {"proved": reason.proved, "message": reason.message, "details": list(reason.details)}
     return written if reason.budget is None else written | {"budget": reason.budget}
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"

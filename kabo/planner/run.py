@@ -28,6 +28,7 @@ from kabo.planner.search.skeleton import (
     SearchStatistics,
     Unreachable,
 )
+from kabo.planner.statistics import Statistics, completed
 
 if (
     TYPE_CHECKING
@@ -146,7 +147,7 @@ def without_plan(
     run: SolveRun,
     task: GroundedTask,
     found: Unreachable | Exhausted,
-    statistics: Mapping[str, Any],
+    statistics: Statistics,
     failures: Sequence[tuple[GroundCall, Refusal]] = (),
     *,
     proved: bool = True,
@@ -173,7 +174,7 @@ def without_plan(
     return Result("exhausted", None, statistics, exhausted("samples", failures, needed=needed))
 
 
-def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[str, Any]:
+def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> Statistics:
     """The statistics of a run, as part of its result (docs/reference/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,
@@ -197,4 +198,4 @@ def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[
             **run.certified,
             **run.refined,
         }
-    return figures
+    return completed(figures)

@@ -28,6 +28,7 @@ from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.rounds import ExternalRounds, GeometricRounds, Rounds, SymbolicRounds, Variants
 from kabo.planner.run import OnProcedures, SolveRun, search_once, statistics_of, without_plan
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Unreachable
+from kabo.planner.statistics import completed
 
 if TYPE_CHECKING:  # Python 3.11 has it itself, older ones in a package that only type checkers need
     from typing_extensions import Unpack
@@ -94,10 +95,10 @@ def solve(
     if has_geometry:
         result = _with_geometry(run, task)
     elif procedures is not None:
-        return _with_external(run, task, external)
+        return replace(_with_external(run, task, external), problem=problem)
     else:
         result = _symbolic(run, task)
-    return _with_figures(result, external) if procedures else result
+    return replace(_with_figures(result, external) if procedures else result, problem=problem)
 
 
 def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
@@ -166,7 +167,7 @@ def _symbolic(run: SolveRun, task: GroundedTask) -> Result:
 def _with_external(run: SolveRun, task: GroundedTask, external: ExternalProcedures) -> Result:
     """The result of planning until all external procedures along a plan succeed."""
     found = planned(run, task, ExternalRounds(run, task, external))
-    statistics = statistics_of(run) | external.figures()
+    statistics = completed(statistics_of(run) | external.figures())
     if isinstance(found, tuple):
         return replace(_solved(run, found), statistics=statistics)
     if isinstance(found, Exhausted):
@@ -195,5 +196,5 @@ def _replace_geometry(procedures: Mapping[str, Callable[..., bool]] | None, prob
 
 def _with_figures(result: Result, external: ExternalProcedures) -> Result:
     """The result with the calls of external procedures among its statistics."""
-    rows = {**external.figures()["procedures"], **result.statistics.get("procedures", {})}
-    return replace(result, statistics={**result.statistics, "procedures": rows})
+    rows = {**external.figures()["procedures"], **result.statistics["procedures"]}
+    return replace(result, statistics=completed({**result.statistics, "procedures": rows}))

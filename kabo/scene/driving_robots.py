@@ -1,6 +1,6 @@
 """Robots whose base drives: the joints of the base put into the URDF, and its floor.
 
-Source: docs/reference/files.md#mobile-bases.
+Source: docs/reference/scenes.md#mobile-bases.
 """
 
 import math

@@ -1,18 +1,22 @@
 """Findings in a scene's meshes and URDFs: errors of loading it, and warnings about sizes and inverted meshes."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
-from kabo.errors import Diagnostic, InputError
+from kabo.errors import About, Diagnostic, InputError
 from kabo.language.files import geometry_files
 from kabo.language.scene_description import SceneDescription
 from kabo.meshes import FORMATS, load_mesh, outwards, units_warning
 from kabo.scene.scene import Scene, load_scene
 
 
-def findings_in_scene(description: SceneDescription) -> tuple[Diagnostic, ...]:
-    """The errors of loading a scene; if there are none, warnings about sizes and about meshes that are inside out."""
+def findings_in_scene(description: SceneDescription, scene: Scene | None = None) -> tuple[Diagnostic, ...]:
+    """The errors of loading a scene; if there are none, warnings about sizes and about meshes that are inside out.
+
+    `scene` is the loaded scene; None loads it.
+    """
     try:
-        scene = load_scene(description)
+        scene = scene or load_scene(description)
     except InputError as error:
         return error.diagnostics
     return (*_unit_warnings(scene, description), *_turned_warnings(description))
@@ -31,19 +35,29 @@ def _turned_warnings(description: SceneDescription) -> Iterator[Diagnostic]:
 def _unit_warnings(scene: Scene, description: SceneDescription) -> tuple[Diagnostic, ...]:
     """Warnings about meshes of bodies and robots that are so large that they may be in millimetres."""
     found = [
-        units_warning(body.mesh, description.bodies[name].shape.place)
+        _of(units_warning(body.mesh, description.bodies[name].shape.place), name)
         for name, body in scene.bodies.items()
         if body.mesh.path is not None
     ]
     found += [
-        units_warning(
-            link.mesh,
-            next((each.place for each in link.elements if each.place is not None), description.robots[name].place),
-            named=f'link "{link_name}" of robot "{name}"',
-            fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
+        _of(
+            units_warning(
+                link.mesh,
+                next(
+                    (each.place for each in link.elements if each.place is not None),
+                    description.robots[name].place,
+                ),
+                named=f'link "{link_name}" of robot "{name}"',
+                fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
+            ),
+            f"{name}.{link_name}",
         )
         for name, robot in scene.robots.items()
         for link_name, link in robot.links.items()
         if link.mesh is not None
     ]
     return tuple(warning for warning in found if warning is not None)
+
+
+def _of(warning: Diagnostic | None, thing: str) -> Diagnostic | None:
+    return None if warning is None else replace(warning, about=About((thing,)))

@@ -11,7 +11,9 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.children import never
+from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
+from kabo.language import load_scene_description
 from kabo.language.formulas import Place
 from kabo.language.scene_description import (
     BodyDescription,
@@ -102,6 +104,23 @@ class Scene:
     def movable(self) -> tuple[str, ...]:
         """The names of the movable bodies."""
         return tuple(name for name, body in self.bodies.items() if body.movable)
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: {self._sizes()}, epsilon {1000 * self.epsilon:g} mm>"
+
+    def _repr_html_(self) -> str:
+        figures = {
+            "epsilon": f"{1000 * self.epsilon:g} mm",
+            "robots": ", ".join(f"{one.name} ({counted(one.planned, 'joint')})" for one in self.robots.values()),
+            "movable": ", ".join(self.movable),
+            "fixed": ", ".join(name for name, body in self.bodies.items() if not body.movable),
+            "regions": ", ".join(self.regions),
+        }
+        return display(f"Scene {self.name}", figures, self)
+
+    def _sizes(self) -> str:
+        robots, bodies = counted(len(self.robots), "robot"), counted(len(self.bodies), "body", "bodies")
+        return f"{robots}, {bodies}, {counted(len(self.regions), 'region')}"
 
     def never_collide(self, first: str, second: str) -> bool:
         """Whether a pair of links or bodies is never checked: it may collide, is adjacent, or never moves."""
@@ -215,12 +234,18 @@ class _Loader:
         return result
 
 
-def load_scene(description: SceneDescription, look: Callable[[], None] = never) -> Scene:
-    """The scene of a description, with every URDF and mesh loaded; `look` is called before each of them.
+def load_scene(description: SceneDescription | str | Path, look: Callable[[], None] = never) -> Scene:
+    """The scene of a file or of a description, with every URDF and mesh loaded.
+
+    Args:
+        description: a scene file, a problem file with a scene, or what was read from one, such as `problem.scene`.
+        look: called before each URDF and mesh; may raise an error to stop.
 
     Raises:
         InputError: something does not load; the error lists every failure with its place in the scene file.
     """
+    if not isinstance(description, SceneDescription):
+        description = load_scene_description(description)
     loader = _Loader(description, look)
     robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)
     bodies = loader.collect(loader.body, description.bodies)

@@ -8,10 +8,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.displays import counted
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import DriveDescription, GripperDescription, RobotDescription
-from kabo.meshes.counts import counted
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
 from kabo.scene.robot_semantics import with_groups, with_semantics

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from kabo.displays import bullets, counted, display, shortened
 from kabo.verify.certificate_report import CertificateReport
 
 
@@ -146,6 +147,32 @@ class Report:
             return "worlds"
         return None if self.why_replay is None else "replay"
 
+    def __repr__(self) -> str:
+        return f"<Report {self.verdict}: {self._judged()}>"
+
+    def _repr_html_(self) -> str:
+        lines = [line for line in str(self).splitlines()[1:] if not line.startswith(("- ", "note: "))]
+        figures = {name: value for name, _, value in (line.partition(": ") for line in lines)}
+        return display(f"Report: {self.verdict}", figures | {"note": " ".join(self.notes)}) + bullets(
+            map(str, self.findings)
+        )
+
+    @property
+    def verdict(self) -> str:
+        """`verified`, or `NOT verified: 2 findings`."""
+        return "verified" if self.ok else f"NOT verified: {counted(len(self.findings), 'finding')}"
+
+    def _judged(self) -> str:
+        """The first finding; without one, what was verified."""
+        if self.findings:
+            return shortened(str(self.findings[0]))
+        parts = [counted(self.leaves, "outcome")]
+        if self.motions:
+            parts.append(counted(self.motions, "motion"))
+        if self.least is not None:
+            parts.append(f"least distance {1000 * self.least.distance:.2f} mm")
+        return ", ".join(parts)
+
     def to_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
         return {
@@ -171,10 +198,8 @@ class Report:
 
     def __str__(self) -> str:
         """The report as text: the verdict, what was checked, every finding on a line of its own."""
-        count = len(self.findings)
-        verdict = "verified" if self.ok else f"NOT verified: {count} finding{'s' if count != 1 else ''}"
         lines = [
-            verdict,
+            self.verdict,
             f"knowledge: {self.leaves} leaves, {self.branches} branching nodes, {self.states} states",
         ]
         if self.worlds is not None:

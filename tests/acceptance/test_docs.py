@@ -17,20 +17,22 @@ SERVICE_PAGE = (REPOSITORY / "docs" / "reference" / "service.md").read_text()
 PAGES = [*sorted(REPOSITORY.glob("*.md")), *sorted(REPOSITORY.glob("docs/**/*.md"))]
 
 
-MESSAGES = {"--verbose", "--quiet", "--log"}  # of all commands, described once
-
-
 def options_of(command: str) -> set[str]:
     """The long options of a command."""
     (commands,) = (action for action in parser()._actions if isinstance(action.choices, dict))
     own = list(commands.choices[command]._actions)
     for action in [each for each in own if isinstance(each.choices, dict)]:  # commands of a command
         own += [each for inner in action.choices.values() for each in inner._actions]
-    names = {option for action in own for option in action.option_strings if option.startswith("--")}
-    return names - {"--help"} - MESSAGES
+    return {option for action in own for option in action.option_strings if option.startswith("--")} - {"--help"}
 
 
-def test_every_option_is_described_and_every_described_option_exists():
+def top_options() -> set[str]:
+    """The long options that stand before or behind every command."""
+    return {option for action in parser()._actions for option in action.option_strings if option.startswith("--")}
+
+
+def test_every_command_has_a_section_and_every_option_that_it_names_exists():
+    """That every option is described is the business of docs/reference/options.md, which is written by the code."""
     sections = re.split(r"^## ", COMMANDS_PAGE, flags=re.MULTILINE)[1:]
     described = {
         section.split()[1]: set(re.findall(r"--[a-z][a-z-]*", section))
@@ -38,23 +40,13 @@ def test_every_option_is_described_and_every_described_option_exists():
         if section[:4] == "kabo"
     }
     assert set(described) == {command.NAME for command in COMMANDS}
-    described["request"] |= described["solve"] - {"--workers"}
-    for name, found in described.items():
-        assert found - {"--workers"} == options_of(name) - {"--workers"}
+    known = {option for command in COMMANDS for option in options_of(command.NAME)} | top_options()
+    assert not {name: found - known for name, found in described.items() if found - known}
 
 
 def test_the_options_of_all_commands_are_described_once():
-    top = {option for action in parser()._actions for option in action.option_strings}
     section = COMMANDS_PAGE.split("## Messages", 1)[1].split("## Limits", 1)[0]
-    assert (
-        top >= MESSAGES
-        and {option for option in top - {"-h", "--help", "--version"} if option not in section} == set()
-    )
-
-
-def test_every_value_of_an_option_is_described():
-    values = {value for option in OPTIONS.values() for value in option.choices}
-    assert not {value for value in values if f"`{value}`" not in COMMANDS_PAGE}
+    assert not {option for option in top_options() - {"--help", "--version"} if option not in section}
 
 
 def test_every_exit_code_is_described():
@@ -65,17 +57,13 @@ def test_every_exit_code_is_described():
 
 
 def test_every_error_code_option_and_status_field_of_the_service_is_described():
-    listed = set(re.findall(r"^\| `([a-z_]+)` \|", SERVICE_PAGE, flags=re.MULTILINE))
+    listed = set(re.findall(r"^\| `([a-z_]+)` \|", SERVICE_PAGE.split("## Fields")[0], flags=re.MULTILINE))
     assert listed == set(get_args(Code))
     for name in (*OPTIONS, *Status.__struct_fields__):
         assert f"`{name}`" in SERVICE_PAGE or f'"{name}"' in SERVICE_PAGE
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(REPOSITORY).as_posix())
-def test_links_and_files_that_a_page_names_exist(page):
-    text = page.read_text()
-    links = {target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target}
-    missing = {link for link in links if not (page.parent / link).exists()}
-    named = re.findall(r"`((?:kabo|tests|domains|scripts|benchmarks|docs)/[\w/.-]*)`", text)
-    missing |= {name for name in named if not (REPOSITORY / name).exists()}
-    assert not missing
+def test_files_that_a_page_names_exist(page):
+    named = re.findall(r"`((?:kabo|tests|domains|scripts|benchmarks|docs)/[\w/.-]*)`", page.read_text())
+    assert not {name for name in named if not (REPOSITORY / name).exists()}

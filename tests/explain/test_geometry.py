@@ -8,10 +8,13 @@ import pytest
 
 from kabo.explain.explain import Explanation, explain, explanation_to_json
 from kabo.explain.findings import BaseMoved, BodyRemoved, SmallerEpsilon
+from kabo.explain.samples import MAX_PER_ROW
 from kabo.explain.scene_changes import changed, removable
+from kabo.geometry_server import GeometryServer
 from kabo.plan import schema
 from kabo.planner.solve import solve
 from kabo.scene import load_scene
+from kabo.tasks.robots import TaskScene
 from kabo.verify import verify_plan
 from tests.planner.gantry import gantry_problem
 
@@ -84,7 +87,22 @@ def test_the_body_that_blocks_is_named_with_its_share(tmp_path: Path) -> None:
         f"It was blocked by lid in {failure['count']} of {failure['count']} samples (100 %).",
         "Without lid a plan of 2 actions exists.",
     )
-    assert best(found) == {"change": {"remove": "lid"}, "plan_actions": 2, "result": "solved"}
+    wanted = {"change": {"remove": "lid"}, "plan_actions": 2, "result": "solved", "said": "without lid"}
+    assert best(found) == wanted and first(found)["without"] == {"lid": failure["count"]}
+
+
+def test_samples_show_the_robot_where_it_was_refused(tmp_path: Path) -> None:
+    (row,) = explained(tmp_path, walls=LID).findings[0].rows
+    samples = explained(tmp_path, walls=LID).findings[0].samples
+    assert 0 < len(samples) <= MAX_PER_ROW < row.count
+    problem = gantry_problem(tmp_path, walls=LID)
+    assert problem.scene is not None
+    first_scene = TaskScene.of(
+        GeometryServer(load_scene(problem.scene)).context(), load_scene(problem.scene).start
+    )
+    for sample in samples:
+        assert sample.row == 0 and sample.between == ("gantry.hand", "lid")
+        assert first_scene.at("gantry", sample.state.robots["gantry"].values()).hit("gantry") == sample.between
 
 
 def test_a_place_that_is_taken_is_blamed_on_what_stands_there(tmp_path: Path) -> None:

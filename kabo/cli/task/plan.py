@@ -71,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
             )
             with blamed(options.stages):
                 runs = rooms.plan_file(file, arguments, scene, settings)
-        made = rooms.report(runs, file=str(options.file), arguments=arguments)
+        given = None if options.scene is None else str(options.scene)
+        made = rooms.report(runs, file=str(options.file), arguments=arguments, scene=scene, scene_file=given)
         if options.output is not None:
             rooms.write_atomically(options.output, rooms.report_bytes(made))
     if options.json:

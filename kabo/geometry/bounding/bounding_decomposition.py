@@ -14,6 +14,7 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.compilation import cache_folder
+from kabo.displays import counted, display
 from kabo.geometry.bounding.cover_tree import CoverTree
 from kabo.geometry.bounding.decomposition import Request
 from kabo.geometry.bounding.enclosing_union import Aims
@@ -46,6 +47,20 @@ class Decomposition:
     deviations: tuple[float, ...]  # of each part: a proven bound of its greatest distance from the solid [m]
     epsilon: float  # [m]
     seconds: float  # spent on computing the parts, or on reading them
+
+    def __repr__(self) -> str:
+        return f"<Decomposition: {self._sizes()}, within {self._bound()}>"
+
+    def _repr_html_(self) -> str:
+        figures = {"size": self._sizes(), "distance": f"{self._bound()}, of {1000 * self.epsilon:g} mm allowed"}
+        return display("Bounding decomposition", figures, self)
+
+    def _sizes(self) -> str:
+        corners = counted(sum(map(len, self.parts)), "vertex", "vertices")
+        return f"{counted(len(self.parts), 'convex part')}, {corners}"
+
+    def _bound(self) -> str:
+        return f"{1000 * self.hausdorff_upper_bound:.3g} mm of the solid"
 
     @property
     def hausdorff_upper_bound(self) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
+from kabo.displays import counted, display
 from kabo.geometry.bounding import contraction_state as state
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
@@ -87,6 +88,23 @@ class BoundingMesh:
     seconds: float  # of everything
     counts: dict[str, int]  # of contractions, and of rejections by their reason
     one_sided: Literal[True] = True
+
+    def __repr__(self) -> str:
+        return f"<BoundingMesh {self.side}: {self._sizes()}, within {self._bound()}>"
+
+    def _repr_html_(self) -> str:
+        figures = {
+            "size": self._sizes(),
+            "distance": f"{self._bound()}, of {1000 * self.epsilon:g} mm allowed",
+            "contractions": f"{self.contractions} in {self.seconds:.2f} s",
+        }
+        return display(f"Bounding mesh, {self.side}", figures, self)
+
+    def _sizes(self) -> str:
+        return f"{counted(len(self.vertices), 'vertex', 'vertices')}, {counted(len(self.faces), 'face')}"
+
+    def _bound(self) -> str:
+        return f"{1000 * self.hausdorff_upper_bound:.3g} mm of the original"
 
 
 def bounding_mesh(

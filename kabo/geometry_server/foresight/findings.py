@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 
 from kabo.children import never
-from kabo.errors import Diagnostic, MeshError
+from kabo.errors import About, Diagnostic, MeshError
 from kabo.geometry_server.foresight.contacts import idle_contacts
 from kabo.geometry_server.foresight.measures import Measure
 from kabo.geometry_server.foresight.openings import too_wide
@@ -54,7 +54,9 @@ def start_findings(
 
 def _at_the_start(description: SceneDescription, faults: Sequence[StartFault]) -> Iterator[Diagnostic]:
     for fault in faults:
-        yield _warning(description, description.bodies[fault.things[0]].place, fault.said, fault.hint)
+        deep = fault.kind in ("overlap", "inside") and fault.metres is not None
+        about = About(fault.things, -fault.metres if deep and fault.metres is not None else fault.metres)
+        yield _warning(description, description.bodies[fault.things[0]].place, fault.said, fault.hint, about)
 
 
 # ------------------------------------------------------------------------------------------------------ regions
@@ -70,7 +72,8 @@ def _regions(description: SceneDescription, scene: Scene) -> Iterator[Diagnostic
             said = min((proof for proof in found if proof is not None), key=lambda proof: proof.missing)
             hint = "what is placed there has to lie inside, with all of its height and width"
             place = description.regions[name].place
-            yield _warning(description, place, f'region "{name}" can contain no object: {said.text}', hint)
+            text = f'region "{name}" can contain no object: {said.text}'
+            yield _warning(description, place, text, hint, About((name,), said.missing))
 
 
 def _asks_inside(body: Body) -> bool:
@@ -95,7 +98,8 @@ def _grippers(description: SceneDescription, scene: Scene) -> Iterator[Diagnosti
             said = min((each for each in found if each is not None), key=lambda each: each.missing)
             hint = "`open` of the gripper may be more, as far as its joints' limits go; or scale the object"
             place = description.bodies[body.name].place
-            yield _warning(description, place, f'nobody can grasp "{body.name}": {said.text}', hint)
+            about = About((body.name,), said.missing)
+            yield _warning(description, place, f'nobody can grasp "{body.name}": {said.text}', hint, about)
 
 
 def _widths(scene: Scene, body: Body, name: str) -> list[Measure | None]:
@@ -111,7 +115,8 @@ def _widths(scene: Scene, body: Body, name: str) -> list[Measure | None]:
 # ----------------------------------------------------------------------------------------------------- contacts
 def _contact(description: SceneDescription, pair: tuple[str, str], said: str) -> Diagnostic:
     text = f"the allowed contact of {pair[0]} and {pair[1]} is never needed: {said}"
-    return _warning(description, _place_of(description, pair), text, "leave it out: it hides nothing but mistakes")
+    hint = "leave it out: it hides nothing but mistakes"
+    return _warning(description, _place_of(description, pair), text, hint, About(pair))
 
 
 def _place_of(description: SceneDescription, pair: tuple[str, str]) -> Place | None:
@@ -129,6 +134,6 @@ def _place_of(description: SceneDescription, pair: tuple[str, str]) -> Place | N
     return None
 
 
-def _warning(description: SceneDescription, place: Place | None, text: str, hint: str) -> Diagnostic:
+def _warning(description: SceneDescription, place: Place | None, text: str, hint: str, about: About) -> Diagnostic:
     at = place or Place(str(description.path), 1, 1)
-    return Diagnostic(at.file, at.line, at.column, text, hint, at.length, severity="warning")
+    return Diagnostic(at.file, at.line, at.column, text, hint, at.length, severity="warning", about=about)

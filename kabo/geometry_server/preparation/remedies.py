@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from kabo.errors import Diagnostic, MeshError, by_place
+from kabo.errors import About, Diagnostic, MeshError, by_place
 from kabo.meshes import Mesh, hull_of, repaired, require_closed
 from kabo.scene import Element, Scene
 
@@ -36,7 +36,8 @@ def findings(scene: Scene, failures: Sequence[Failure]) -> list[Diagnostic]:
             named = ", ".join([*scene.robots[robot].hulls, *helped[robot]])
             line = AS_ABOVE if robot in shown else f"hulls: [{named}]"
             shown.add(robot)
-        found.append(replace(told, hint="; or ".join(_ways(failure, told, line)) or told.hint))
+        hint = "; or ".join(_ways(failure, told, line)) or told.hint
+        found.append(replace(told, hint=hint, about=About((failure.thing,))))
     return found
 
 

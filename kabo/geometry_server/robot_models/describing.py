@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from kabo.displays import counted
 from kabo.geometry_server.robot_models.model import RobotModel
-from kabo.meshes.counts import counted
 from kabo.meshes.pictures import PART_COLOURS, draw_bodies
 from kabo.scene import link_poses
 

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.children import never
-from kabo.errors import Diagnostic, InputError, MeshError
+from kabo.errors import About, Diagnostic, InputError, MeshError
 from kabo.geometry import Budget, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.predicates import ScenePredicates
@@ -29,20 +30,27 @@ NO_LIMIT = 1e6  # [rad/s or m/s]: larger values are none
 SHOWN_PAIRS = 6  # pairs in collision that are told of one configuration
 
 
-def robot_findings(description: SceneDescription, look: Callable[[], None] = never) -> list[Diagnostic]:
+def robot_findings(
+    description: SceneDescription,
+    look: Callable[[], None] = never,
+    *,
+    scene: Scene | None = None,
+    configurations: bool = True,
+) -> list[Diagnostic]:
     """The findings in the robots of a scene that loads; the errors of loading it, if it does not.
 
-    Covered: each link's meshes, the SRDF files, and whether the robot's named configurations are free of the robot
-    itself and of all that stands. `look` is called now and then, and may raise.
+    Covered: each link's meshes, the SRDF files, and, with `configurations`, whether the robot's named configurations are
+    free of the robot itself and of all that stands, for which convex parts are made. `look` is called now and then, and
+    may raise. `scene` is the loaded scene; None loads it.
     """
     try:
-        scene = load_scene(description, look)
+        scene = scene or load_scene(description, look)
     except InputError as error:
         return list(error.diagnostics)
     found = [each for name in scene.robots for each in _mesh_findings(scene, description, name)]
     for name, robot in scene.robots.items():
         found += [*_semantic(robot, description.robots[name]), *_without_speed(robot, description.robots[name])]
-    if any(each.severity == "error" for each in found):
+    if not configurations or any(each.severity == "error" for each in found):
         return found
     checked = _Configurations(scene, description, look)
     return [*found, *(each for name in scene.robots for each in checked.findings(name))]
@@ -61,7 +69,8 @@ def _mesh_findings(scene: Scene, description: SceneDescription, name: str) -> It
             except MeshError as error:
                 failures.append(Failure(f"{name}.{link.name}", element, error))
             if (extent := _extent(element.mesh)) < SMALL_EXTENT:
-                yield _tiny(link.name, name, extent, element.place or described.place)
+                told = _tiny(link.name, name, extent, element.place or described.place)
+                yield replace(told, about=About((f"{name}.{link.name}",)))
     yield from open_findings(scene, failures)
 
 
@@ -92,7 +101,8 @@ def _without_speed(robot: Robot, described: RobotDescription) -> Iterator[Diagno
         more = f" and {len(chosen) - SHOWN_JOINTS} more" if len(chosen) > SHOWN_JOINTS else ""
         said = f'the URDF of robot "{robot.name}" has no velocity limit above 0 for {", ".join(chosen[:SHOWN_JOINTS])}'
         hint = 'motions take pi rad/s (m/s where it slides): write <limit velocity="…"/> for the true one'
-        yield Diagnostic(at.file, at.line, at.column, f"{said}{more}", hint, at.length, "warning")
+        about = About((robot.name,))
+        yield Diagnostic(at.file, at.line, at.column, f"{said}{more}", hint, at.length, "warning", about=about)
 
 
 def _moving(robot: Robot) -> Iterator[tuple[int, str]]:
@@ -195,9 +205,10 @@ class _Configurations:
                 f"`kabo robot` finds a free one; or allow it in the robot: allowed_contacts: [[{', '.join(own)}]]"
             )
         start = named == "home" or named.startswith("the start")
-        severity = "error" if start and bounds.upper < 0.0 else "warning"
+        severity: Literal["error", "warning"] = "error" if start and bounds.upper < 0.0 else "warning"
         said = f'{what} of robot "{robot.name}": {names} {depth}'
-        return Diagnostic(at.file, at.line, at.column, said, hint, at.length, severity)  # type: ignore[arg-type]
+        about = About(pair, bounds.upper if bounds.upper < 0.0 else max(0.0, bounds.lower), (robot.name, tuple(q)))
+        return Diagnostic(at.file, at.line, at.column, said, hint, at.length, severity, about=about)
 
 
 def _place_of(robot: Robot, described: RobotDescription, named: str) -> Place:

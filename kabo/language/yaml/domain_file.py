@@ -1,6 +1,6 @@
 """Domain files: types, constants, predicates, functions, procedures, update rules and actions.
 
-Source: docs/reference/files.md#domain.
+Source: docs/reference/files.md#domain-files.
 """
 
 import os

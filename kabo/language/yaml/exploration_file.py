@@ -1,6 +1,6 @@
 """Exploration files: parameters with bounds, cases, outcomes, and how a trial is made.
 
-Source: T 4.4, docs/reference/files.md#exploration.
+Source: T 4.4, docs/reference/explorations.md.
 
 Trial functions and task files are not opened here; the package `kabo.trials` checks them.
 """

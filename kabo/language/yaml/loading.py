@@ -217,6 +217,19 @@ def is_exploration(path: str | Path) -> bool:
     return root is not None and kind_of(root) == "exploration"
 
 
+def kind_of_file(path: str | Path) -> str | None:
+    """What a YAML file is: domain, problem, scene, task or exploration; None if it is none of them.
+
+    Raises:
+        InputError: the file cannot be read, or is no YAML.
+    """
+    loading = _Loading()
+    root = loading.document(os.fspath(path), aliases=True)
+    if root is None:
+        raise InputError(loading.findings.diagnostics)
+    return kind_of(root)
+
+
 def _check(loading: _Loading, root: Mapping, name: str) -> None:
     kind = kind_of(root)
     if kind == "problem":

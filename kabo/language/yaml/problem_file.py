@@ -1,4 +1,4 @@
-"""Problem files: objects, additions to the scene, initial knowledge, goal, options [docs/reference/files.md#problem]."""
+"""Problem files: objects, additions to the scene, initial knowledge, goal, options [docs/reference/files.md]."""
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType

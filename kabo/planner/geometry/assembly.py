@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from kabo.geometry_server.answers import Success
-from kabo.geometry_server.situation import Situation
+from kabo.geometry_server.situation import Situation, whole_state
 from kabo.knowledge.actions import GroundAction, RunTimeArgument
 from kabo.language.problem import Problem
-from kabo.plan import Learned, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
+from kabo.plan import Learned, Node, Plan, PlanBuilder, Segment, ValueOf
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import SkeletonNode
-from kabo.scene import Attachment, Component, Scene
 
 
 def assemble(
@@ -111,17 +110,6 @@ def _arguments(action: GroundAction) -> dict[str, str | ValueOf]:
         name: ValueOf(value.term) if isinstance(value, RunTimeArgument) else value
         for name, value in action.arguments.items()
     }
-
-
-def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:
-    """The components in the format of plans: robots as joint values by name, objects as parent and pose."""
-    robots, objects = {}, {}
-    for name, value in components.items():
-        if isinstance(value, Attachment):
-            objects[name] = ObjectPose(value.parent, value.position, value.quaternion)
-        else:
-            robots[name] = dict(zip(scene.robots[name].joint_names, value, strict=True))
-    return StateChange(robots, objects)
 
 
 def symbolic_variants(root: SkeletonNode, order: list[SkeletonNode]) -> tuple[Variant, ...]:

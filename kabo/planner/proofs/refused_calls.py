@@ -3,10 +3,10 @@
 from collections import Counter
 from collections.abc import Iterable
 
+from kabo.displays import counted
 from kabo.geometry_server.answers import BLOCKED_REASONS, Pair, Refusal, owners, pair_text
 from kabo.geometry_server.foresight.measures import Measure
 from kabo.language.formulas import GroundCall
-from kabo.planner.proofs.wording import counted
 
 
 def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list[tuple[str, int]]:

@@ -8,12 +8,13 @@ one group.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from kabo.displays import counted
 from kabo.knowledge import Query
 from kabo.knowledge.facts import AtomBits, ConjunctionBits, TermBits
 from kabo.knowledge.queries import All, AllOf, bits_of
 from kabo.planner.proofs.achievers import Achiever, Achievers
 from kabo.planner.proofs.mentions import Mentions
-from kabo.planner.proofs.wording import BitMeanings, Meaning, MissingFact, counted, listed, missing_facts
+from kabo.planner.proofs.wording import BitMeanings, Meaning, MissingFact, listed, missing_facts
 
 MAX_FACTS = 20_000  # missing facts that one explanation follows
 MAX_SENTENCES = 8  # sentences of one explanation, beside those of root causes

@@ -157,8 +157,3 @@ def listed(texts: Iterable[str], word: str, shown: int = SHOWN_ITEMS) -> str:
 def where(place: Place) -> str:
     """A place as messages show it: `domain.yaml:31`."""
     return f"{PurePath(place.file).name}:{place.line}"
-
-
-def counted(number: int, thing: str) -> str:
-    """A number and what it counts: `1 layer`, `2 layers`."""
-    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -12,11 +12,18 @@ FORMAT = "kabo-task/1"
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
 # The names in the published schema of objects whose classes are called otherwise here.
 _SCHEMA_NAMES = {
+    "AttachReport": "Attach",
     "FailureReport": "Refusal",
+    "FilmReport": "Film",
+    "JointsReport": "Joints",
     "LearnedReport": "Learned",
     "PhaseReport": "Part",
+    "PoseReport": "Pose",
+    "SampleReport": "Sample",
+    "SegmentReport": "Segment",
     "SolutionTime": "Found",
     "StageFigures": "Figures",
+    "StateReport": "State",
 }
 MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
@@ -43,7 +50,69 @@ class Told(_Learning):
     changes: list[str]
 
 
-class FailureReport(TypedDict):
+class _Between(TypedDict, total=False):
+    between: tuple[str, str]  # what came too close: `robot.link` or bodies
+
+
+class JointsReport(TypedDict):
+    """Where a robot is."""
+
+    joints: dict[str, float]
+
+
+class PoseReport(TypedDict):
+    """Where an object is, in the frame of its parent: `world`, `robot.link` or an object; quaternion (x, y, z, w)."""
+
+    parent: str
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+
+class StateReport(TypedDict, total=False):
+    """What is elsewhere than at the start of the scene, as in plan files."""
+
+    robots: dict[str, JointsReport]
+    objects: dict[str, PoseReport]
+
+
+class SampleReport(_Between):
+    """The geometric state in which a failure was found: the robot is at the configuration that was refused."""
+
+    state: StateReport
+
+
+class AttachReport(TypedDict):
+    """An object that is attached to a link when a segment ends."""
+
+    object: str
+    to: str
+
+
+class SegmentReport(TypedDict):
+    """One stretch of motion, as in plan files; times from the beginning of the film [s]."""
+
+    robot: str
+    joints: list[str]
+    waypoints: list[list[float]]
+    times: list[float]
+    stage: str | None
+    attach: list[AttachReport]
+    detach: list[str]
+
+
+class FilmReport(TypedDict):
+    """The motion of a whole solution, from one state to another."""
+
+    start: StateReport
+    segments: list[SegmentReport]
+    after: StateReport
+
+
+class _Sampled(TypedDict, total=False):
+    sample: SampleReport  # only in scenes of robots
+
+
+class FailureReport(_Sampled):
     """A failure of one stage; failures with the same reason are counted together."""
 
     reason: str
@@ -60,7 +129,11 @@ class PhaseReport(_Learning):
     changes: list[str]
 
 
-class Whole(TypedDict):
+class _Filmed(TypedDict, total=False):
+    film: FilmReport  # of the first solutions, where robots move
+
+
+class Whole(_Filmed):
     """A solution of the task."""
 
     comment: str
@@ -123,7 +196,11 @@ class StageReport(TypedDict):
     properties: dict[str, Any]
 
 
-class Report(TypedDict):
+class _InScene(TypedDict, total=False):
+    scene: str  # the file, by the path that was given; only where robots move
+
+
+class Report(_InScene):
     """Runs of one task."""
 
     format: Literal["kabo-task/1"]

@@ -1,12 +1,13 @@
 """The report of planning runs as plain data: `kabo-task/1`, for `kabo task show`, `kabo task compare` and other programs.
 
 It contains the structure of the task, the figures of each stage, every solution of the task, and the
-solutions and failures of every stage with their comments and scene changes.
+solutions and failures of every stage with their comments and scene changes. Where robots move, it contains the motions
+of the first solutions and the sample of every failure, too.
 """
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kabo.plan import learned_json
 from kabo.tasks.core import (
@@ -24,7 +25,9 @@ from kabo.tasks.core import (
 )
 from kabo.tasks.files.building import TaskFile, default_of
 from kabo.tasks.files.changes import scene_change
+from kabo.tasks.files.films import MAX_FILMS, film_of, sample_of
 from kabo.tasks.files.report_form import (
+    FailureReport,
     PhaseReport,
     Report,
     RunReport,
@@ -37,22 +40,33 @@ from kabo.tasks.files.report_form import (
 from kabo.tasks.files.running import TaskRun
 from kabo.tasks.learned import learned_by, learned_in
 
+if TYPE_CHECKING:
+    from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
+
 MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
 
 
 def report(
-    runs: Sequence[TaskRun], *, file: str | None = None, arguments: Mapping[str, Any] | None = None
+    runs: Sequence[TaskRun],
+    *,
+    file: str | None = None,
+    arguments: Mapping[str, Any] | None = None,
+    scene: "Scene | None" = None,
+    scene_file: str | None = None,
 ) -> Report:
-    """The report of one or more planning runs of the same task."""
+    """The report of one or more planning runs of the same task, in a scene that was read from `scene_file`."""
     task = runs[0].task
-    return {
+    made: Report = {
         "format": "kabo-task/1",
         "task": task.name,
         "file": file,
         "arguments": {name: plain(value) for name, value in (arguments or {}).items()},
         "stages": [_structure(stage, path, task.directions) for path, stage in named_stages(task)],
-        "runs": [_run(run) for run in runs],
+        "runs": [_run(run, scene) for run in runs],
     }
+    if scene_file is not None:
+        made["scene"] = scene_file
+    return made
 
 
 def named_stages(task: Task) -> Iterator[tuple[str, Stage]]:
@@ -106,7 +120,7 @@ def _depth(stage: Stage) -> int:
     return depth
 
 
-def _run(run: TaskRun) -> RunReport:
+def _run(run: TaskRun, scene: "Scene | None") -> RunReport:
     task = run.task
     stages = list(named_stages(task))
     paths = {id(stage): path for path, stage in stages}
@@ -116,8 +130,11 @@ def _run(run: TaskRun) -> RunReport:
         "exhausted": task.exhausted,
         "stopped": run.stopped,
         "found": [{"seconds": seconds, "cost": cost} for seconds, cost in run.found],
-        "solutions": [_whole(solution, paths) for solution in task.solutions[:MAX_REPORTED]],
-        "stages": {path: _stage(task, stage) for path, stage in stages},
+        "solutions": [
+            _whole(solution, paths, scene if k < MAX_FILMS else None)
+            for k, solution in enumerate(task.solutions[:MAX_REPORTED])
+        ],
+        "stages": {path: _stage(task, stage, scene) for path, stage in stages},
         "explanation": None if task.solutions else _why(task, paths),
     }
 
@@ -133,7 +150,7 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
     }
 
 
-def _stage(task: Task, stage: Stage) -> StageFigures:
+def _stage(task: Task, stage: Stage, scene: "Scene | None") -> StageFigures:
     figures = task.figures(stage)
     solutions, failures = task.found(stage)
     return {
@@ -144,11 +161,18 @@ def _stage(task: Task, stage: Stage) -> StageFigures:
         "mismatches": counted(figures.mismatches),
         "costs": [float(cost) for cost in figures.costs],
         "solutions": [_solution(solution) for solution in solutions[:MAX_REPORTED]],
-        "refusals": [
-            {"reason": failure.reason, "comment": failure.comment, "changes": scene_change(failure)}
-            for failure in failures[:MAX_REPORTED]
-        ],
+        "refusals": [_failure(failure, scene) for failure in failures[:MAX_REPORTED]],
     }
+
+
+def _failure(failure: Solution, scene: "Scene | None") -> FailureReport:
+    made: FailureReport = {
+        "reason": failure.reason,
+        "comment": failure.comment,
+        "changes": scene_change(failure),
+    }
+    sample = None if scene is None else sample_of(failure, scene)
+    return made if sample is None else {**made, "sample": sample}
 
 
 def counted(counts: Mapping[str, int]) -> dict[str, int]:
@@ -172,9 +196,11 @@ def _phase(part: Solution, path: str) -> PhaseReport:
     return made
 
 
-def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
+def _whole(solution: Solution, paths: Mapping[int, str], scene: "Scene | None") -> Whole:
     parts = [_phase(part, paths[id(part.stage)]) for part in phases(solution)]
-    return {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
+    made: Whole = {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
+    film = None if scene is None else film_of(solution, scene)
+    return made if film is None else {**made, "film": film}
 
 
 def phases(solution: Solution) -> Iterator[Solution]:

@@ -1,4 +1,4 @@
-"""Bodies and regions: shapes, grasp families, placements, strokes [docs/reference/files.md#scene]."""
+"""Bodies and regions: shapes, grasp families, placements, strokes [docs/reference/scenes.md]."""
 
 import re
 from collections.abc import Mapping as MappingType

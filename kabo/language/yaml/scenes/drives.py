@@ -1,6 +1,6 @@
 """Bases that drive: `moves` in the base of a robot, and the floor region that it names.
 
-Source: docs/reference/files.md#mobile-bases.
+Source: docs/reference/scenes.md#mobile-bases.
 """
 
 from collections.abc import Mapping as MappingType

@@ -1,4 +1,4 @@
-"""Features: the points, directed lines and planes that constraints relate [docs/reference/files.md#scene]."""
+"""Features: the points, directed lines and planes that constraints relate [docs/reference/scenes.md]."""
 
 import math
 from collections.abc import Mapping as MappingType
@@ -7,6 +7,7 @@ from kabo.language.scene_description import Feature, Shape, Vector
 from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.values import Reader
 
+FEATURE_KEYS = ("point", "line", "plane")
 _ZERO: Vector = (0.0, 0.0, 0.0)
 _UP: Vector = (0.0, 0.0, 1.0)
 
@@ -43,7 +44,7 @@ def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | 
         features[name] = None
         if mapping is None:
             continue
-        reader.keys(mapping, ("point", "line", "plane"), "a feature")
+        reader.keys(mapping, FEATURE_KEYS, "a feature")
         if len(mapping.entries) != 1:
             reader.findings.add(key.place, "a feature is exactly one of point, line and plane")
             continue

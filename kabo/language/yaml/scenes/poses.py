@@ -1,4 +1,4 @@
-"""Poses, and the tree of frames that they form [docs/reference/files.md#scene]."""
+"""Poses, and the tree of frames that they form [docs/reference/scenes.md]."""
 
 import math
 import re

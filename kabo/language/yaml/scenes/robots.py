@@ -1,4 +1,4 @@
-"""Robots of a scene: URDF, base, planned joints, gripper, tool, configurations [docs/reference/files.md#scene]."""
+"""Robots of a scene: URDF, base, planned joints, gripper, tool, configurations [docs/reference/scenes.md]."""
 
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Scene files, and the bodies and regions that a problem adds to them [docs/reference/files.md#scene].
+"""Scene files, and the bodies and regions that a problem adds to them [docs/reference/scenes.md].
 
 Robots, shapes and features are read first; then families, whose constraints name features.
 """

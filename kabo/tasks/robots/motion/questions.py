@@ -1,12 +1,15 @@
 """Geometric questions behind failed attempts, stored so that they can be answered again in another context."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Measure, Pair, ProcedureContext, Refusal, Stream, pair_text, way_to
+from kabo.errors import CutOff
+from kabo.geometry_server import Measure, Pair, ProcedureContext, Refusal, Situation, Stream, pair_text, way_to
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.nearness import own_nearness
@@ -14,6 +17,8 @@ from kabo.tasks.robots.motion.targets import Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
 
 MAX_REPEATED_SAMPLES = 60  # samples of a path search that is repeated
+POINTS_PER_PIECE = 8  # of a straight piece that was refused, where the first that is not free is looked for
+MAX_BATCHES_SHOWN = 2  # batches of a target's configurations in which one to be shown is looked for
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,30 @@ class MotionQuestion:
     def nearness(self, pair: Pair) -> Measure | None:
         """How near two links of the robot come at the way points, or where it stands; None for other pairs."""
         return own_nearness(self.scene, self.robot, pair, self.waypoints)
+
+    def sample(self) -> Situation:
+        """The situation with the robot where it was refused: at the first point of its way that is not free.
+
+        Where no path was found, this is the path's end. Where the hand alone was asked about, it is the first
+        configuration that reaches the target; as it stands if there is none.
+        """
+        q = self._refused_at()
+        return self.scene.situation if q is None else self.scene.at(self.robot, q).situation
+
+    def _refused_at(self) -> Iterable[float] | None:
+        if not self.waypoints:
+            few = () if self.target is None else islice(self.target.batches(), MAX_BATCHES_SHOWN)
+            return next((candidate.q for batch in few for candidate in batch), None)
+        if len(self.waypoints) == 1 or self.search is not None:
+            return self.waypoints[-1]
+        pieces = np.array(self.waypoints)
+        steps = np.linspace(0.0, 1.0, POINTS_PER_PIECE, endpoint=False)[:, None]
+        between = [a + steps * (b - a) for a, b in zip(pieces, pieces[1:], strict=False)]
+        every = np.ascontiguousarray(np.concatenate([*between, pieces[-1:]]))
+        with suppress(CutOff):
+            hits = np.nonzero(self.scene.workspace(self.robot).hits(every) >= 0)[0]
+            return self.waypoints[-1] if not len(hits) else [float(value) for value in every[hits[0]]]
+        return self.waypoints[-1]
 
 
 def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:

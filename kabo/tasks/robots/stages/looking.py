@@ -65,6 +65,10 @@ class LookQuestion:
         """How near two links of the robot come at the viewpoint; None for other pairs."""
         return own_nearness(self.scene, self.robot, pair, (self.q,) if self.q else ())
 
+    def sample(self) -> Situation:
+        """The situation with the robot at the viewpoint; as it stands if there was none."""
+        return self.scene.at(self.robot, self.q).situation if self.q else self.scene.situation
+
 
 class Look(RobotStage, Propagator):
     """Moves the arm to where the camera is proven to see all of an object, with nothing in the way.

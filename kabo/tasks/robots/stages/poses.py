@@ -21,9 +21,7 @@ from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 
 _KEYS = ("frame", "position", "quaternion", "rpy")
-QUATERNION_TOLERANCE = (
-    1e-6  # how much the length of a quaternion may differ from 1 [docs/reference/files.md#scene]
-)
+QUATERNION_TOLERANCE = 1e-6  # how much the length of a quaternion may differ from 1 [docs/reference/scenes.md]
 
 
 def pose_of(scene: TaskScene, given: Any) -> Array:

@@ -1,0 +1,72 @@
+"""`kabo view`: writes a page that shows a scene, a plan, a report or an explanation, and opens it in a browser."""
+
+import argparse
+import webbrowser
+from pathlib import Path
+
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import output_file
+from kabo.cli.limits import add_limits
+from kabo.cli.terminal import clean_standard_output, tell
+
+NAME = "view"
+HELP = "show a scene, problem, task, plan, report or explanation as one page for a browser"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments and options of `kabo view` to the parser."""
+    parser.add_argument(
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="a scene, problem or task file, a plan, a task's report, or an explanation (kabo explain --json)",
+    )
+    parser.add_argument(
+        "-o",
+        dest="output",
+        type=output_file,
+        default=Path("page.html"),
+        metavar="FILE",
+        help="the page: one file that needs no server and no network (default: page.html)",
+    )
+    parser.add_argument("--open", action=argparse.BooleanOptionalAction, default=True, help="open it in a browser")
+    parser.add_argument(
+        "--problem",
+        type=Path,
+        metavar="FILE",
+        help="the problem of a plan or an explanation (default: of a plan, found by name and hash)",
+    )
+    parser.add_argument("--domain", type=Path, metavar="FILE", help="the domain file of a problem in PDDL or PKS")
+    parser.add_argument("--scene", type=Path, metavar="FILE", help="the scene of a task, report or explanation")
+    parser.add_argument(
+        "--detail",
+        choices=("low", "original"),
+        default="low",
+        help="whether meshes have fewer triangles than their files (default: low)",
+    )
+    parser.add_argument(
+        "--prepare",
+        action="store_true",
+        help="make the convex parts that planning needs and that are in no file yet, as kabo check does",
+    )
+    add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda options: True)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the page, opens it if that is wanted, and returns the exit code."""
+    with clean_standard_output():
+        chosen = rooms.ViewOptions(
+            options.problem,
+            options.scene,
+            options.domain,
+            options.detail,
+            options.prepare,
+            options.surrounding.preparing,
+        )
+        page = rooms.page_of(rooms.document_of_file(options.file, chosen))
+        rooms.write_atomically(options.output, page)
+    tell(f"{options.output}: {len(page) / 1e6:.2f} MB")
+    if options.open and not webbrowser.open(options.output.resolve().as_uri()):
+        tell(f"no browser was found: open {options.output} yourself")
+    return exit_codes.DONE

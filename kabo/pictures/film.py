@@ -1,0 +1,223 @@
+"""A branch of a plan as geometric states over time: what film strips and animations show, frame by frame.
+
+Nodes follow each other; where the motion of one may begin before that of the one before ends (`overlap`), a film
+waits. Objects hang where the hand is when a segment takes them, and the state after a node is the plan's own.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.plan import Node, Plan, Segment, StateChange, plan_statistics, topological_order
+from kabo.plan.description import call
+from kabo.scene import Attachment, GeometricState, Scene, attachment, world_T
+from kabo.scene.state import Component
+
+Step = tuple[str, str | None]  # a node of a branch, and the outcome by which the branch goes on
+
+
+def branch_of(plan: Plan, wanted: str | None, file: str) -> list[Step]:
+    """The nodes of one branch with their outcomes.
+
+    Args:
+        plan: a plan without cycles. wanted: outcomes in order, separated by commas; or a node that the branch leads
+            through; None for the branch with most actions. file: the plan's name in errors.
+
+    Raises:
+        InputError: there is no such node, or no such outcome where it is asked for.
+    """
+    order = topological_order(plan)
+    if order is None:
+        raise InputError([Diagnostic(file, 1, 1, "the plan has a cycle", "see `kabo verify`")])
+    if wanted is None:
+        return _following(plan, plan.root, _longest(plan, order))
+    if wanted in plan.nodes:
+        return _through(plan, wanted, order)
+    words = [word.strip() for word in wanted.split(",")]
+    if len(words) == 1 and not any(words[0] in node.branches for node in plan.nodes.values()):
+        outcomes = {outcome for node in plan.nodes.values() for outcome in node.branches}
+        hint = did_you_mean(words[0], [*plan.nodes, *outcomes])
+        raise _refusal(file, f'"{words[0]}" is neither a node nor an outcome of this plan', hint or _nodes(plan))
+    return _by_outcomes(plan, words, _longest(plan, order), file)
+
+
+def _by_outcomes(plan: Plan, words: Sequence[str], longest: Mapping[str, str | None], file: str) -> list[Step]:
+    steps: list[Step] = []
+    name, left = plan.root, list(words)
+    while left:
+        node = plan.nodes[name]
+        outcome = None
+        if node.branches:
+            outcome = left.pop(0)
+            if outcome not in node.branches:
+                hint = did_you_mean(outcome, node.branches) or f"its outcomes: {', '.join(node.branches)}"
+                raise _refusal(file, f'{name} ({node.on}) has no outcome "{outcome}"', hint)
+        elif not node.successors:
+            said = f"the branch ends at {name}: nothing is left to observe for {', '.join(left)}"
+            raise _refusal(file, said, f"give {len(words) - len(left)} outcomes")
+        steps.append((name, outcome))
+        name = node.branches[outcome] if outcome is not None else str(node.next)
+    return steps + _following(plan, name, longest)
+
+
+def _through(plan: Plan, node: str, order: Sequence[str]) -> list[Step]:
+    """The shortest way to a node, in observations and actions, and the longest branch after it."""
+    way: dict[str, list[Step]] = {plan.root: []}
+    for name in order:  # each before its successors
+        each = plan.nodes[name]
+        following = each.branches.items() if each.branches else [(None, s) for s in each.successors]
+        for outcome, after in following:
+            longer = [*way[name], (name, outcome)]
+            if after not in way or len(longer) < len(way[after]):
+                way[after] = longer
+    return way[node] + _following(plan, node, _longest(plan, order))
+
+
+def _following(plan: Plan, name: str, longest: Mapping[str, str | None]) -> list[Step]:
+    steps: list[Step] = []
+    at: str | None = name
+    while at is not None:
+        node, after = plan.nodes[at], longest[at]
+        outcome = next((key for key, value in node.branches.items() if value == after), None)
+        steps.append((at, outcome))
+        at = after
+    return steps
+
+
+def _longest(plan: Plan, order: Sequence[str]) -> dict[str, str | None]:
+    """For every node the successor with most motions to the goal; the first of them among equals."""
+    counts: dict[str, int] = {}
+    best: dict[str, str | None] = {}
+    for name in reversed(order):
+        node = plan.nodes[name]
+        best[name] = max(node.successors, key=lambda after: counts[after], default=None)
+        after = best[name]
+        counts[name] = bool(node.motion) + (0 if after is None else counts[after])
+    return best
+
+
+def _refusal(file: str, message: str, hint: str) -> InputError:
+    return InputError([Diagnostic(file, 1, 1, message, hint)])
+
+
+def _nodes(plan: Plan) -> str:
+    return f"nodes are {plan.root} to n{len(plan.nodes) - 1}; outcomes stand in the printed plan"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A moment of a branch: its node, the time since the node's motion began [s], the state, and a caption."""
+
+    node: str
+    time: float
+    state: GeometricState
+    caption: str
+
+
+class Film:
+    """A branch of a plan, to be asked for states at times."""
+
+    def __init__(self, plan: Plan, scene: Scene, steps: Sequence[Step]) -> None:
+        self.plan, self.scene, self.steps = plan, scene, tuple(steps)
+        self.start = scene.start if plan.start is None else changed(scene, scene.start, plan.start)
+        self._before: dict[str, GeometricState] = {}
+        state = self.start
+        for name, _ in self.steps:
+            self._before[name] = state
+            state = self._after(plan.nodes[name], state)
+        self.end = state
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """The nodes of the branch that move something."""
+        return tuple(name for name, _ in self.steps if self.plan.nodes[name].motion)
+
+    def duration(self, name: str) -> float:
+        """How long the motion of a node takes [s]."""
+        return max((segment.times[-1] for segment in self.plan.nodes[name].motion), default=0.0)
+
+    def before(self, name: str) -> GeometricState:
+        """The state before a node of the branch."""
+        return self._before[name]
+
+    def at(self, name: str, time: float) -> GeometricState:
+        """The state at a time since the motion of a node of the branch began [s]."""
+        node = self.plan.nodes[name]
+        if time >= self.duration(name):
+            return self._after(node, self._before[name])
+        return self._moved(node, self._before[name], time)
+
+    def key_frames(self) -> Iterator[Frame]:
+        """The start, and the state after each node that moves something; captions tell what was sensed between."""
+        told: list[str] = []
+        yield Frame(self.plan.root, 0.0, self.start, "start")
+        for name, outcome in self.steps:
+            node = self.plan.nodes[name]
+            if outcome is not None:
+                told.append(f"{node.on}: {outcome}")
+            if node.motion:
+                lines = [*told, f"{name} {call(node)}"]
+                yield Frame(name, self.duration(name), self.at(name, np.inf), "\n".join(lines))
+                told = []
+
+    def frames(self, step: float) -> Iterator[Frame]:
+        """States every `step` seconds of all motions of the branch, and those at the ends of motions."""
+        told = ""
+        for name, outcome in self.steps:
+            node = self.plan.nodes[name]
+            if outcome is not None and not node.motion:
+                told = f"{node.on}: {outcome}"
+                yield Frame(name, 0.0, self.before(name), f"{name} {told}")
+            if node.motion:
+                for time in [*np.arange(0.0, self.duration(name), step).tolist(), self.duration(name)]:
+                    yield Frame(name, time, self.at(name, time), f"{name} {call(node)}  {time:.1f} s")
+
+    def _after(self, node: Node, state: GeometricState) -> GeometricState:
+        moved = self._moved(node, state, np.inf) if node.motion else state
+        return moved if node.after is None else changed(self.scene, moved, node.after)
+
+    def _moved(self, node: Node, state: GeometricState, time: float) -> GeometricState:
+        """The state while a node's motion goes on: segments in order of their ends, hands take and let go between."""
+        for segment in sorted(node.motion, key=lambda each: each.times[-1]):
+            if segment.times[0] <= time:
+                state = state.replace({segment.robot: self._configuration(segment, state, time)})
+            if segment.times[-1] <= time:
+                state = self._handed_over(segment, state)
+        return state
+
+    def _configuration(self, segment: Segment, state: GeometricState, time: float) -> Component:
+        robot = self.scene.robots[segment.robot]
+        q = list(state.robots[segment.robot])
+        points = np.array(segment.waypoints)
+        for column, joint in enumerate(segment.joints):
+            q[robot.joint_names.index(joint)] = float(np.interp(time, segment.times, points[:, column]))
+        return tuple(q)
+
+    def _handed_over(self, segment: Segment, state: GeometricState) -> GeometricState:
+        """The state with what a segment takes or lets go at its end; nothing moves in the world by it."""
+        changes: dict[str, Component] = {}
+        pairs = [*segment.attach, *((name, "world") for name in segment.detach)]
+        for name, parent in pairs:
+            pose = np.linalg.inv(world_T(self.scene, state, parent)) @ world_T(self.scene, state, name)
+            changes[name] = attachment(parent, pose)
+        return state.replace(changes)
+
+
+def changed(scene: Scene, state: GeometricState, change: StateChange) -> GeometricState:
+    """A state with what a plan says that is changed."""
+    changes: dict[str, Component] = {}
+    for name, joints in change.robots.items():
+        robot, q = scene.robots[name], state.robots[name]
+        changes[name] = tuple(joints.get(joint, value) for joint, value in zip(robot.joint_names, q, strict=True))
+    for name, pose in change.objects.items():
+        changes[name] = Attachment(pose.parent, pose.position, pose.quaternion)
+    return state.replace(changes)
+
+
+def described(plan: Plan) -> str:
+    """The figures of a plan in a line: nodes, branches, the longest branch."""
+    found = plan_statistics(plan)
+    branches = "1 branch" if found.plan_leaves == 1 else f"{found.plan_leaves} branches"
+    return f"{found.plan_nodes} nodes, {branches}, at most {found.plan_actions} actions"

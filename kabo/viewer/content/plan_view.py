@@ -1,0 +1,122 @@
+"""A plan in the view document: its nodes and where they are drawn, motions, knowledge, margins and proofs."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from kabo.plan import Learned, Node, Plan, plan_statistics, topological_order
+from kabo.viewer.content.arrays import Arrays
+from kabo.viewer.content.document import View
+from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, plan_picture
+from kabo.viewer.content.plan_knowledge import knowledge_view
+from kabo.viewer.content.plan_motion import handovers_of, motion_view, state_view
+from kabo.viewer.content.plan_proofs import clearances_of, proofs_of
+
+if TYPE_CHECKING:
+    from kabo.language.problem import Problem
+    from kabo.scene import Scene
+
+
+def plan_view(plan: Plan, problem: "Problem", scene: "Scene | None", arrays: Arrays) -> View | None:
+    """The part `plan` of a view document.
+
+    Motions are played as they are written, right or wrong: whether a plan holds is said by `kabo verify`. What cannot
+    be found out of a wrong plan, its knowledge or its margins, is null.
+
+    Raises:
+        ValueError: the plan has a cycle.
+        InputError: the problem uses something that kabo does not support.
+    """
+    picture = plan_picture(plan)
+    motions, margins = _geometry(plan, scene)
+    clearances = clearances_of(plan)
+    return {
+        "problem": plan.problem,
+        "root": plan.root,
+        "branches": plan_statistics(plan).plan_leaves,
+        "epsilon": _epsilon(plan, scene),
+        "near": None if plan.certificate is None else plan.certificate.near,
+        "gaps": list(plan.certificate_gaps),
+        "options": dict(plan.options),
+        "start": state_view(plan.start),
+        "nodes": [
+            _node(name, plan.nodes[name], picture.cards[name], picture)
+            | {"motion": motions.get(name), "margin": margins["nodes"].get(name)}
+            | {"clearances": clearances.get(name, [])}
+            for name in picture.cards
+        ],
+        "edges": [
+            {
+                "from": route.source,
+                "to": route.target,
+                "port": route.port,
+                "points": [list(p) for p in route.points],
+            }
+            for route in picture.layout.routes
+        ],
+        "size": [picture.layout.width, picture.layout.height],
+        "pairs": margins["pairs"],
+        "knowledge": knowledge_view(plan, problem),
+        "proofs": proofs_of(plan),
+    }
+
+
+def _node(name: str, node: Node, card: Card, picture: PlanPicture) -> dict[str, Any]:
+    place = picture.layout.places[name]
+    return {
+        "id": name,
+        "kind": node.kind,
+        "action": node.action,
+        "arguments": [[key, argument_text(value)] for key, value in node.arguments.items()],
+        "on": node.on,
+        "delivers": list(node.delivers),
+        "next": None if node.branches else node.next,
+        "outcomes": [{"outcome": outcome, "to": target} for outcome, target in node.branches.items()],
+        "learned": [_learned(each) for each in node.learned],
+        "box": {
+            "x": place.x,
+            "y": place.y,
+            "width": place.width,
+            "height": place.height,
+            "lines": list(card.lines),
+            "chips": [{"text": chip.outcome, "x": chip.x, "width": chip.width} for chip in card.chips],
+        },
+    }
+
+
+def _learned(learned: Learned) -> dict[str, Any]:
+    return {
+        "model": learned.model,
+        "case": dict(learned.case),
+        "parameters": dict(learned.parameters),
+        "validity": learned.validity,
+        "expected": dict(learned.expected),
+    }
+
+
+def _epsilon(plan: Plan, scene: "Scene | None") -> float | None:
+    asked = plan.options.get("epsilon")
+    if isinstance(asked, int | float):
+        return float(asked)
+    return None if scene is None else scene.epsilon
+
+
+def _geometry(plan: Plan, scene: "Scene | None") -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """The motion of every node that moves something, and the margins of these motions."""
+    nothing: Mapping[str, Any] = {"pairs": [], "nodes": {}}
+    order = topological_order(plan) or []
+    moving = [name for name in order if plan.nodes[name].motion or plan.nodes[name].after is not None]
+    if scene is None or plan.start is None:
+        return {name: motion_view(plan.nodes[name], []) for name in moving}, nothing
+    from kabo.planner.certify.component_values import ComponentValues  # loads kernels, as all below does
+    from kabo.viewer.content.plan_margins import MarginCurves
+
+    values = ComponentValues(plan, scene, order)
+    curves, margins = MarginCurves(plan, scene, values), {}
+    motions = {}
+    for name in moving:
+        try:
+            motions[name] = motion_view(plan.nodes[name], handovers_of(name, plan, values, scene))
+            margins[name] = curves.of(name)
+        except (ValueError, KeyError, IndexError):  # a wrong plan: names or shapes that the scene does not have
+            motions.setdefault(name, motion_view(plan.nodes[name], []))
+    return motions, {"pairs": curves.pairs, "nodes": margins}

@@ -1,0 +1,115 @@
+// The panel of a task's report: why it failed, its solutions with their motions, the tree of its stages with what they did.
+import { make } from "kabo/elements.js";
+import { Samples, legend } from "kabo/samples.js";
+import { folded, table } from "kabo/tables.js";
+
+/** Adds the panel of the document's report. */
+export function show(shown, stage, shell) {
+  const { report } = shown;
+  const samples = stage ? new Samples(stage, shown.scene) : null;
+  const place = make("div", { className: "report" }, [make("p", {}, [report.headline])]);
+  if (report.given.length) {
+    place.append(make("p", { className: "dim" }, [report.given.join(" · ")]));
+  }
+  for (const { seed, text } of report.whys) {
+    place.append(make("h2", { className: "bad" }, [`No solution with seed ${seed}`]), make("pre", {}, [text]));
+  }
+  place.append(...solutions(report, samples));
+  place.append(make("h2", {}, ["Stages"]), make("div", { className: "stages" }, tree(report.stages, samples)));
+  shell.addPanel("report", "Report", place);
+}
+
+// ------------------------------------------------------------------------------------------------------ solutions
+function solutions(report, samples) {
+  const made = [];
+  for (const run of report.runs.filter((each) => each.solutions.length)) {
+    const seed = report.runs.length > 1 ? ` with seed ${run.seed}` : "";
+    made.push(make("h2", {}, [`Solutions${seed}`]));
+    made.push(...run.solutions.map((solution) => whole(solution, samples)));
+  }
+  return made;
+}
+
+function whole(solution, samples) {
+  const title = solution.comment ? `${solution.title}, ${solution.comment}` : solution.title;
+  const rows = () => solution.parts.map((part) => [part.stage, part.cost, part.comment, part.changes]);
+  return folded(title, () => [table(["stage", "cost", "comment", "changes"], rows())]);
+}
+
+// --------------------------------------------------------------------------------------------------------- stages
+/** The stages, each inside its container. */
+function tree(stages, samples) {
+  const top = [];
+  const open = []; // the containers above the present stage
+  for (const [k, stage] of stages.entries()) {
+    const holds = k + 1 < stages.length && stages[k + 1].depth > stage.depth;
+    const made = folded(summary(stage), () => details(stage, samples), {
+      open: stage.open && (holds || stage.blamed), className: stage.blamed ? "stage blame" : "stage" });
+    open.length = stage.depth;
+    (open.at(-1) ?? { append: (each) => top.push(each) }).append(made);
+    open.push(made);
+  }
+  return top;
+}
+
+function summary(stage) {
+  const parts = [
+    make("span", { className: "arrows" }, [stage.arrows]), make("b", {}, [stage.name]),
+    make("span", { className: "dim" }, [stage.type]),
+    make("span", { className: stage.solved ? "good" : "dim" }, [`${stage.solved} solved`]),
+    make("span", { className: stage.failed ? "bad" : "dim" }, [`${stage.failed} failed`]),
+  ];
+  if (stage.mismatches) {
+    parts.push(make("span", { className: "bad" }, [`never fit: ${stage.mismatches}`]));
+  }
+  if (stage.work) {
+    parts.push(make("span", { className: "dim" }, [stage.work]));
+  }
+  if (stage.share !== null) {
+    const bar = make("span", { className: "share", "aria-hidden": "true" });
+    bar.style.width = `${(4 * stage.share).toFixed(2)}em`;
+    parts.push(make("span", { className: "dim" }, [bar, `${(100 * stage.share).toFixed(0)} % of the time`]));
+  }
+  if (stage.blamed) {
+    parts.push(make("span", { className: "bad" }, ["never succeeds"]));
+  }
+  return parts.flatMap((part) => [part, " "]);
+}
+
+function details(stage, samples) {
+  const made = [];
+  if (stage.reasons.length) {
+    made.push(legend(stage.reasons));
+  }
+  if (stage.properties.length) {
+    made.push(folded("properties", () => [table(["property", "value"], stage.properties)]));
+  }
+  if (stage.solutions.rows.length) {
+    const rows = () => stage.solutions.rows.map((each) => [each.cost, each.comment, each.changes]);
+    made.push(folded(stage.solutions.title, () => [table(["cost", "comment", "changes"], rows())]));
+  }
+  if (stage.failures.rows.length) {
+    made.push(failures(stage, samples));
+  }
+  return made;
+}
+
+/** The failures of a stage; where they have samples, buttons show these, and a dot each while the section is open. */
+function failures(stage, samples) {
+  const { rows, title } = stage.failures;
+  const seen = samples ? rows.filter((row) => row.state) : [];
+  const button = (row, k) => (samples && row.state
+    ? samples.toggle(row, row.said, `show failure ${k + 1}: ${row.said}`) : row.said);
+  const between = (row) => (row.between && !row.comment.includes(row.between[0]) ? row.between.join(" and ") : "");
+  const cells = () => rows.map((row, k) => [button(row, k), [...comment(row), ...(between(row) ? [between(row)] : [])],
+    row.changes]);
+  const made = folded(title, () => [table(["reason", "comment", "changes"], cells())]);
+  if (seen.length) {
+    made.addEventListener("toggle", () => samples.cloud(made.open ? seen : []));
+  }
+  return made;
+}
+
+function comment(row) {
+  return row.comment ? [row.comment] : [];
+}

@@ -1,0 +1,211 @@
+// The stage: the scene in three dimensions. It shows states that it is given; it never interpolates them.
+import {
+  AmbientLight, Box3, Color, DirectionalLight, Group, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster,
+  Scene, Vector2, Vector3, WebGLRenderer,
+} from "three";
+import { scenePoses, valuesOf } from "kabo/kinematics.js";
+import { Labels } from "kabo/labels.js";
+import { thingsOf } from "kabo/things.js";
+
+const FROM = new Vector3(1.0, -1.25, 0.8); // the direction in which the camera stands at first
+const HIGHLIGHTS = { bad: 0xd0342c, good: 0x2c9a4b, chosen: 0x2f7de1, warn: 0xd08a00 };
+
+export class Stage {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {object} view the SceneView
+   * @param {TypedArray[]} arrays
+   */
+  constructor(canvas, view, arrays) {
+    this.canvas = canvas;
+    this.view = view;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(40, 1, 0.01, 200);
+    this.camera.up.set(0, 0, 1);
+    this.addLights();
+    this.things = thingsOf(view, arrays);
+    this.scene.add(...[...this.things.values()].map((thing) => thing.group));
+    this.overlays = new Map();
+    this.pickers = [];
+    this.before = [];
+    this.labels = new Labels(canvas.parentElement, this.things);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    this.setState(view.start);
+    this.look([]);
+    this.listen();
+  }
+
+  addLights() {
+    const sun = new DirectionalLight(0xffffff, 1.6);
+    sun.position.set(0.4, 0.6, 1.0);
+    this.camera.add(sun);
+    this.scene.add(this.camera, new HemisphereLight(0xffffff, 0x8a8f98, 1.3), new AmbientLight(0xffffff, 0.35));
+  }
+
+  // ------------------------------------------------------------------------------------------------------- states
+  /** Shows a state; robots and objects that it does not name stay where they are. */
+  setState(state) {
+    const before = this.state ?? this.view.start;
+    const robots = { ...before.robots };
+    for (const [name, values] of Object.entries(state.robots ?? {})) {
+      robots[name] = { ...robots[name], ...valuesOf(values) };
+    }
+    this.state = { robots, objects: { ...before.objects, ...state.objects } };
+    this.poses = scenePoses(this.view, this.state);
+    for (const [name, thing] of this.things) {
+      const pose = this.poses.get(name);
+      if (pose) {
+        thing.group.matrix.set(...pose);
+        thing.group.matrixWorldNeedsUpdate = true;
+      }
+    }
+    this.draw();
+  }
+
+  /** The state that is shown. */
+  stateNow() {
+    return this.state;
+  }
+
+  /** The pose of `world`, a body, a region or a `robot.link`: 16 numbers, row by row; null if there is none. */
+  poseOf(name) {
+    return this.poses.get(name) ?? null;
+  }
+
+  // ------------------------------------------------------------------------------------------------- what is seen
+  /** Highlights some things (a robot's name means all its links) in one of the style's colours; null: no longer. */
+  highlight(names, cssClass) {
+    const colour = cssClass === null ? null : HIGHLIGHTS[cssClass] ?? HIGHLIGHTS.chosen;
+    for (const thing of this.named(names)) {
+      thing.highlight(colour);
+    }
+    this.draw();
+  }
+
+  /** The things of these names; no names: all bodies and links. */
+  named(names) {
+    const all = [...this.things.values()];
+    return names.flatMap((name) => all.filter((each) => each.name === name || each.robot === name));
+  }
+
+  /** Shows an object of three.js in the world under an identifier, in place of the one before; null: none. */
+  overlay(id, object) {
+    const old = this.overlays.get(id);
+    if (old) {
+      this.scene.remove(old);
+      this.overlays.delete(id);
+    }
+    if (object) {
+      this.overlays.set(id, object);
+      this.scene.add(object);
+    }
+    this.draw();
+  }
+
+  /** Turns the camera's middle to some things, and goes as near as shows them; no names: all that is solid. */
+  look(names) {
+    const solid = [...this.things.values()].filter((each) => each.kind !== "region");
+    const shown = names.length ? this.named(names) : solid;
+    this.scene.updateMatrixWorld(true);
+    const box = shown.reduce((whole, each) => whole.union(each.box()), new Box3());
+    if (box.isEmpty()) {
+      box.set(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 1));
+    }
+    const middle = box.getCenter(new Vector3());
+    const radius = Math.max(0.05, box.getSize(new Vector3()).length() / 2);
+    const towards = this.looked ? this.camera.position.clone().sub(this.controls.target) : FROM.clone();
+    const distance = radius / Math.sin((this.camera.fov / 2) * Math.PI / 180);
+    this.camera.position.copy(middle).addScaledVector(towards.normalize(), distance * (names.length ? 1.6 : 0.95));
+    this.camera.near = distance / 200;
+    this.camera.far = distance * 50;
+    this.camera.updateProjectionMatrix();
+    this.controls.target.copy(middle);
+    this.controls.update();
+    this.looked = true;
+    this.draw();
+  }
+
+  /** Shows or hides a layer: original, enclosing, hull, regions, frames, features, sensors or labels. */
+  setVisible(layer, visible) {
+    if (layer === "labels") {
+      this.labels.setVisible(visible);
+    }
+    for (const thing of this.things.values()) {
+      thing.setVisible(layer, visible);
+    }
+    this.draw();
+  }
+
+  /** Asks for a frame; as often as it is called, one is drawn. */
+  draw() {
+    this.asked ??= requestAnimationFrame(() => this.drawNow());
+  }
+
+  /** Draws at once: for a picture of the canvas, which is empty after the frame. */
+  drawNow() {
+    cancelAnimationFrame(this.asked);
+    this.asked = undefined;
+    this.fit();
+    this.scene.background = new Color(getComputedStyle(this.canvas.parentElement).backgroundColor);
+    this.renderer.render(this.scene, this.camera);
+    this.labels.place(this.camera, this.canvas);
+    this.before.forEach((f) => f());
+  }
+
+  /** Calls `f` after each frame. */
+  onFrame(f) {
+    this.before.push(f);
+  }
+
+  fit() {
+    const { clientWidth, clientHeight } = this.canvas;
+    const ratio = Math.min(devicePixelRatio, 2);
+    if (clientWidth && (this.canvas.width !== Math.floor(clientWidth * ratio)
+      || this.canvas.height !== Math.floor(clientHeight * ratio))) {
+      this.renderer.setPixelRatio(ratio);
+      this.renderer.setSize(clientWidth, clientHeight, false);
+      this.camera.aspect = clientWidth / clientHeight;
+      this.camera.updateProjectionMatrix();
+    }
+  }
+
+  // ------------------------------------------------------------------------------------------------------ picking
+  /** Calls `f` with the name of what is clicked, or null beside everything. */
+  onPick(f) {
+    this.pickers.push(f);
+  }
+
+  listen() {
+    new ResizeObserver(() => this.draw()).observe(this.canvas);
+    let pressed = null;
+    this.canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
+    this.canvas.addEventListener("pointerup", (event) => {
+      if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) {
+        const name = this.at(event)?.name ?? null;
+        this.pickers.forEach((f) => f(name));
+      }
+      pressed = null;
+    });
+  }
+
+  /** What is seen at a pointer: its name and the point in the world; null if nothing is there. */
+  at(event) {
+    const frame = this.canvas.getBoundingClientRect();
+    const place = new Vector2(2 * (event.clientX - frame.left) / frame.width - 1,
+      1 - 2 * (event.clientY - frame.top) / frame.height);
+    const ray = new Raycaster();
+    ray.setFromCamera(place, this.camera);
+    const solids = [...this.things.values()].flatMap((thing) => thing.solids());
+    const hit = ray.intersectObjects(solids, false)[0];
+    return hit ? { name: hit.object.userData.name, point: hit.point } : null;
+  }
+}
+
+/** A group for an overlay. */
+export function group(...objects) {
+  const made = new Group();
+  made.add(...objects);
+  return made;
+}

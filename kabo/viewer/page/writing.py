@@ -1,0 +1,50 @@
+"""Writes the page: one HTML file that holds the document, its arrays, and all modules, compressed."""
+
+import base64
+import gzip
+import json
+from collections.abc import Iterator
+from html import escape
+from importlib.resources import files
+
+from kabo.viewer.content.document import ViewDocument
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; img-src data: blob:"
+LIVE_POLICY = "; connect-src 'self'"  # only a page that follows a server asks for anything
+THREE = "three"  # the name by which the modules import three.js
+
+
+def page_of(document: ViewDocument) -> bytes:
+    """The page of a view document: the same document gives the same bytes."""
+    shown = _read("template.html")
+    policy = POLICY + ("" if document.live is None else LIVE_POLICY)
+    content = {
+        "policy": policy,
+        "title": escape(document.title),
+        "style": _read("style.css"),
+        "loader": _read("loader.js"),
+        "parts": "\n".join(_parts(document)),
+    }
+    for name, text in content.items():
+        shown = shown.replace(f"{{{{{name}}}}}", text)
+    return shown.encode("utf-8")
+
+
+def _parts(document: ViewDocument) -> Iterator[str]:
+    """The elements of the page that hold the modules by the names of their imports, the document and its arrays."""
+    yield _part(f"module:{THREE}", _read("static/three.js", "kabo.viewer").encode("utf-8"))
+    for module in sorted(each.name for each in files(__package__).joinpath("modules").iterdir()):
+        if module.endswith(".js"):
+            yield _part(f"module:kabo/{module}", _read(f"modules/{module}").encode("utf-8"))
+    text = json.dumps(document.to_json(), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    yield _part("document", text.encode("utf-8"))
+    yield _part("arrays", document.arrays.block)
+
+
+def _part(name: str, content: bytes) -> str:
+    packed = base64.b64encode(gzip.compress(content, 9, mtime=0)).decode("ascii")
+    return f'<script type="text/plain" data-name="{name}">{packed}</script>'
+
+
+def _read(name: str, package: str = "kabo.viewer.page") -> str:
+    return files(package).joinpath(name).read_text(encoding="utf-8")

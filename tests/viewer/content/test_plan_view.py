@@ -1,0 +1,76 @@
+"""The view of a plan: every node once, hand-overs where the plan says, margins above what the certificate proves."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import kabo
+from kabo.plan import plan_from_json
+from kabo.viewer.content.arrays import Arrays
+from kabo.viewer.content.plan_view import plan_view
+
+REPOSITORY = Path(__file__).parents[3]
+N2 = REPOSITORY / "domains" / "stacked" / "n2.yaml"
+DOORS = REPOSITORY / "domains" / "doors" / "n3.yaml"
+
+
+@pytest.fixture(scope="module")
+def stacked():
+    problem = kabo.load_problem(N2)
+    plan = kabo.solve(problem, seed=0).plan
+    assert plan is not None
+    scene = kabo.load_scene(problem.scene)
+    return plan, scene, plan_view(plan, problem, scene, Arrays())
+
+
+def test_every_node_has_a_box_and_every_edge_its_ends(stacked):
+    plan, _scene, view = stacked
+    assert {node["id"] for node in view["nodes"]} == set(plan.nodes)
+    edges = {(edge["from"], edge["to"]) for edge in view["edges"]}
+    assert edges == {(name, after) for name, node in plan.nodes.items() for after in node.successors}
+    assert json.loads(json.dumps(view, allow_nan=False)) == view
+
+
+def test_after_its_last_handover_an_object_is_where_the_plan_says(stacked):
+    """The parent may be told otherwise (the world, or what it stands on), but not the place."""
+    plan, scene, view = stacked
+    seen = 0
+    for node in view["nodes"]:
+        for each in (node["motion"] or {"handovers": []})["handovers"]:
+            told = plan.nodes[node["id"]].after.objects[each["object"]]
+            last = [h for h in node["motion"]["handovers"] if h["object"] == each["object"]][-1]
+            if last is each and told.parent == each["parent"]:
+                assert each["position"] == pytest.approx(told.position, abs=1e-6)
+                seen += 1
+    assert seen >= 2
+    assert scene.movable
+
+
+def test_measured_margins_are_above_the_proven_clearances(stacked):
+    _plan, _scene, view = stacked
+    for node in view["nodes"]:
+        if node["margin"]:
+            proven = [each["clearance"] for each in node["clearances"] if each["clearance"] is not None]
+            least = min(distance for _, distance, _ in node["margin"])
+            times = [time for time, *_ in node["margin"]]
+            assert times == sorted(times)
+            assert times[-1] == pytest.approx(node["motion"]["duration"], abs=1e-4)
+            assert least >= min(proven, default=0.0) - 1e-6
+            assert all(0 <= pair < len(view["pairs"]) or pair == -1 for *_, pair in node["margin"])
+
+
+def test_a_plan_whose_scene_lacks_what_it_moves_is_still_shown(stacked):
+    plan, scene, _view = stacked
+    spoilt = plan_from_json(kabo.plan_to_json(plan).replace(b'"mobile"', b'"nobody"'))
+    view = plan_view(spoilt, kabo.load_problem(N2), scene, Arrays())
+    assert view["knowledge"] is None
+    assert all(node["margin"] is None for node in view["nodes"])
+
+
+def test_a_plan_without_a_scene_has_knowledge_and_no_motion():
+    problem = kabo.load_problem(DOORS)
+    plan = kabo.solve(problem, seed=0).plan
+    view = plan_view(plan, problem, None, Arrays())
+    assert all(node["motion"] is None for node in view["nodes"])
+    assert view["knowledge"]["nodes"][plan.root]["ways"] == 1
