@@ -7,7 +7,9 @@ A comment stands in the line before a block, and is not seen by readers:
     <!-- step: replace FILE -->     each line of the block replaces the line that begins with the same key
     <!-- step: run [exit N] -->     the lines of the block are commands; the last one ends with N (0)
     <!-- step: output -->           lines that the block before it printed, in this order; `…` alone stands for others
-    <!-- step: not run -->          nothing
+    <!-- step: check FILE -->       the block is the file, and `kabo check` finds nothing wrong with it
+    <!-- step: python -->           the Python blocks of a page are one program, which runs after all other steps
+    <!-- step: not run[, WHY] -->   nothing
 
 A last word that is one of the page's variants (`panda`, `tiago`) says that the step is for readers of that variant only.
 """
@@ -55,13 +57,20 @@ def unmarked(page: Path) -> int:
 def follow(found: Iterable[Step], folder: Path) -> None:
     """Does what a page says, in a folder; an AssertionError names the command that did something else."""
     printed = ""
+    found = list(found)
     for step in found:
         if step.verb == "run":
             printed = _run(step, folder)
         elif step.verb == "output":
             _compare(step.text, printed)
-        elif step.verb != "not":
+        elif step.verb == "check":
+            (folder / step.words[0]).write_text(step.text)
+            _command(f"kabo check {step.words[0]}", folder, 0)
+        elif step.verb not in ("not", "python"):
             _change(step, folder / step.words[0])
+    if programs := [step.text for step in found if step.verb == "python"]:
+        (folder / "page.py").write_text("\n".join(programs))
+        _command("python page.py", folder, 0)
 
 
 def kabo(*arguments: str) -> list[str]:
