@@ -3,9 +3,10 @@
 import argparse
 from typing import Any
 
-from kabo.cli import exit_codes, meshing, rooms
+from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
+from kabo.cli.mesh import meshing
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "decompose"
@@ -54,7 +55,9 @@ def run(options: argparse.Namespace) -> int:
         said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         if options.picture is not None:
             title = f"{options.mesh.name}: {len(mesh.vertices)} vertices to {said}"
-            rooms.draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
+            surface = (mesh.vertices, mesh.faces)
+            picture = rooms.parts_picture(surface, hulls, epsilon=epsilon, title=title, wishes=rooms.ViewWishes())
+            rooms.write_atomically(options.picture, picture)
     worst = int(np.argmax(made.deviations))
     figures: dict[str, Any] = {
         "parts": len(sizes),
