@@ -5,6 +5,7 @@ from kabo.viewer.content.given import document_of_file as document_of_file
 from kabo.viewer.content.objects import Viewable as Viewable
 from kabo.viewer.content.objects import document_of as document_of
 from kabo.viewer.content.scene_view import scene_view as scene_view
+from kabo.viewer.live.following import Follower as Follower
 from kabo.viewer.notebook import Page as Page
 from kabo.viewer.notebook import notebook_page as notebook_page
 from kabo.viewer.notebook import view as view

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,7 +60,7 @@ def document_of_file(path: Path, options: ViewOptions | None = None) -> ViewDocu
 
 def _of_scene(given: GivenFile, options: ViewOptions) -> ViewDocument:
     """The document of a scene, of a problem's scene, or of a scene that is given for a task."""
-    path = given.path
+    path, title = given.path, None
     if given.kind == "task":
         if options.scene is None:
             raise InputError(
@@ -68,13 +68,15 @@ def _of_scene(given: GivenFile, options: ViewOptions) -> ViewDocument:
             )
         path = options.scene
     if given.kind == "problem":
-        description = load_problem(path, options.domain).scene
+        problem = load_problem(path, options.domain)
+        description, title = problem.scene, problem.name
         if description is None:
             hint = "plans of it can be viewed: kabo view PLAN"
             raise InputError([Diagnostic(str(path), 1, 1, "this problem has no scene to show", hint)])
     else:
         description = load_scene_description(path)
-    return document_of_scene(given.kind, dict.fromkeys((given.path, path)), description, options)
+    made = document_of_scene(given.kind, dict.fromkeys((given.path, path)), description, options)
+    return made if title is None else replace(made, title=title)
 
 
 def document_of_scene(
@@ -132,11 +134,15 @@ def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:
     arrays = Arrays()
     shown = _scene_view(scene, arrays, options)
     found = [] if scene is not None else _no_scene(given)
-    if given.kind == "report":
-        report = read_report(given.path.read_bytes(), str(given.path))
-        made = report_view(report, scene)
-        return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
-    explained = explanation_view(given.content, scene)
+    try:
+        if given.kind == "report":
+            report = read_report(given.path.read_bytes(), str(given.path))
+            made = report_view(report, scene)
+            return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
+        explained = explanation_view(given.content, scene)
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        message = f"this {given.kind} is not of {named or 'kabo'}: {error} is not there, or wrong"
+        raise InputError([Diagnostic(str(given.path), 1, 1, message, "name its scene: --scene FILE")]) from None
     title = "explanation" if named is None else named.stem
     return ViewDocument(title, "explanation", shown, found, explanation=explained, arrays=arrays)
 

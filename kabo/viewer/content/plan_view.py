@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.plan import Learned, Node, Plan, plan_statistics, topological_order
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View
-from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, plan_picture
+from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, in_order_of_parameters, plan_picture
 from kabo.viewer.content.plan_knowledge import knowledge_view
 from kabo.viewer.content.plan_motion import handovers_of, motion_view, state_view
 from kabo.viewer.content.plan_proofs import clearances_of, proofs_of
@@ -29,6 +29,8 @@ def plan_view(
         ValueError: the plan has a cycle.
         InputError: the problem uses something that kabo does not support.
     """
+    if problem is not None:
+        plan = in_order_of_parameters(plan, problem)
     picture = plan_picture(plan)
     motions, curves = _geometry(plan, scene, margins)
     clearances = clearances_of(plan)
