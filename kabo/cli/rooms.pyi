@@ -98,6 +98,7 @@ from kabo.trials import summaries_of as summaries_of
 from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
+from kabo.viewer import Follower as Follower
 from kabo.viewer import ViewOptions as ViewOptions
 from kabo.viewer import document_of_file as document_of_file
 from kabo.viewer import page_of as page_of

@@ -3,7 +3,7 @@
 import { make } from "kabo/elements.js";
 import { squeezed } from "kabo/squeeze.js";
 import { svg } from "kabo/svg.js";
-import { boxElement, MARK } from "kabo/dag_box.js";
+import { boxElement } from "kabo/dag_box.js";
 
 const MOST_BOXES = 260; // that are drawn one by one
 const LARGEST = 2.5; // scale
@@ -254,20 +254,6 @@ export class Dag {
     }
   }
 
-  /** The whole graph with all its text, for paper: an element of its own. */
-  printed() {
-    const boxes = [...this.boxes.values()].map((box) => {
-      const element = boxElement(box, false, null, null);
-      this.markBox(box.node.id, element);
-      element.classList.remove("chosen");
-      return element;
-    });
-    const edges = this.edges.map((edge) => svg("path", { d: edgePath(edge.points),
-      class: this.onBranch.get(edge.from) === edge.port ? "edge on" : "edge" }));
-    const frame = [-MARK, -MARK, this.size[0] + 2 * MARK, this.size[1] + 2 * MARK];
-    return svg("svg", { class: "graph", viewBox: frame.join(" "), role: "img", "aria-label": "Plan" }, [...edges, ...boxes]);
-  }
-
   // ------------------------------------------------------------------------------------------------------- events
   listen() {
     new ResizeObserver(() => this.resized()).observe(this.drawing);
@@ -326,6 +312,7 @@ export class Dag {
   }
 }
 
-function edgePath(points) {
+/** The corners of an edge as a path. */
+export function edgePath(points) {
   return points.map(([x, y], k) => `${k ? "L" : "M"}${x} ${y}`).join("");
 }

@@ -4,6 +4,7 @@ import { Shell } from "kabo/shell.js";
 import { Stage } from "kabo/stage.js";
 import * as explanation from "kabo/explanation_panel.js";
 import * as findings from "kabo/findings_panel.js";
+import * as live from "kabo/live_panel.js";
 import * as plan from "kabo/plan_panel.js";
 import * as report from "kabo/report_panel.js";
 import * as scene from "kabo/scene_panel.js";
@@ -11,6 +12,7 @@ import * as scene from "kabo/scene_panel.js";
 /** The panels in the order of their tabs, each with whether a document has something for it. */
 const PANELS = [
   [plan, (shown) => shown.plan !== null],
+  [live, (shown) => shown.live !== null],
   [report, (shown) => shown.report !== null],
   [explanation, (shown) => shown.explanation !== null],
   [scene, (shown) => shown.scene !== null],

@@ -20,8 +20,9 @@ export function show(shown, stage, shell) {
   shell.addPanel("plan", "Plan", panel.element);
   shell.timeline.append(panel.timeline.element);
   panel.keys(shell);
-  printsFilm({ plan: shown.plan, dag: panel.dag, branches: panel.branches, player: panel.player, stage, place: document.body });
-  window.kabo.player = panel.player;
+  const { dag, branches, player } = panel;
+  printsFilm({ plan: shown.plan, dag, branches, player, stage, unmark: () => panel.mark([]) });
+  window.kabo.player = player;
   window.kabo.plan = panel;
   panel.begin();
 }
@@ -195,9 +196,13 @@ class PlanPanel {
 
   mark(names) {
     if (this.stage && names.join() !== this.marked.join()) {
-      this.stage.highlight(this.marked, null);
+      if (this.marked.length) { // no names would mean all things
+        this.stage.highlight(this.marked, null);
+      }
       this.marked = [...names];
-      this.stage.highlight(this.marked, "good");
+      if (names.length) {
+        this.stage.highlight(this.marked, "good");
+      }
     }
   }
 

@@ -88,10 +88,13 @@ export class Stage {
   }
 
   // ------------------------------------------------------------------------------------------------- what is seen
-  /** Highlights some things (a robot's name means all its links): bad, good, warn, chosen; null: no longer. */
+  /**
+   * Highlights some things (a robot's name means all its links): bad, good, warn, chosen; null: no longer, and with no
+   * names nothing is any longer.
+   */
   highlight(names, cssClass) {
     const colour = cssClass === null ? null : HIGHLIGHTS[cssClass] ?? HIGHLIGHTS.chosen;
-    for (const thing of names.length ? this.named(names) : this.things.values()) {
+    for (const thing of names.length || cssClass !== null ? this.named(names) : this.things.values()) {
       thing.highlight(colour);
     }
     this.draw();
