@@ -45,7 +45,8 @@ class Progress:
 
     `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
     is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty. `spent`: the share
-    that is spent of the budget of expansions, samples or time, of that which is spent most; None if there is none.
+    that is spent of the budget of expansions or of samples, of that which is spent more. `seconds_left`: of the budget
+    of time; None if it has no limit.
     """
 
     doing: str
@@ -55,6 +56,7 @@ class Progress:
     fraction: float | None = None
     line: str = ""
     spent: float | None = None
+    seconds_left: float | None = None
 
 
 @dataclass(frozen=True)

@@ -210,7 +210,9 @@ def test_nothing_serious_is_wrong_for_those_who_do_not_see_well(bartender, open_
     shown.page.keyboard.press("e")
     found = axe.Axe().run(shown.page).response["violations"]
     serious = [each for each in found if each["impact"] in ("serious", "critical")]
-    assert not serious, json.dumps([[each["id"], [n["html"] for n in each["nodes"]]] for each in serious], indent=1)
+    assert not serious, json.dumps(
+        [[each["id"], [n["html"] for n in each["nodes"]]] for each in serious], indent=1
+    )
 
 
 def test_the_page_can_be_embedded_in_another_one(bartender, tmp_path, open_page):

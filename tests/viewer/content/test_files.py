@@ -64,7 +64,9 @@ def plan_for(problem: Path) -> Plan:
 
 def test_the_problem_of_a_plan_is_found_below_its_folder_by_name_and_content(tmp_path):
     shutil.copytree(REPOSITORY / "tests/acceptance/parcels", tmp_path / "below" / "parcels")
-    problem = next(each for each in (tmp_path / "below" / "parcels").glob("*.yaml") if "problem:" in each.read_text())
+    problem = next(
+        each for each in (tmp_path / "below" / "parcels").glob("*.yaml") if "problem:" in each.read_text()
+    )
     plan = plan_for(problem)
     assert problem_of_plan(plan, tmp_path / "plan.json") == problem
     problem.write_text(problem.read_text() + "\n# changed\n")
