@@ -8,7 +8,9 @@ A comment stands in the line before a block, and is not seen by readers:
     <!-- step: run [exit N] -->     the lines of the block are commands; the last one ends with N (0)
     <!-- step: output -->           lines that the block before it printed, in this order; `…` alone stands for others
     <!-- step: background WORDS --> the block is a command that goes on until the page ends; wait until it prints WORDS
-    <!-- step: not run -->          nothing
+    <!-- step: check FILE -->       the block is the file, and `kabo check` finds nothing wrong with it
+    <!-- step: python -->           the Python blocks of a page are one program, which runs after all other steps
+    <!-- step: not run[, WHY] -->   nothing
 
 A last word that is one of the page's variants (`panda`, `tiago`) says that the step is for readers of that variant only.
 """
@@ -62,9 +64,13 @@ def unmarked(page: Path) -> int:
 def follow(found: Iterable[Step], folder: Path) -> None:
     """Does what a page says, in a folder; an AssertionError names the command that did something else."""
     printed = ""
+    found = list(found)
     with ExitStack() as background:
         for step in found:
             printed = _do(step, folder, printed, background)
+        if programs := [step.text for step in found if step.verb == "python"]:
+            (folder / "page.py").write_text("\n".join(programs))
+            _command("python page.py", folder, 0)
 
 
 def _do(step: Step, folder: Path, printed: str, background: ExitStack) -> str:
@@ -75,7 +81,10 @@ def _do(step: Step, folder: Path, printed: str, background: ExitStack) -> str:
         _start(step, folder, background)
     elif step.verb == "output":
         _compare(step.text, printed)
-    elif step.verb != "not":
+    elif step.verb == "check":
+        (folder / step.words[0]).write_text(step.text)
+        _command(f"kabo check {step.words[0]}", folder, 0)
+    elif step.verb not in ("not", "python"):
         _change(step, folder / step.words[0])
     return printed
 
@@ -90,7 +99,7 @@ def _start(step: Step, folder: Path, background: ExitStack) -> None:
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-        )  # fmt: skip
+        )
     )
     background.callback(process.terminate)
     assert process.stdout is not None
@@ -105,7 +114,7 @@ def _start(step: Step, folder: Path, background: ExitStack) -> None:
 def environment() -> dict[str, str]:
     """The variables with which a command finds this kabo from any folder, and as much room as an output needs."""
     path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
-    return {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
+    return {**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": path, "COLUMNS": "200"}
 
 
 def _change(step: Step, file: Path) -> None:

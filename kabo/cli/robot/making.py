@@ -8,7 +8,7 @@ from typing import Any
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.meshing import picture_file
+from kabo.cli.mesh.meshing import picture_file
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
         if options.output is not None:
             rooms.write_atomically(options.output, text.encode())
         if options.picture is not None:  # last: the scene is written even if pictures cannot be drawn
-            rooms.require_pictures()
-            rooms.draw_robot_model(options.picture, model)
+            rooms.require_pictures("--picture")
+            rooms.write_atomically(options.picture, rooms.robot_picture(model))
     if options.json:
         print_json(_figures(model, options.output))
     elif options.output is None:
