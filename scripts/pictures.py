@@ -92,9 +92,9 @@ def _rows() -> tuple[Row, ...]:
     rows += [Row(f"examples/{name}/scene.png", f"examples/{name}/scene.yaml") for name in TASKS]
     bartender, tap = "domains/bartender/four_bottles.yaml", "meshes/tap/tap.stl"
     rows += [
-        Row("docs/pictures/bound.png", tap, ("--scale", "0.001", "--epsilon", "1%")),
+        Row("docs/pictures/bound.png", tap, ("--epsilon", "1%")),
         Row("docs/pictures/swept_volume.png", bartender, ("--sweep", "pick_up(o=bottle_2, r=right)"), plan=True),
-        Row("docs/pictures/grasps.png", bartender, ("--samples", "left:bottle_2.side", "--look-at", "bottle_2")),
+        Row("docs/pictures/grasps.png", bartender, ("--samples", "left:bottle_2.side")),
         Row("docs/pictures/branch.gif", "domains/stacked/n3.yaml", plan=True),
     ]
     return tuple(rows)
@@ -140,9 +140,7 @@ def _drawn(row: Row, what: Path, options: tuple[str, ...]) -> bytes:
         problem=ROOT / given["--problem"] if "--problem" in given else None,
         sweep=_node(given["--sweep"], what) if "--sweep" in given else None,
         samples=given.get("--samples"),
-        scale=float(given.get("--scale", 1.0)),
         epsilon=None if epsilon is None else lambda mesh: 0.01 * float(epsilon.removesuffix("%")) * mesh.diagonal,
-        view=ViewWishes(look_at=given.get("--look-at")),
     )
     return picture_of_file(what, Path(row.picture).suffix, wishes)
 

@@ -1,5 +1,7 @@
 """Samples of a grasp as a picture: hands where constraints allow them, as glass around the object."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -37,9 +39,14 @@ def samples_drawing(scene: Scene, wanted: str) -> tuple[Drawing, str]:
     shown = found[np.linspace(0, len(found) - 1, min(SHOWN, len(found))).astype(int)]
     hands = tuple(solid for number, q in enumerate(shown) for solid in _hand(robot, tuple(q.tolist()), number))
     drawing = scene_drawing(scene)
-    glass = (*drawing.glass, Glass(hands, OPACITY))
+    # The picture holds the hands and what they grasp; the rest is there as far as there is room.
+    solids = tuple(replace(each, weight=1.0 if each.name == thing else 0.0) for each in drawing.solids)
+    around = tuple(
+        replace(each, solids=tuple(replace(s, weight=0.0) for s in each.solids)) for each in drawing.glass
+    )
+    glass = (*around, Glass(hands, OPACITY))
     figures = f"{robot.name} grasps {thing} by {grasp}: {len(found)} samples, {len(shown)} drawn"
-    return Drawing(drawing.solids, glass, labels=drawing.labels), figures
+    return Drawing(solids, glass, labels=drawing.labels), figures
 
 
 def _parsed(scene: Scene, wanted: str) -> tuple[Robot, str, str]:

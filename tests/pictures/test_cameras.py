@@ -38,5 +38,7 @@ def test_a_picture_of_free_size_has_the_shape_of_what_it_shows():
 
 def test_a_camera_sees_up_as_up_and_left_as_left():
     camera = Camera(np.array([5.0, 0.0, 0.0]), np.zeros(3))
-    (x, y, depth), (above, higher, _), (left, _, _) = camera.seen(np.array([[0, 0, 0], [0, 0, 1], [0, -1, 0]]), SIZE)
+    (x, y, depth), (above, higher, _), (left, _, _) = camera.seen(
+        np.array([[0, 0, 0], [0, 0, 1], [0, -1, 0]]), SIZE
+    )
     assert (x, y, depth) == pytest.approx((450, 300, 5)) and higher < y and above == pytest.approx(x) and left < x

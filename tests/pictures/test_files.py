@@ -29,7 +29,11 @@ def scene(tmp_path):
 @pytest.fixture
 def plan(tmp_path):
     path = tmp_path / "plan.json"
-    path.write_bytes(plan_to_json(Plan("cups", {}, {"search": "best", "seed": 0, "epsilon": 0.01, "geometry": "none"}, "n0", SENSED)))
+    path.write_bytes(
+        plan_to_json(
+            Plan("cups", {}, {"search": "best", "seed": 0, "epsilon": 0.01, "geometry": "none"}, "n0", SENSED)
+        )
+    )
     return path
 
 
@@ -53,7 +57,9 @@ def refused(path, ending=".png", **wishes) -> str:
 
 def test_a_graph_names_every_node_and_outcome_and_is_well_formed(plan):
     picture = picture_of_file(plan, ".svg", PictureWishes())
-    texts = ["".join(each.itertext()) for each in ElementTree.fromstring(picture).iter() if each.tag.endswith("text")]
+    texts = [
+        "".join(each.itertext()) for each in ElementTree.fromstring(picture).iter() if each.tag.endswith("text")
+    ]
     assert {"look", "cup & <saucer>", "fill", "goal", "false", "true", "n0", "n1", "n2"} <= set(texts)
     assert picture == picture_of_file(plan, ".svg", PictureWishes())
 
@@ -71,7 +77,9 @@ def test_a_picture_is_not_half_empty(scene):
 
 
 def test_names_are_written_unless_they_are_not_wanted(scene):
-    with_names, without = (pixels(drawn(scene, ViewWishes(size=(500, 400), labels=labels))) for labels in (True, False))
+    with_names, without = (
+        pixels(drawn(scene, ViewWishes(size=(500, 400), labels=labels))) for labels in (True, False)
+    )
     changed = (with_names != without).any(axis=2).mean()
     assert 0.01 < changed < 0.3
 

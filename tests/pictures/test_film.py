@@ -55,8 +55,17 @@ def test_what_is_taken_moves_with_the_hand_and_stays_where_it_is_let_go(tmp_path
     scene = load_scene(table_and_arm(tmp_path))
     turn = Segment("arm", ("turn",), ((0.0,), (1.0,)), (0.0, 2.0), "move", attach=(("cup", "arm.hand"),))
     back = Segment("arm", ("turn",), ((1.0,), (0.4,)), (2.0, 4.0), "move", detach=("cup",))
-    start = StateChange({"arm": {"turn": 0.0}}, {"cup": ObjectPose("world", (0.3, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))})
-    shown = Plan("shown", {}, {}, "n0", {"n0": Node("action", "carry", motion=(turn, back), next="n1"), "n1": Node("goal")}, start)
+    start = StateChange(
+        {"arm": {"turn": 0.0}}, {"cup": ObjectPose("world", (0.3, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}
+    )
+    shown = Plan(
+        "shown",
+        {},
+        {},
+        "n0",
+        {"n0": Node("action", "carry", motion=(turn, back), next="n1"), "n1": Node("goal")},
+        start,
+    )
     film = Film(shown, scene, branch_of(shown, None, "plan.json"))
     assert film.at("n0", 1.0).robots["arm"] == (0.5,)
     taken = film.at("n0", 2.0)
