@@ -156,16 +156,16 @@ def gearbox() -> bytes:
     apart = (("tree", 0.0, 0), ("bearing", 0.165, 1), ("pipe", 0.22, 2), ("bearing", 0.375, 3))
     together = (("tree", 0.0, 0), ("bearing", SHOULDER, 1), ("pipe", COLLAR, 2), ("bearing", COLLAR + SEAT, 3))
     solids, glass, labels = [], [], []
-    for y, places in ((0.0, apart), (0.22, together)):
+    for y, lifted, places in ((0.0, 0.0, apart), (0.22, 0.12, together)):
         for number, (part, z, colour) in enumerate(places):
             pose = np.eye(4)
-            pose[1:3, 3] = y, z
+            pose[1:3, 3] = y, z + lifted
             solid = Solid(f"{part} {number} {y}", *triangles(GEARBOX[part](HIGH)), MOVABLE[colour], pose)
             (glass if part == "pipe" and y else solids).append(solid)
             if not y:
                 labels.append(Label(part, pose[:3, 3], MOVABLE[colour], about=frozenset([solid.name])))
     drawing = Drawing(tuple(solids), (Glass(tuple(glass), 0.4),), labels=tuple(labels))
-    view = ViewWishes(camera=(1.4, 0.11, 0.75))
+    view = ViewWishes(camera=(1.4, 0.11, 0.8))
     return png(titled(picture_of(drawing, view), "A gearbox: its parts on their axis, and put together"))
 
 
