@@ -17,6 +17,7 @@ Spent = Literal["expansions", "samples", "time", "memory"]
 DEFAULT_SHARE = 0.5  # of the memory of the machine, or of its control group
 LEAST_DEFAULT = 1 << 30  # bytes
 MEMORY_POLL_S = 0.05  # between two looks at the memory, which take longer than those at the clock
+TOLD_EVERY_S = 0.1  # at least, between two calls of `told`
 CLOCK_BOOTTIME = 7  # of Linux: the clock of the times at which processes started
 _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
@@ -36,14 +37,18 @@ class StopFlag:
         self.began = perf_counter()
         self.seconds, self.memory, self.cancelled = seconds, memory, cancelled
         self.samples: Callable[[], bool] | None = None  # whether too many were drawn; None before any can be drawn
+        self.told: Callable[[], None] | None = None  # called at a look, at most ten times a second
         self.spent: Spent | None = None
         self.interrupted = False  # somebody asked to stop
-        self._look = self.began
+        self._look = self._tell = self.began
 
     def __call__(self) -> bool:
         """Whether to stop."""
         if self.spent is None:
             now = perf_counter()
+            if self.told is not None and now >= self._tell:
+                self._tell = now + TOLD_EVERY_S
+                self.told()
             if self.cancelled is not None and self.cancelled():
                 self.spent, self.interrupted = "time", True
             elif now - self.began > self.seconds:
@@ -55,10 +60,14 @@ class StopFlag:
                 self.spent = "memory" if resident_bytes() > self.memory else None
         return self.spent is not None
 
+    def seconds_left(self) -> float | None:
+        """The seconds that are left; None without a limit."""
+        return None if self.seconds == inf else max(0.0, self.seconds - (perf_counter() - self.began))
+
     def timely(self) -> "StopFlag":
         """A new flag with the same time and memory limits and the same start, but without a limit on samples."""
         flag = StopFlag(self.seconds, self.memory, self.cancelled)
-        flag.began = self.began
+        flag.began, flag.told = self.began, self.told
         return flag
 
     def look(self) -> None:

@@ -4,6 +4,7 @@ The command line and the workers of the service call these functions and so give
 a request arrives and how its answer is shown.
 """
 
+import logging
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,14 +18,17 @@ from kabo.language.files import geometry_files
 from kabo.language.findings import Findings
 from kabo.language.problem import Problem
 from kabo.options import SolveOptions
+from kabo.phases import phase
 from kabo.plan import load_plan, plan_to_json
 from kabo.planner.result import Progress, invalid_to_json, result_to_json
 
 if TYPE_CHECKING:  # for the same reason
     from kabo.explain.explain import Explanation
     from kabo.geometry_server import Preparing
+    from kabo.tasks.procedures import GeometricProcedures
     from kabo.verify import Report
 
+_LOG = logging.getLogger("kabo.requests")
 MODEL = ".jsonl"  # how models of explorations end
 
 
@@ -48,6 +52,7 @@ def solve_file(
     cancelled: Callable[[], bool] | None = None,
     on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
     on_refused: Callable[[Mapping[str, Any]], None] | None = None,
+    on_procedures: "Callable[[GeometricProcedures], None] | None" = None,
 ) -> SolveAnswer:
     """Solves the problem in a file; for bad input the answer has the status "invalid".
 
@@ -63,11 +68,13 @@ def solve_file(
         on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
             certified.
         on_refused: called from time to time with the body of the answer that there would be if planning ended now.
+        on_procedures: called with the server of geometric procedures before any call is made, as by `solve`.
     """
     from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
     try:
-        problem = read_problem(path, within, domain)
+        with phase("reading the problem", log=_LOG):
+            problem = read_problem(path, within, domain)
         found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
         result = solve(
             problem,
@@ -77,6 +84,7 @@ def solve_file(
             cancelled=cancelled,
             on_found=found,
             on_refused=None if on_refused is None else lambda each: on_refused(result_to_json(each)),
+            on_procedures=on_procedures,
         )
     except InputError as error:
         return SolveAnswer(invalid_to_json(error), error=error)
@@ -126,9 +134,11 @@ def verify_file(
     """
     from kabo.verify import verify_plan  # nobody who only checks or solves pays for it
 
-    return verify_plan(
-        load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only, paranoid=paranoid
-    )
+    with phase("reading the problem", log=_LOG):
+        read = load_problem(problem, domain)
+    with phase("reading the plan", log=_LOG):
+        judged = load_plan(plan)
+    return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid)
 
 
 def explain_file(
@@ -158,7 +168,8 @@ def explain_file(
 
     began = perf_counter()
     try:
-        problem = load_problem(path, domain)
+        with phase("reading the problem", log=_LOG):
+            problem = load_problem(path, domain)
         left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
         return explain(
             problem,
@@ -197,11 +208,13 @@ def check_files(paths: Iterable[Path], preparing: "Callable[[Preparing], None] |
         if path.suffix.lower() == MODEL:
             found += _model_findings(path)
     faulty = {finding.file for finding in found if finding.severity == "error"}
-    for path in named:
-        if str(path) not in faulty and not is_imported(path):
-            found += _geometry_findings(path, preparing)
-            found += _stage_findings(path)
-            found += _trial_findings(path)
+    with phase("checking", len(named), "files", log=_LOG) as step:
+        for path in named:
+            if str(path) not in faulty and not is_imported(path):
+                found += _geometry_findings(path, preparing)
+                found += _stage_findings(path)
+                found += _trial_findings(path)
+            step()
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
 
 

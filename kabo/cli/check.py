@@ -6,7 +6,7 @@ from pathlib import Path
 from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import has_scene
-from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, print_json
 
 NAME = "check"
 HELP = "report all errors in files of any kind, with their places and remedies"
@@ -35,9 +35,9 @@ def run(options: argparse.Namespace) -> int:
         print_json({"valid": errors == 0, "diagnostics": [rooms.diagnostic_to_json(finding) for finding in found]})
     else:
         for finding in found:
-            tell(str(finding))
+            answer(str(finding))
         counts = (_count(errors, "error"), _count(len(found) - errors, "warning"))
-        tell(f"{_count(len(options.files), 'file')}: {', '.join(counts)}")
+        answer(f"{_count(len(options.files), 'file')}: {', '.join(counts)}")
     return exit_codes.BAD_INPUT if errors else exit_codes.DONE
 
 

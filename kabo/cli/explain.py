@@ -8,7 +8,7 @@ from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_options, add_problem_argument, chosen_options, has_geometry
-from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import clean_standard_output, complain, interruptible, print_json
 
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
@@ -43,14 +43,19 @@ def run(options: argparse.Namespace) -> int:
         given["changes"] = options.changes
     keep = _Keeping(options)
     try:
-        with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
+        with clean_standard_output(), interruptible() as stop:
             found, error = rooms.explain_file(
-                options.problem, domain=options.domain, cancelled=stop, progress=report, known=keep, **given
+                options.problem,
+                domain=options.domain,
+                cancelled=stop,
+                progress=options.surrounding.planning,
+                known=keep,
+                **given,
             )
     except KeyboardInterrupt:
         return _cut_off(options, "time", "interrupted by the user", keep.known)
     if error is not None:
-        tell(str(error))
+        complain(str(error))
     if options.json:
         print_json(rooms.explanation_to_json(found))
     elif found.verdict != "invalid":

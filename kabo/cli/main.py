@@ -5,30 +5,31 @@ import json
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import ModuleType
-from typing import NoReturn
 
 from kabo import __version__
 from kabo.cli import (
-    bound,
     check,
-    decompose,
     exit_codes,
     explain,
     explore,
     generate,
     picture,
-    request,
     robot,
-    serve,
     solve,
     task,
     verify,
     view,
 )
 from kabo.cli.argument_types import require_writable
-from kabo.cli.limits import limited
+from kabo.cli.logs import logging_as
+from kabo.cli.mesh import bound, decompose
+from kabo.cli.parsers import command_line
+from kabo.cli.service import request, serve
+from kabo.cli.terminal import complain, discard_output, open_missing_streams
+from kabo.cli.usage import CommandParser, UsageError, parsed
+from kabo.cli.waiting.watch import limited
 from kabo.errors import CutOff, InputError, KaboError, ServiceError, missing_library
 
 COMMANDS: tuple[ModuleType, ...] = (
@@ -63,58 +64,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
             runs in a child process, which can be killed at its limits. If given, the command runs in this process
             and stops only when it checks its limits itself.
     """
+    open_missing_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        options = _parsed(given)
-    except _UsageError as error:
-        error.parser.print_usage(sys.stderr)
-        print(f"{error.parser.prog}: error: {error}", file=sys.stderr)
+        options = parsed(parser(), given)
+    except UsageError as error:
+        complain(str(error))
         if _asks_for_json(given):
             print(json.dumps({"code": "bad_request", "message": str(error)}))
         raise SystemExit(exit_codes.BAD_INPUT) from None
-    if arguments is None and hasattr(options, "surrounding") and hasattr(os, "fork"):
-        return limited(options, _in_this_process)
-    return _in_this_process(options)
+    apart = arguments is None and hasattr(options, "surrounding") and hasattr(os, "fork")
+
+    def run(options: argparse.Namespace) -> int:
+        with logging_as(options):
+            return limited(options, lambda each: _ended(each, _work)) if apart else _work(options)
+
+    return _ended(options, run)
 
 
-def _parsed(given: Sequence[str]) -> argparse.Namespace:
-    top = parser()
-    if any("\0" in word for word in given):  # no shell gives one, but a program may: no path can have it
-        top.error("an argument holds a null character")
-    return top.parse_args(given)
+def _work(options: argparse.Namespace) -> int:
+    for name in OUTPUT_OPTIONS:
+        if (path := getattr(options, name, None)) is not None:
+            require_writable(path)
+    return int(options.run(options))
 
 
-def _in_this_process(options: argparse.Namespace) -> int:
-    """Runs a command and reports its errors on standard error."""
+def _ended(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
+    """Calls a function that runs a command, turns its errors into messages, and returns the exit code."""
     try:
-        for name in OUTPUT_OPTIONS:
-            if (path := getattr(options, name, None)) is not None:
-                require_writable(path)
-        return int(options.run(options))
+        return run(options)
     except KeyboardInterrupt:
-        print("kabo: interrupted; nothing was written", file=sys.stderr)
+        complain("kabo: interrupted; nothing was written")
         return exit_codes.INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone, as in `kabo solve … | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        discard_output()
         return exit_codes.DONE
     except Exception as error:  # noqa: BLE001 - the outer edge
         return _report(error, as_json=getattr(options, "json", False))
-
-
-class _UsageError(Exception):
-    """Arguments that cannot be read; `parser` is the one whose usage is shown."""
-
-    def __init__(self, parser: argparse.ArgumentParser, message: str) -> None:
-        self.parser = parser
-        super().__init__(message)
-
-
-class _CommandParser(argparse.ArgumentParser):
-    """A parser that raises its errors, so that `main` reports them, as JSON where that is asked for."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raises _UsageError."""
-        raise _UsageError(self, message)
 
 
 def _asks_for_json(given: Sequence[str]) -> bool:
@@ -122,19 +108,9 @@ def _asks_for_json(given: Sequence[str]) -> bool:
     return any(len(word) > len("--") and "--json".startswith(word) for word in before)
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> CommandParser:
     """The parser of the command line; the attribute `run` of its result is the function that runs the command."""
-    top = _CommandParser(
-        prog="kabo",
-        description="Combined task and motion planning on the knowledge level, with bounded geometric predicates.",
-    )
-    top.add_argument("--version", action="version", version=f"kabo {__version__}")
-    commands = top.add_subparsers(metavar="COMMAND", required=True)
-    for command in COMMANDS:
-        own = commands.add_parser(command.NAME, help=command.HELP, description=command.HELP)
-        command.add_arguments(own)
-        own.set_defaults(run=command.run)
-    return top
+    return command_line(COMMANDS)
 
 
 def _report(error: Exception, *, as_json: bool) -> int:
@@ -153,9 +129,9 @@ def _report(error: Exception, *, as_json: bool) -> int:
         code, message, exit_code = "failed", str(error), exit_codes.DEFECT
     else:
         code, message, exit_code = "failed", f"{type(error).__name__}: {error}", exit_codes.DEFECT
-        print("".join(traceback.format_exception(error)), file=sys.stderr, end="")
-        print(f"kabo: a defect of kabo {__version__}; {REPORT}", file=sys.stderr)
-    print(message if isinstance(error, InputError) else f"kabo: {message}", file=sys.stderr)
+        complain("".join(traceback.format_exception(error)).rstrip("\n"))
+        complain(f"kabo: a defect of kabo {__version__}; {REPORT}")
+    complain(message if isinstance(error, InputError) else f"kabo: {message}")
     if as_json:
         print(json.dumps({"code": code, "message": message}))
     return exit_code

@@ -5,9 +5,10 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from kabo.cli import exit_codes, meshing, rooms
+from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import output_file
 from kabo.cli.limits import add_limits
+from kabo.cli.mesh import meshing
 from kabo.cli.terminal import clean_standard_output, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
 

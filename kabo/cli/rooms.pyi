@@ -66,7 +66,6 @@ from kabo.tasks.files.comparing import compare as compare
 from kabo.tasks.files.comparing import describe_comparison as describe_comparison
 from kabo.tasks.files.describing import counted as counted
 from kabo.tasks.files.describing import describe_report as describe_report
-from kabo.tasks.files.html import to_html as to_html
 from kabo.tasks.files.report_form import read_report as read_report
 from kabo.tasks.files.report_form import report_bytes as report_bytes
 from kabo.tasks.files.reports import report as report
@@ -99,6 +98,7 @@ from kabo.trials import summaries_of as summaries_of
 from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
+from kabo.viewer import Follower as Follower
 from kabo.viewer import ViewOptions as ViewOptions
 from kabo.viewer import document_of_file as document_of_file
 from kabo.viewer import page_of as page_of

@@ -9,7 +9,7 @@ from typing import Any, cast
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
-from kabo.cli.terminal import print_json, tell
+from kabo.cli.terminal import answer, print_json, tell, warn
 from kabo.errors import InputError
 from kabo.options import OPTIONS, Option, SolveOptions
 
@@ -128,7 +128,7 @@ def report_cut_off(options: argparse.Namespace, spent: Any, message: str, known:
     if options.json:
         kept = {} if known is None else {"statistics": known[0]["statistics"]}
         print_json({**body, **kept, "reason": {**body["reason"], "details": details}})
-    tell("\n".join([f"kabo: {said}", *(f"  - {each}" for each in details[:SHOWN_DETAILS])]))
+    answer("\n".join([f"kabo: {said}", *(f"  - {each}" for each in details[:SHOWN_DETAILS])]))
     return exit_codes.NO_PLAN
 
 
@@ -149,11 +149,11 @@ def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namesp
         gaps = body["statistics"].get("certificate_gaps", ())
         if gaps:
             more = f" (and {len(gaps) - 1} more)" if len(gaps) > 1 else ""
-            tell(f"the plan has no certificate: {gaps[0]}{more}; `kabo verify` measures distances instead")
+            warn(f"the plan has no certificate: {gaps[0]}{more}; `kabo verify` measures distances instead")
     if not options.json and body["reason"] is not None:
-        tell(_no_plan(body))
+        answer(_no_plan(body))
     for sentence in body.get("cut_off", ()):
-        tell(f"kabo: {sentence}")
+        warn(f"kabo: {sentence}")
     return exit_codes.BY_STATUS[body["status"]]
 
 

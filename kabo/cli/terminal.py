@@ -1,9 +1,11 @@
-"""Terminal input and output of all commands: messages, progress, Ctrl-C, standard output with the answer only.
+"""Terminal input and output of all commands: messages, Ctrl-C, standard output with the answer only.
 
-Standard output carries the answer only (the plan's tree, or one JSON object); all else goes to standard error.
+Standard output carries the answer only (the plan's tree, or one JSON object); all else goes to standard error, through
+the logger `kabo.cli`, so that `-q` silences it and `--log` keeps it.
 """
 
 import json
+import logging
 import os
 import signal
 import sys
@@ -11,48 +13,91 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from kabo.cli import rooms
+ANSWER = 35  # the level of answers on standard error: -q shows them, and errors
+logging.addLevelName(ANSWER, "ANSWER")
+_LOG = logging.getLogger("kabo.cli")
 
 
 def tell(text: str) -> None:
-    """Prints a message on standard error."""
-    print(text, file=sys.stderr)
+    """Prints a message on standard error; `-q` silences it."""
+    _LOG.info("%s", text)
 
 
-def print_json(answer: Mapping[str, Any]) -> None:
+def warn(text: str) -> None:
+    """Prints a warning on standard error; `-q` silences it."""
+    _LOG.warning("%s", text)
+
+
+def answer(text: str) -> None:
+    """Prints what was asked for on standard error, such as the reason why there is no plan; `-q` does not silence it."""
+    _LOG.log(ANSWER, "%s", text)
+
+
+def complain(text: str) -> None:
+    """Prints an error on standard error."""
+    _LOG.error("%s", text)
+
+
+def print_json(body: Mapping[str, Any]) -> None:
     """Prints the answer of a command as one JSON object, as `--json` requests it."""
-    print(json.dumps(answer, sort_keys=True, ensure_ascii=False, allow_nan=False))
+    print(json.dumps(body, sort_keys=True, ensure_ascii=False, allow_nan=False))
 
 
-@contextmanager
-def shown_text() -> Iterator["Callable[[str], None] | None"]:
-    """A context with a function that shows text in one line of the terminal; None if there is no terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    bar: list[
-        Any
-    ] = []  # made with the first text: most commands have none to show, and rich takes a while to load
+class TerminalHandler(logging.Handler):
+    """Prints records on standard error: kabo's own messages as they are, those of libraries after their logger."""
 
-    def show(text: str) -> None:
-        if not bar:
-            bar.extend(_started_bar())
-        bar[0].update(bar[1], description=text)
+    def emit(self, record: logging.LogRecord) -> None:
+        """Prints one record; nobody may be there to read it."""
+        said = record.getMessage()
+        try:
+            print(said if record.name == _LOG.name else f"{record.name}: {said}", file=sys.stderr, flush=True)
+        except BrokenPipeError:
+            _discard(sys.stderr)
+        except (OSError, ValueError, AttributeError):  # a full disk, or a closed file
+            return
 
+
+HANDLER = TerminalHandler(logging.INFO)
+_LOG.addHandler(HANDLER)
+_LOG.setLevel(logging.INFO)
+
+
+def is_quiet() -> bool:
+    """Whether messages are silenced."""
+    return HANDLER.level > logging.WARNING
+
+
+def open_missing_streams() -> None:
+    """Gives a process that was started without standard output or error ones that lead nowhere.
+
+    Otherwise the next file that is opened would take their place, and be written to.
+    """
+    for number, name in ((0, "stdin"), (1, "stdout"), (2, "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            opened = os.open(os.devnull, os.O_RDONLY if number == 0 else os.O_WRONLY)
+            if opened != number:
+                os.dup2(opened, number)
+                os.close(opened)
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "r" if number == 0 else "w", closefd=False))
+
+
+def _discard(stream: Any) -> None:
+    """Lets all further output of a stream, whose reader has gone, lead nowhere."""
     try:
-        yield show
-    finally:
-        if bar:
-            bar[0].stop()
+        number = stream.fileno()
+    except (OSError, ValueError, AttributeError):
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, number)
+    os.close(nowhere)
 
 
-def _started_bar() -> tuple[Any, Any]:
-    from rich import console, progress  # most commands show no bar, and rich takes a while to load
-
-    columns = (progress.SpinnerColumn(), progress.TextColumn("{task.description}"), progress.TimeElapsedColumn())
-    made = progress.Progress(*columns, console=console.Console(stderr=True), transient=True)
-    made.start()
-    return made, made.add_task("loading")
+def discard_output() -> None:
+    """Lets standard output, whose reader has gone, lead nowhere."""
+    _discard(sys.stdout)
 
 
 @contextmanager
@@ -75,14 +120,6 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         yield lambda: bool(pressed)
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def described(progress: "rooms.Progress") -> str:
-    """Progress as a line of text: `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
-    if progress.fraction is not None:
-        return progress.doing
-    done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
-    return f"{done}, {progress.procedure_calls} procedure calls" if progress.procedure_calls else done
 
 
 @contextmanager

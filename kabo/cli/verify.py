@@ -6,7 +6,7 @@ from pathlib import Path
 from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_problem_argument
-from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, print_json
 
 NAME = "verify"
 HELP = "replay a plan over every branch and check every motion against the original meshes"
@@ -37,5 +37,5 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print_json(report.to_dict())
     else:
-        tell(f"{options.plan}: {report}".rstrip("\n"))
+        answer(f"{options.plan}: {report}".rstrip("\n"))
     return exit_codes.DONE if report.ok else exit_codes.VERIFICATION_FAILED

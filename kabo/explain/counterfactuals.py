@@ -1,5 +1,6 @@
 """Counterfactuals: changes of a problem that its failed calls suggest, each of them solved from scratch."""
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,9 +22,11 @@ from kabo.explain.findings import (
 from kabo.explain.scene_changes import changed, may_grow, removable
 from kabo.geometry_server import SceneSurroundings, Situation, supports
 from kabo.language.problem import Problem
+from kabo.phases import phase
 from kabo.plan import plan_statistics
 from kabo.planner.solve import solve
 
+_LOG = logging.getLogger("kabo.explain")
 EPSILON_DIVISOR = 4  # a smaller epsilon is tried, divided by this
 MAX_CHANGES = 6  # changes that are tried
 MAX_BLAMED_CALLS = 4  # failed calls that may suggest a body to take out
@@ -131,13 +134,15 @@ def tried(
         options: the options of `solve` with which the unchanged problem was solved.
     """
     found: list[Counterfactual] = []
-    for number, change in enumerate(changes):
-        seconds = means.seconds_left() / (len(changes) - number)
-        told(found, changes[number:])
-        if seconds <= 0.0 or (means.cancelled is not None and means.cancelled()):
-            return found, changes[number:]
-        one = _tried(changed(problem, surroundings.scene, change), change, means, seconds, options)
-        found = sorted([*found, *([] if one is None else [one])], key=_helpful)
+    with phase("trying changes", len(changes), "changes", log=_LOG) as step:
+        for number, change in enumerate(changes):
+            seconds = means.seconds_left() / (len(changes) - number)
+            told(found, changes[number:])
+            if seconds <= 0.0 or (means.cancelled is not None and means.cancelled()):
+                return found, changes[number:]
+            one = _tried(changed(problem, surroundings.scene, change), change, means, seconds, options)
+            found = sorted([*found, *([] if one is None else [one])], key=_helpful)
+            step()
     return found, ()
 
 

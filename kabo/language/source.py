@@ -4,6 +4,7 @@ Line and column are computed from an offset only when a diagnostic needs them, s
 """
 
 import hashlib
+import logging
 import os
 import re
 import stat
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from kabo.language.formulas import Place
 
+_LOG = logging.getLogger("kabo.language")
 MAX_BYTES = 1_000_000
 _LONGEST_LINE = 400
 OUTSIDE = "the file lies outside of the folder that may be read"
@@ -100,6 +102,7 @@ def read_source(path: Path, name: str, most: int = MAX_BYTES, *, within: Path | 
     if not lies_within(path, within):
         raise UnreadableError(OUTSIDE)
     data = _read_bytes(path, most)
+    _LOG.debug("read %s", name, extra={"fields": {"file": str(path), "bytes": len(data)}})
     digest = "sha256:" + hashlib.sha256(data).hexdigest()
     try:
         text = data.decode("utf-8-sig")

@@ -27,6 +27,7 @@ from kabo.meshes.repair import repaired
 FORMATS = tuple(MESH_FORMATS)
 MAX_FILE_BYTES = 2 * 1024**3  # bytes
 _MAX_PARSER_CHARACTERS = 160  # characters of a parser's error that a message repeats
+_LOG = logging.getLogger("kabo.meshes")
 _TRIANGLES: ContentCache[tuple[Vertices, Faces]] = ContentCache(
     16 << 20, lambda made: made[0].nbytes + made[1].nbytes
 )
@@ -96,6 +97,7 @@ def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
         data = path.read_bytes()
     except OSError as error:
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
+    _LOG.debug("read %s", path, extra={"fields": {"file": str(path), "bytes": len(data)}})
     key = hashlib.sha256(data).digest(), kind, scale
     vertices, faces = _TRIANGLES.get_or_make(key, lambda: _triangles(data, kind, scale, path, place))
     return Mesh(vertices, faces, path)

@@ -4,6 +4,7 @@ Only the form is checked here. The verifier judges whether ids exist, branches a
 actions.
 """
 
+import logging
 import re
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from kabo.plan.plan import (
 )
 from kabo.plan.writing import FORMAT
 
+_LOG = logging.getLogger("kabo.plan")
 _ID = re.compile(r"n(0|[1-9][0-9]*)")
 _HASH = re.compile(r"sha256:[0-9a-f]{64}")
 _SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
@@ -39,7 +41,9 @@ def load_plan(path: str | Path) -> Plan:
         InputError: the form is wrong; has all findings with their JSON paths.
         OSError: the file cannot be read.
     """
-    return plan_from_json(Path(path).read_bytes(), file=str(path))
+    content = Path(path).read_bytes()
+    _LOG.debug("read %s", path, extra={"fields": {"file": str(path), "bytes": len(content)}})
+    return plan_from_json(content, file=str(path))
 
 
 def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:

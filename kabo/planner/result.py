@@ -44,7 +44,9 @@ class Progress:
     """The progress of planning, sent periodically; it is never part of a result.
 
     `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
-    is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty.
+    is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty. `spent`: the share
+    that is spent of the budget of expansions or of samples, of that which is spent more. `seconds_left`: of the budget
+    of time; None if it has no limit.
     """
 
     doing: str
@@ -53,6 +55,8 @@ class Progress:
     procedure_calls: int = 0
     fraction: float | None = None
     line: str = ""
+    spent: float | None = None
+    seconds_left: float | None = None
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ There are three kinds of rounds: without procedures (`SymbolicRounds`), with fun
 (`ExternalRounds`), and with the geometry of a scene (`GeometricRounds`).
 """
 
+import logging
 from collections.abc import Callable
 from time import perf_counter
 from typing import Any, Protocol
@@ -11,6 +12,7 @@ from typing import Any, Protocol
 from kabo import tuning
 from kabo.errors import CutOff
 from kabo.knowledge import GroundedTask
+from kabo.phases import timed
 from kabo.planner.geometry.assembly import symbolic_variants
 from kabo.planner.geometry.eager import EagerGeometry
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant, in_order
@@ -21,6 +23,7 @@ from kabo.planner.geometry.repairing import repaired
 from kabo.planner.run import SolveRun, search_once
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Geometry, SearchResult, Skeleton, Unreachable
 
+_LOG = logging.getLogger("kabo.planner")
 Variants = tuple[Variant, ...]
 
 
@@ -75,7 +78,8 @@ class ExternalRounds:
 
     def prepare(self) -> None:
         """Makes all calls of the procedures that are to be evaluated in advance."""
-        self._run.report_progress("asking", sum(counted.calls for counted in self.geometry.counted.values()))
+        self._run.counts = lambda: (sum(counted.calls for counted in self.geometry.counted.values()), 0)
+        self._run.report_progress("asking")
         self.geometry.prepare(self._task)
         self._seconds = self.geometry.seconds
 
@@ -134,17 +138,22 @@ class GeometricRounds:
         adaptive = self._run.options.geometry_order == "adaptive"
         if self._is_lazy and adaptive and self._branches and self.refusals.fails_too_often():
             self.geometry = EagerGeometry(self._server)  # branches multiply what finished plans ask for nothing
-        self._report_progress("searching")
+        self._run.report_progress("searching")
 
     def evaluated(self, skeleton: Skeleton) -> Variants | None:
         """The variants of the skeleton with an answer to every call; None if a call was refused.
 
         If the plan branches, repaired versions of the skeleton are tried as well.
         """
-        self._report_progress("moving")
-        self._branches = any(node.on is not None for node in skeleton.nodes())
+        self._run.report_progress("looking for motions")
+        nodes = list(skeleton.nodes())
+        self._branches = any(node.on is not None for node in nodes)
+        _LOG.info("skeleton of %d nodes", len(nodes), extra={"fields": {"skeleton": len(nodes)}})
         for _ in range(1 + tuning.MAX_REPAIRS):
-            evaluation = self._evaluated(skeleton)
+            with timed("asking for motions", _LOG):
+                evaluation = self._evaluated(skeleton)
+            for call in evaluation.refused:
+                _LOG.debug("refused: %s", call.call, extra={"fields": {"refused": str(call.call)}})
             if not evaluation.refused:
                 return evaluation.variants
             may_repair = self._branches and self._is_lazy
@@ -181,9 +190,6 @@ class GeometricRounds:
             left = self._run.searched.expanded < self._run.options.max_expansions
             return found.budget == "expansions" and left and self.geometry.try_harder()
         return not self.geometry.proved() and self.geometry.try_harder()
-
-    def _report_progress(self, doing: str) -> None:
-        self._run.report_progress(doing, sum(self._server.statistics.calls.values()))
 
     # ------------------------------------------------------------------------------------------------- proofs
     def _record_proofs(self) -> None:

@@ -1,5 +1,7 @@
 """One run of the planner: options, limits and statistics; and the results of runs without a plan."""
 
+import logging
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -11,6 +13,7 @@ from kabo.knowledge import GroundedTask, verdict_of
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.options import Options
+from kabo.phases import timed
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
@@ -34,6 +37,7 @@ if (
     from kabo.tasks.procedures import GeometricProcedures
 
 
+_LOG = logging.getLogger("kabo.planner")
 OnProcedures = Callable[["GeometricProcedures"], None]
 
 
@@ -55,12 +59,14 @@ class SolveRun:
     refined: Mapping[str, float] = field(default_factory=dict)
     on_procedures: OnProcedures | None = None
     certified: Mapping[str, Any] = field(default_factory=dict)
+    counts: Callable[[], tuple[int, int]] | None = None  # of procedure calls and samples, once there are any
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
     on_refused: Callable[[Result], None] | None = None
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)
+        self._process, self._doing, self._expanding = os.getpid(), "reading", 0
 
     @property
     def began(self) -> float:
@@ -77,10 +83,29 @@ class SolveRun:
         why = "it was interrupted" if self.stop.interrupted else f"{self.stop.spent} exhausted"
         self.cut_off.append(f"{doing} was cut off ({why}): {lacks}")
 
-    def report_progress(self, doing: str, calls: int = 0) -> None:
-        """Calls `progress`, if it is set, with the present step and the counts so far."""
-        if self.progress is not None:
-            self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
+    def report_progress(self, doing: str, *, again: bool = True) -> None:
+        """Calls `progress`, if it is set, with the present step and the counts so far; `again` from time to time."""
+        self._doing = doing
+        self._report()
+        self.stop.told = self._report if again and self.progress is not None else None
+
+    def note_expanded(self, expanded: int) -> None:
+        """Notes the expansions of a search that goes on, which are not yet part of those of the run."""
+        self._expanding = expanded
+
+    def _report(self) -> None:
+        if (
+            self.progress is None or os.getpid() != self._process
+        ):  # workers are forked with the flag that calls this
+            return
+        expanded, options, calls, drawn = self.searched.expanded + self._expanding, self.options, 0, 0
+        if self.counts is not None:
+            calls, drawn = self.counts()
+        spent = max(expanded / max(1, options.max_expansions), drawn / max(1, options.max_samples))
+        left = self.stop.seconds_left()
+        self.progress(
+            Progress(self._doing, expanded, self.searched.generated, calls, spent=spent, seconds_left=left)
+        )
 
     def report_line(self, doing: str, line: str) -> None:
         """Calls `progress`, if it is set, with a line that stays."""
@@ -101,9 +126,17 @@ def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) ->
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
     most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
-    limits = SearchLimits(most, run.stop)
+    limits = SearchLimits(most, run.stop, run.note_expanded)
     run.packed = run.packed or PackedTask(task)
-    found = find_skeleton(task, search=run.options.search, geometry=geometry, limits=limits, packed=run.packed)
+    with timed("searching", _LOG):
+        found = find_skeleton(
+            task,
+            search=run.options.search,
+            geometry=geometry,
+            limits=limits,
+            packed=run.packed,
+        )
+    run.note_expanded(0)
     if isinstance(found, Exhausted) and found.budget != "expansions" and run.stop.spent is not None:
         found = replace(found, budget=run.stop.spent)  # the search knows only that it was to stop
     run.searched += found.statistics

@@ -6,6 +6,7 @@ until a plan is found, proven impossible, or the budget is spent (`planned`):
     if all have a motion: return the plan;  else: record the refusals and what they depend on (`rounds.py`)
 """
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import perf_counter
@@ -17,6 +18,7 @@ from kabo.frozen_gc import frozen_gc
 from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
+from kabo.phases import timed
 from kabo.planner.geometry.assembly import assemble
 from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.geometry.workers import ProcedureWorkers
@@ -31,6 +33,7 @@ from kabo.planner.statistics import completed
 if TYPE_CHECKING:  # Python 3.11 has it itself, older ones in a package that only type checkers need
     from typing_extensions import Unpack
 
+_LOG = logging.getLogger("kabo.planner")
 SHOWN_REFUSALS = 12  # calls that a reason names
 
 
@@ -85,7 +88,9 @@ def solve(
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
     run.on_procedures, run.on_found, run.on_refused = on_procedures, on_found, on_refused
-    task = ground(run.problem)
+    run.report_progress("grounding", again=False)
+    with timed("grounding", _LOG):
+        task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - external.seconds
     if has_geometry:
         result = _with_geometry(run, task)
@@ -125,9 +130,10 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     )
     from kabo.planner.telling import Telling
 
-    run.report_progress("loading the scene")
+    run.report_progress("loading the scene", again=False)
     try:
-        server = load_procedures(run)
+        with timed("loading the scene", _LOG):
+            server = load_procedures(run)
     except CutOff as error:
         spent = Exhausted(run.searched, run.stop.spent or "time")
         result = without_plan(run, task, spent, statistics_of(run))

@@ -1,11 +1,13 @@
 """Checks every motion of a plan in the problem's scene."""
 
+import logging
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from kabo.language import Problem
+from kabo.phases import phase
 from kabo.plan import Plan
 from kabo.scene import Scene, load_scene
 from kabo.verify.certificate.check import check_certificate
@@ -18,6 +20,8 @@ from kabo.verify.motion.overlaps import Motion, all_meetings, check_overlaps, sh
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import check_start
 from kabo.verify.report import Finding
+
+_LOG = logging.getLogger("kabo.verify")
 
 
 def check_geometry(
@@ -35,7 +39,8 @@ def check_geometry(
     if plan.start is None:
         text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
         return dict(problem.files), [Finding(None, text)], {}, []
-    scene = load_scene(problem.scene)
+    with phase("loading the scene", log=_LOG):
+        scene = load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
@@ -44,12 +49,14 @@ def check_geometry(
         return files, findings, {}, []
     motions, together = 0, sharing_time(plan)
     walked: dict[str, Motion] = {}
-    for name in order:
-        node = plan.nodes[name]
-        if node.action is not None:
-            kept = walked if name in together else None
-            findings += check_motion(name, node, calls, world, components, tally, kept)
-            motions += bool(node.motion)
+    with phase("checking motions", len(order), "nodes", log=_LOG) as step:
+        for name in order:
+            node = plan.nodes[name]
+            if node.action is not None:
+                kept = walked if name in together else None
+                findings += check_motion(name, node, calls, world, components, tally, kept)
+                motions += bool(node.motion)
+            step()
     early = list(check_overlaps(plan, order, walked, world))
     findings += early
     meetings = [] if early else all_meetings(plan, order, walked)

@@ -19,7 +19,7 @@ PAGES = [*sorted(REPOSITORY.glob("*.md")), *sorted(REPOSITORY.glob("docs/**/*.md
 
 def options_of(command: str) -> set[str]:
     """The long options of a command."""
-    (commands,) = (action for action in parser()._actions if hasattr(action, "choices") and action.choices)
+    (commands,) = (action for action in parser()._actions if isinstance(action.choices, dict))
     own = list(commands.choices[command]._actions)
     for action in [each for each in own if isinstance(each.choices, dict)]:  # commands of a command
         own += [each for inner in action.choices.values() for each in inner._actions]
@@ -42,6 +42,11 @@ def test_every_command_has_a_section_and_every_option_that_it_names_exists():
     assert set(described) == {command.NAME for command in COMMANDS}
     known = {option for command in COMMANDS for option in options_of(command.NAME)} | top_options()
     assert not {name: found - known for name, found in described.items() if found - known}
+
+
+def test_the_options_of_all_commands_are_described_once():
+    section = COMMANDS_PAGE.split("## Messages", 1)[1].split("## Limits", 1)[0]
+    assert not {option for option in top_options() - {"--help", "--version"} if option not in section}
 
 
 def test_every_exit_code_is_described():

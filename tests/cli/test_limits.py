@@ -13,9 +13,10 @@ import jsonschema
 import pytest
 
 from kabo.budgets import StopFlag, default_memory, held_bytes
-from kabo.cli.limits import Surrounding, add_limits, limited, memory, seconds
+from kabo.cli.limits import Surrounding, add_limits, memory, seconds
 from kabo.cli.solving import add_search_arguments
 from kabo.cli.terminal import interruptible
+from kabo.cli.waiting.watch import limited
 from kabo.plan import plan_to_json, schema
 from kabo.planner.result import result_to_json
 from kabo.planner.solve import solve

@@ -3,7 +3,7 @@
 import pytest
 
 from kabo.cli.limits import Surrounding
-from kabo.cli.terminal import described
+from kabo.cli.waiting.doing import of_progress
 from kabo.geometry_server import PreparationCutOff, Preparing
 from kabo.planner.result import Progress
 
@@ -15,15 +15,14 @@ STATE = Preparing(
 def test_a_line_is_told_in_a_pipe_and_the_state_is_not(capsys: pytest.CaptureFixture[str]) -> None:
     surrounding = Surrounding()
     surrounding.preparing(STATE)
-    with surrounding.reporting() as report:
-        report(Progress(str(STATE), fraction=STATE.fraction, line="second line"))
-        report(Progress("searching", 3, 4))
+    surrounding.planning(Progress(str(STATE), fraction=STATE.fraction, line="second line"))
+    surrounding.planning(Progress("searching", 3, 4))
     assert capsys.readouterr() == ("", f"{STATE.line}\nsecond line\n")
 
 
 def test_the_state_names_what_is_next_and_counts_no_nodes() -> None:
     said = "preparing geometry: 8 of 12 done, not yet r.link5, r.hand, r.finger and 1 more"
-    assert described(Progress(str(STATE), fraction=STATE.fraction)) == said
+    assert of_progress(Progress(str(STATE), fraction=STATE.fraction)).text == said
 
 
 def test_a_cut_says_what_is_done_what_is_not_and_that_the_former_is_kept() -> None:

@@ -12,7 +12,8 @@ from kabo.cli.argument_types import natural, output_file, require_writable
 from kabo.cli.explore.arguments import finding, findings_of, number
 from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument, execute
-from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
+from kabo.cli.waiting.doing import Doing
 from kabo.errors import Diagnostic, InputError
 
 CutOffBy = Literal["time", "memory", "interrupted"]
@@ -80,9 +81,8 @@ def _run(
 ) -> "rooms.ExplorationRun | None":
     """Makes the trials, and returns how the run ended; None: a second Ctrl-C aborted a trial."""
     try:
-        with options.surrounding.showing("trying") as show:
-            report = None if show is None else _reporter(show)
-            return rooms.run_exploration(journal, trial, options.trials, stop=flag, progress=report)
+        report = _reporter(options.surrounding.say)
+        return rooms.run_exploration(journal, trial, options.trials, stop=flag, progress=report)
     except KeyboardInterrupt:
         return None
 
@@ -118,16 +118,15 @@ def _budget(text: str | None) -> float | None:
     return value
 
 
-def _reporter(show: Callable[[str], None]) -> "Callable[[rooms.TrialReport], None]":
+def _reporter(say: Callable[[Doing], None]) -> "Callable[[rooms.TrialReport], None]":
     """A function that shows a trial: `trial 12 of 60: string d4: valid` or the reason why it was not."""
 
     def report(made: "rooms.TrialReport") -> None:
         result = made.result
         said = "valid" if isinstance(result, rooms.Valid) else result.reason
         case = rooms.described_case(made.question.case)
-        show(
-            f"trial {made.number} of {made.trials}: {case}: {said}{f', {result.comment}' if result.comment else ''}"
-        )
+        text = f"trial {made.number} of {made.trials}: {case}: {said}{f', {result.comment}' if result.comment else ''}"
+        say(Doing("trying", text, made.number / made.trials))
 
     return report
 
@@ -142,7 +141,7 @@ def _answer(
     else:
         print(rooms.describe_exploration(exploration, rooms.summaries_of(exploration)))
     if message is not None:
-        tell(f"{options.model}: {message}")
+        answer(f"{options.model}: {message}")
     elif not options.json:
         tell(f"{options.model}: {rooms.counted(ended.made, 'new trial')}; kabo explore show {options.model}")
     return exit_codes.DONE if stopped is None else exit_codes.NO_PLAN
@@ -172,7 +171,7 @@ def _cut_off(options: argparse.Namespace, why: "CutOffBy | None", message: str) 
     else:
         trials = rooms.counted(len(kept.trials), "trial")
         message = f"{message}; the model has {trials}, --resume goes on"
-    tell(f"{options.model}: {message}")
+    answer(f"{options.model}: {message}")
     if options.json and kept is not None and why is not None:
         print_json(rooms.run_answer(kept, options.model, None, why, message))
     elif options.json:

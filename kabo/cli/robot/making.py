@@ -8,7 +8,7 @@ from typing import Any
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.meshing import picture_file
+from kabo.cli.mesh.meshing import picture_file
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON

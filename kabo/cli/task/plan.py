@@ -10,7 +10,7 @@ from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument, blamed, execute
-from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell, warn
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
 NAME = "plan"
@@ -94,7 +94,7 @@ def read_task_file(options: argparse.Namespace) -> "rooms.TaskFile":
     file = rooms.load_task_file(options.file)
     if not options.json:
         for warning in file.warnings:
-            tell(str(warning))
+            warn(str(warning))
     return file
 
 

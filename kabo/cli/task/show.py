@@ -5,9 +5,10 @@ from pathlib import Path
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
+from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument
 from kabo.cli.task.plan import read_task_file
-from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.cli.terminal import clean_standard_output, complain, print_json, tell
 from kabo.errors import Diagnostic, InputError
 
 NAME = "show"
@@ -24,9 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="show at most N comments of each stage (default: 3)",
     )
-    parser.add_argument("--html", type=output_file, metavar="OUT", help="write a self-contained HTML page")
+    parser.add_argument("--html", type=output_file, metavar="OUT", help="write the page of `kabo view`")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print it as one JSON object")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -44,7 +46,7 @@ def _show_report(options: argparse.Namespace) -> int:
 
     found = rooms.read_report(options.file.read_bytes(), str(options.file))
     if options.html is not None:
-        rooms.write_atomically(options.html, rooms.to_html(found).encode())
+        rooms.write_atomically(options.html, rooms.page_of(rooms.document_of_file(options.file)))
     if options.json:
         print_json(found)
     elif options.html is None:
@@ -70,7 +72,7 @@ def _show_structure(options: argparse.Namespace) -> int:
     if errors:
         error = file.located(rooms.InitialisationError(errors, rooms.tree(task, flows)))
         if not options.json:
-            tell(str(error))
+            complain(str(error))
         return exit_codes.BAD_INPUT
     return exit_codes.DONE
 

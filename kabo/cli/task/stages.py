@@ -3,6 +3,7 @@
 import argparse
 
 from kabo.cli import exit_codes, rooms
+from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument, execute
 from kabo.cli.terminal import clean_standard_output, print_json
 from kabo.errors import Diagnostic, InputError
@@ -16,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", metavar="NAME", help="the stage whose properties are shown")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print them as one JSON object")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -4,6 +4,7 @@ The parts are those of `kabo.geometry.bounding.decomposition`, with few vertices
 them: what is refined on demand elsewhere is refined here at once.
 """
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -20,7 +21,9 @@ from kabo.geometry.bounding.enclosing_union import Aims
 from kabo.geometry.bounding.enclosure import aims_for, kept_cover, name_of
 from kabo.geometry.bounding.shapes import shape_of
 from kabo.meshes import Mesh
+from kabo.phases import phase
 
+_LOG = logging.getLogger("kabo.geometry")
 MAX_CELLS = 1000  # above which parts are made coarsely first, and then refined one by one
 
 
@@ -113,9 +116,11 @@ def bounding_decomposition(
     )
     tree = CoverTree.of(shape, cover, aims, name, folder)
     following = 0
-    while following < len(tree.nodes):
-        tree = tree.finer(following)
-        following += 1
+    with phase("refining parts", log=_LOG) as step:
+        while following < len(tree.nodes):
+            tree = tree.finer(following)
+            following += 1
+            step()
     leaves = [node for node in tree.nodes if not node.many]
     return Decomposition(
         tuple(shape.placed(leaf.part) for leaf in leaves),

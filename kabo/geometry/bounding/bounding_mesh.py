@@ -6,6 +6,7 @@ orders contractions; a contraction is made if two distances are proven: of every
 every original triangle from the new faces.
 """
 
+import logging
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +27,9 @@ from kabo.geometry.triangles.component_groups import groups_without_crossings
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
 from kabo.meshes import Mesh, require_solid
+from kabo.phases import phase
 
+_LOG = logging.getLogger("kabo.geometry")
 Side = Literal["outer", "inner"]
 Borders = Literal["refuse", "keep"]
 Cost = Literal["memoryless", "planes", "adapted", "triangles", "diagonal"]
@@ -157,7 +160,9 @@ def bounding_mesh(
     contraction_seconds = time.perf_counter() - start_of_contraction
     bound = rounding
     if counts["contractions"]:
-        bound = hausdorff_bound(points, faces, new, new_faces, ceiling=epsilon - 2.0 * rounding)[1] + rounding
+        with phase("measuring the distance", log=_LOG):
+            ceiling = epsilon - 2.0 * rounding
+            bound = hausdorff_bound(points, faces, new, new_faces, ceiling=ceiling)[1] + rounding
     if certify:  # the contractions' own certificate holds in any case
         bound = min(bound, limit + rounding)
     return BoundingMesh(
@@ -260,9 +265,12 @@ def _contracted(
         contraction.enter_all(net, octree)
     star, queue = state.star_of(count), state.queue_of(6 * count + 1000, 4 * count + 100)
     evidence = Evidence(tree, octree, carried, draft, state.work_of(count))
-    for facing, regular in FACING_AND_REGULARISATION if certify else FACING_AND_REGULARISATION[:1]:
-        now = settings._replace(facing=facing, regular=regular)
-        contraction.contract_all(net, star, queue, evidence, now, counters)
+    rounds = FACING_AND_REGULARISATION if certify else FACING_AND_REGULARISATION[:1]
+    with phase("contracting edges", len(rounds), "rounds", log=_LOG) as step:
+        for facing, regular in rounds:
+            now = settings._replace(facing=facing, regular=regular)
+            contraction.contract_all(net, star, queue, evidence, now, counters)
+            step()
     left = net.faces[net.faces[:, 0] >= 0]
     used, index = np.unique(left, return_inverse=True)
     counts = dict(zip(COUNTER_NAMES, counters.tolist(), strict=True))

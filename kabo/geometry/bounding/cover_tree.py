@@ -5,6 +5,7 @@ tolerance alone, not on what was refined before; they are kept in the cache.
 """
 
 import hashlib
+import logging
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,6 +21,8 @@ from kabo.geometry.bounding.shapes import Shape
 from kabo.geometry.bounding.stored_parts import Cover
 from kabo.geometry.bounding.verified_parts import are_verified, record_proof
 from kabo.geometry.parts import Enclosure
+
+_LOG = logging.getLogger("kabo.geometry")
 
 
 class Node(NamedTuple):
@@ -106,6 +109,9 @@ def kept_or_made(shape: Shape, path: Path, within: Array | None, make: Callable[
     """The proven cover in a file of the cache, or a new one, which is then kept there."""
     for found in stored_parts.read(path, shape.digest):
         if are_verified(shape.solid, found, within):
+            _LOG.debug(
+                "convex parts from the cache: %s", path, extra={"fields": {"cache": "hit", "file": str(path)}}
+            )
             return found
     made = make()
     record_proof(shape.solid, made, within)

@@ -4,6 +4,7 @@ Covering needs no sampling: the cells contain the solid by construction, and eve
 part. A part may extend into other cells, since its distance to the whole solid is what is proven.
 """
 
+import logging
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import NamedTuple
@@ -18,7 +19,9 @@ from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.bounding.stored_parts import Cover
 from kabo.geometry.triangles.solids import Solid
+from kabo.phases import phase
 
+_LOG = logging.getLogger("kabo.geometry")
 CELL_SHARE = 0.4  # of epsilon: deviation of a cell's hull
 MANY_CELLS = 200  # above which cells may deviate by COARSE_CELL_SHARE
 COARSE_CELL_SHARE = 0.7  # of epsilon: the same, tried first
@@ -164,11 +167,13 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
     """Sets grown from every cell that is in fewer than `SETS_PER_CELL` of them."""
     found: set[Members] = set()
     held = np.zeros(cells, np.int64)
-    for i in range(cells):
-        if held[i] < SETS_PER_CELL:
-            members = growth.from_seed(i, nearest)
-            found.add(members)
-            held[list(members)] += 1
+    with phase("growing convex sets", cells, "cells", log=_LOG) as step:
+        for i in range(cells):
+            if held[i] < SETS_PER_CELL:
+                members = growth.from_seed(i, nearest)
+                found.add(members)
+                held[list(members)] += 1
+            step()
     return found
 
 

@@ -4,6 +4,7 @@ It uses only the plan as it will be written, as the verifier does. A component o
 possible values is treated as if it had all of them at once.
 """
 
+import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -18,6 +19,7 @@ from kabo.geometry import Enclosure
 from kabo.geometry.collision.part_trees import Cover
 from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Unproven, Witness
 from kabo.geometry_server.surroundings import SceneSurroundings
+from kabo.phases import phase
 from kabo.plan import (
     Certificate,
     Clearance,
@@ -36,6 +38,7 @@ from kabo.planner.certify.overlapping_pairs import every_pair_of_pieces, from_ti
 from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
 
+_LOG = logging.getLogger("kabo.planner")
 DECIMALS = 6  # of a clearance in metres; rounded down
 CUTS = (1, 2, 4, 8, 16)  # parts into which each piece of overlapping motions is cut, until a proof is found
 MAX_WAYPOINTS = 20_000  # way points of a path that visits every pair of pieces; longer ones are not tried
@@ -145,24 +148,30 @@ class _Certifying:
     def made(self) -> Certificate | list[UnprovenPair]:
         proofs: list[StretchProof] = []
         segments: list[Clearance] = []
-        for name in self.order:
-            node = self.plan.nodes[name]
-            least: dict[int, tuple[float, tuple[str, str] | None]] = {}
-            found = [*self._node(name, node), *self._early(name, node)] if node.motion else []
-            for proof, margin, between in found:
-                proofs.append(proof)
-                for i in proof.segments:
-                    least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
-            for i in sorted(least):
-                margin, between = least[i]
-                clearance = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
-                permitted = node.motion[i].allowed_contacts
-                segments.append(Clearance(name, i, clearance, None if clearance is None else between, permitted))
+        with phase("certifying", len(self.order), "nodes", log=_LOG) as step:
+            for name in self.order:
+                self._prove(name, proofs, segments)
+                step()
         if self.gaps:
             return self.gaps
         return Certificate(
             self.surroundings.budget.epsilon, tuple(segments), self.near, self.bodies.given(), tuple(proofs)
         )
+
+    def _prove(self, name: str, proofs: list[StretchProof], segments: list[Clearance]) -> None:
+        """Adds the proofs for a node's motion, and the clearance of each of its segments."""
+        node = self.plan.nodes[name]
+        least: dict[int, tuple[float, tuple[str, str] | None]] = {}
+        found = [*self._node(name, node), *self._early(name, node)] if node.motion else []
+        for proof, margin, between in found:
+            proofs.append(proof)
+            for i in proof.segments:
+                least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
+        for i in sorted(least):
+            margin, between = least[i]
+            clearance = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
+            permitted = node.motion[i].allowed_contacts
+            segments.append(Clearance(name, i, clearance, None if clearance is None else between, permitted))
 
     # ------------------------------------------------------------------------------------------------ the scene
     def _enclosures(self) -> dict[str, Enclosure]:

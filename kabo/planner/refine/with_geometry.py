@@ -62,7 +62,9 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
         run.report_line("looking at the start", line)
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
-    return GeometricProcedures(server, None if domain is None else domain.parent)
+    procedures = GeometricProcedures(server, None if domain is None else domain.parent)
+    run.counts = lambda: (sum(procedures.statistics.calls.values()), server.statistics.samples)
+    return procedures
 
 
 def _blocked_starts(server: GeometryServer) -> Iterator[str]:
@@ -89,7 +91,7 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
         plan = _assembled(run, variants, server)
         run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
     if run.options.quality == "good":
-        run.report_progress("refining", sum(server.statistics.calls.values()))
+        run.report_progress("refining")
         run.refined, plan = refine(variants, server).written(), None
         if server.stop():
             run.note_cut("refining", "some of its motion is as it was found")
@@ -170,7 +172,7 @@ def _certified(run: SolveRun, plan: Plan, server: GeometricProcedures) -> Plan:
     """The plan with its certificate, if the run makes one and there is time; no samples are drawn any more."""
     if not run.certifies:
         return plan
-    run.report_progress("certifying", sum(server.statistics.calls.values()))
+    run.report_progress("certifying", again=False)
     run.stop = server.server.stop = run.stop.timely()
     plan, run.certified = certified(plan, server.server.surroundings, run.stop.look)
     if plan.certificate is None and run.stop.spent is not None:

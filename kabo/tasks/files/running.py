@@ -1,5 +1,6 @@
 """Plans the task of a file, once or with several seeds; a report can be made of these planning runs [T 3.9]."""
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.errors import CutOff, InputError, did_you_mean
 from kabo.language.findings import Findings
 from kabo.language.scene_description import SceneDescription
+from kabo.phases import phase
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
 
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from kabo.geometry_server import Preparing
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
+_LOG = logging.getLogger("kabo.tasks")
 Stop = Callable[[], bool]
 _STAGES = ("kabo.tasks.robots.", "kabo.tasks.learned.")  # whose errors are about what a file says
 
@@ -88,15 +91,17 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     try:
         if scene is not None:
             check_against_scene(task, first)
-        while settings.max_solutions is None or len(found) < settings.max_solutions:
-            try:
-                solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
-            except CutOff:
-                solutions = task.solutions
-            new = solutions[len(found) :]
-            found += [(perf_counter() - began, each.cost) for each in new]
-            if not new:
-                break
+        with phase("planning", settings.max_solutions, "solutions", log=_LOG) as step:
+            while settings.max_solutions is None or len(found) < settings.max_solutions:
+                try:
+                    solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
+                except CutOff:
+                    solutions = task.solutions
+                new = solutions[len(found) :]
+                found += [(perf_counter() - began, each.cost) for each in new]
+                if not new:
+                    break
+                step()
     except (InitialisationError, ValueError) as error:
         told = located_at_stage(file, task, error)
         if told is None:
@@ -137,12 +142,13 @@ def needs_scene(file: TaskFile) -> bool:
     return False
 
 
-def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescription) -> None:
+def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDescription | Scene") -> None:
     """Checks that the scene has the robots, bodies and regions given as arguments.
 
     Raises:
         InputError: lists the names that the scene lacks, with similar names that it has.
     """
+    things: dict[str, Mapping[str, object]]
     things = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
     findings = Findings()
     findings.know(file.description.source)

@@ -5,6 +5,7 @@ boxes and separating axes are evaluated again. Nothing is searched. The verifier
 the meshes, whether or not the plan has a certificate.
 """
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.phases import phase
 from kabo.plan import Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Element
 from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
@@ -36,6 +38,7 @@ from kabo.verify.motion.sweep import Path, SweptBody
 from kabo.verify.report import Finding
 
 Name = tuple[str, tuple[int, ...], tuple[int, ...]]  # node, segments, segments of the node before
+_LOG = logging.getLogger("kabo.verify")
 CLEARANCE_TOLERANCE = 1e-9  # [m] slack between claimed and recomputed clearance
 
 
@@ -69,11 +72,14 @@ def check_certificate(
         stretches = [*stretches, *checker.take_proofs(stretches, meetings)]
     except Refuted as error:
         failed.append((None, str(error)))
-    for stretch in stretches if not failed else ():
-        try:
-            checker.check(stretch)
-        except Refuted as error:
-            failed.append((stretch.node, str(error)))
+    judged = stretches if not failed else ()
+    with phase("checking the certificate", len(judged), "stretches", log=_LOG) as step:
+        for stretch in judged:
+            try:
+                checker.check(stretch)
+            except Refuted as error:
+                failed.append((stretch.node, str(error)))
+            step()
     if not failed:
         failed.extend(checker.overstated())
     if failed:

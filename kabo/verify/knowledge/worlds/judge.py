@@ -5,12 +5,14 @@ A perfect reasoner knows what holds in all of them. Nothing is inferred here and
 looked up in every world. Worlds stay few, because a world leaves values open until something depends on them.
 """
 
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
 from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Problem
+from kabo.phases import phase
 from kabo.plan import Node, Plan, ValueOf
 from kabo.verify.knowledge.external_procedures import external_of
 from kabo.verify.knowledge.facts import truth
@@ -38,6 +40,7 @@ from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, 
 from kabo.verify.knowledge.worlds.world import MAX_VALUES, CannotJudgeError, Key, World, every, in_words
 from kabo.verify.report import Finding, WorldReport
 
+_LOG = logging.getLogger("kabo.verify")
 MAX_SHOWN_UNKNOWNS = 6  # unknowns that the text of a finding names
 
 NO_WORLD = "the initial knowledge: no world agrees with all of it, it contradicts itself"
@@ -190,14 +193,16 @@ class _WorldsRun:
         """Follows every belief through the plan."""
         arriving: dict[str, dict[Key, _Arrival]] = {name: {} for name in self.order}
         self._arrive(arriving, self.plan.root, _Arrival(self._begin(), 0, 0))
-        for name in self.order:
-            for arrival in arriving.pop(name).values():
-                self.states += 1
-                counts = int(self.plan.nodes[name].action is not None)
-                self.actions += counts * arrival.belief.share
-                for successor, belief in self._play(name, arrival):
-                    more = _Arrival(belief, arrival.shortest + counts, arrival.longest + counts)
-                    self._arrive(arriving, successor, more)
+        with phase("following worlds", len(self.order), "nodes", log=_LOG) as step:
+            for name in self.order:
+                for arrival in arriving.pop(name).values():
+                    self.states += 1
+                    counts = int(self.plan.nodes[name].action is not None)
+                    self.actions += counts * arrival.belief.share
+                    for successor, belief in self._play(name, arrival):
+                        more = _Arrival(belief, arrival.shortest + counts, arrival.longest + counts)
+                        self._arrive(arriving, successor, more)
+                step()
         return Judgement(self._report(), self.states)
 
     def _begin(self) -> Belief:

@@ -9,11 +9,13 @@ from kabo import service
 from kabo.cli import exit_codes
 from kabo.cli.argument_types import natural
 from kabo.cli.terminal import tell
+from kabo.cli.waiting.display import ticking
+from kabo.cli.waiting.doing import Doing
 
 NAME = "serve"
 HELP = "answer requests over zenoh; without endpoints, on the loopback interface only"
 FINISH_S = 10.0  # how long running jobs may take after the first signal
-LATE_S = 5.0  # after which a message says why the server is not ready yet
+WARMING_UP = Doing("warming up", "warming up; the first time on a machine, this compiles for a minute")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,15 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Serves until SIGTERM or Ctrl-C; a second signal ends the server without waiting for running jobs."""
     config = service.server_config(options.listen, options.connect, options.config)
-    late = threading.Timer(
-        LATE_S, tell, ("kabo: warming up; the first time on a machine, this compiles for a minute",)
-    )
-    late.daemon = True
-    late.start()
-    try:
+    with ticking(WARMING_UP):
         server = service.Server(config, service.ServerSettings(workers=max(1, options.workers), root=options.root))
-    finally:
-        late.cancel()
     asked_to_end = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: asked_to_end.set())

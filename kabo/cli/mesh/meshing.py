@@ -10,7 +10,7 @@ from typing import Any
 
 from kabo.cli import rooms
 from kabo.cli.argument_types import output_file
-from kabo.cli.terminal import print_json, tell
+from kabo.cli.terminal import answer, print_json, tell, warn
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "µm": 1e-6}
@@ -174,7 +174,7 @@ def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
     epsilon = options.epsilon.metres(mesh)
     warnings = [warning for warning in (rooms.units_warning(mesh), _crossing(mesh)) if warning is not None]
     for warning in warnings:
-        tell(str(warning))
+        warn(str(warning))
     return Loaded(mesh, epsilon, tuple(repairs), tuple(warning.message for warning in warnings))
 
 
@@ -190,7 +190,7 @@ def _crossing(mesh: "rooms.Mesh") -> Diagnostic | None:
 
 def finish(options: argparse.Namespace, figures: dict[str, Any], loaded: Loaded, said: str) -> None:
     """Prints the figures, as one JSON object or as a line of text."""
-    tell(said)
+    answer(said)
     if options.json:
         print_json({**figures, "repairs": list(loaded.repairs), "warnings": list(loaded.warnings)})
 

@@ -3,8 +3,9 @@
 import argparse
 from typing import Any
 
-from kabo.cli import exit_codes, meshing, rooms
+from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
+from kabo.cli.mesh import meshing
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "bound"

@@ -3,9 +3,10 @@
 import argparse
 from typing import Any
 
-from kabo.cli import exit_codes, meshing, rooms
+from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
+from kabo.cli.mesh import meshing
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "decompose"

@@ -8,7 +8,7 @@ from typing import Any
 from kabo import service
 from kabo.cli import rooms
 from kabo.cli.solving import add_search_arguments, chosen_options, finish
-from kabo.cli.terminal import tell
+from kabo.cli.terminal import complain
 from kabo.errors import Diagnostic, InputError
 
 NAME = "request"
@@ -34,22 +34,20 @@ def run(options: argparse.Namespace) -> int:
         problem = service.problem_for(options.problem, options.domain)
     except InputError as error:  # a server would say the same
         if not options.json:
-            tell(str(error))
+            complain(str(error))
         return finish({**rooms.invalid_to_json(error), "id": identifier}, None, options)
     reply = _asked(problem, identifier, options)
     if not options.json:
         for fields in reply.body["diagnostics"]:
-            tell(str(Diagnostic(**fields)))
+            complain(str(Diagnostic(**fields)))
     return finish(reply.body, reply.plan, options)
 
 
 def _asked(problem: "service.ProblemFor", identifier: str, options: argparse.Namespace) -> "service.Reply":
     """The server's reply; Ctrl-C also cancels the job on the server."""
     deadline_s = min(DEADLINE_S, options.surrounding.left(options.timeout) or DEADLINE_S)
-    with (
-        service.Client(service.client_config(options.connect, options.config)) as client,
-        options.surrounding.reporting() as report,
-    ):
+    report = options.surrounding.planning
+    with service.Client(service.client_config(options.connect, options.config)) as client:
         chosen = chosen_options(options) | ({} if options.timeout is None else {"timeout": deadline_s})
         asked: dict[str, Any] = {"deadline_s": deadline_s, "identifier": identifier}
         try:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kabo.cli.bound import COSTS
+from kabo.cli.mesh.bound import COSTS
 from kabo.geometry.bounding.bounding_mesh import COSTS as GEOMETRY_COSTS
 from kabo.meshes import load_mesh, require_solid, write_off
 from tests.meshes.solids import box, side, together, volume, without

@@ -1,0 +1,1 @@
+"""`kabo bound` and `kabo decompose`: meshes in, simpler meshes out, with what both have in common."""

@@ -1,0 +1,1 @@
+"""`kabo serve` and `kabo request`: both ends of a server."""
