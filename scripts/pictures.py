@@ -103,6 +103,7 @@ def _rows() -> tuple[Row, ...]:
 TABLE = _rows()
 # Charts, and pictures of things that no scene holds, have programs of their own.
 PROGRAMS = {
+    "docs/pictures/viewer.png": "scripts.picture_viewer",
     "docs/pictures/sampling.png": "scripts.picture_sampling",
     "docs/pictures/exploration.png": "scripts.picture_exploration",
     "examples/lifting_a_bar/explored.png": "scripts.picture_lifting_a_bar",
