@@ -35,6 +35,8 @@ class Phase:
 Listener = Callable[[Phase], None]
 Step = Callable[[], None]
 _LISTENER: ContextVar[tuple[int, Listener] | None] = ContextVar("kabo_listener", default=None)
+_AROUND: ContextVar[Step | None] = ContextVar("kabo_phase", default=None)  # says the phase around this one again
+WORKING = Phase("working")
 
 
 @contextmanager
@@ -61,12 +63,18 @@ def phase(
     """
     listener = _listener()
     if listener is None:
-        step: Step = _nothing
-    else:
-        listener(Phase(doing, 0, total, unit))
-        step = _Steps(listener, doing, total, unit)
-    with timed(doing, log):
-        yield step
+        with timed(doing, log):
+            yield _nothing
+        return
+    steps, around = _Steps(listener, doing, total, unit), _AROUND.get()
+    steps.tell()
+    token = _AROUND.set(steps.tell)
+    try:
+        with timed(doing, log):
+            yield steps
+    finally:
+        _AROUND.reset(token)
+        listener(WORKING) if around is None else around()
 
 
 @contextmanager
@@ -104,7 +112,11 @@ class _Steps:
         now = perf_counter()
         if now >= self._next:
             self._next = now + EVERY_S
-            self._listener(Phase(self._doing, self._done, self._total, self._unit))
+            self.tell()
+
+    def tell(self) -> None:
+        """Tells how many steps are done."""
+        self._listener(Phase(self._doing, self._done, self._total, self._unit))
 
 
 _LOG = logging.getLogger("kabo")
