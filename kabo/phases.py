@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from time import perf_counter
 
 EVERY_S = 0.1  # between two steps that are heard
-LOGGED_S = 0.01  # shorter phases are logged as details
 
 
 @dataclass(frozen=True)
@@ -85,9 +84,8 @@ def timed(doing: str, log: logging.Logger | None = None) -> Iterator[None]:
         yield
     finally:
         seconds = perf_counter() - began
-        level = logging.INFO if seconds >= LOGGED_S else logging.DEBUG
         fields = {"phase": doing, "seconds": round(seconds, 6)}
-        (log or _LOG).log(level, "%s: %.3f s", doing, seconds, extra={"fields": fields})
+        (log or _LOG).info("%s: %.3f s", doing, seconds, extra={"fields": fields})
 
 
 def _listener() -> Listener | None:
