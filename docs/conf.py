@@ -37,7 +37,9 @@ html_css_files = ["tables.css"]
 html_extra_path = ["theme/root"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 html_last_updated_fmt = None
+html_show_search_summary = False  # it fetches pages, which a browser refuses from disk
 copybutton_selector = "div.highlight-sh pre, div.highlight-python pre, div.highlight-yaml pre"
 
 
@@ -60,7 +62,15 @@ def add_contents(app: Sphinx, page: str, source: list[str]) -> None:
         source[0] += "\n" + contents(source[0], (REPOSITORY / page).parent)
 
 
+def add_levels(app: Sphinx, page: str, template: str, context: dict[str, object], doctree: object) -> None:
+    """Says of the captions in the sidebar which level of heading they are, for those who hear them."""
+    for key in ("furo_navigation_tree", "toctree"):
+        if isinstance(tree := context.get(key), str):
+            context[key] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connects what this file adds to Sphinx."""
     app.connect("source-read", add_contents)
+    app.connect("html-page-context", add_levels, priority=900)  # after the theme has made the sidebar
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -32,9 +32,13 @@ from kabo.planner.statistics import Statistics as Statistics
 from kabo.requests import check as check
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
+from kabo.tasks import TaskReport as TaskReport
+from kabo.tasks import plan_task as plan_task
 from kabo.verify import Finding as Finding
 from kabo.verify import Report as Report
 from kabo.verify import verify_plan as verify_plan
 from kabo.verify.verification import verify as verify
+from kabo.viewer import Page as Page
+from kabo.viewer import view as view
 
 __version__: str

@@ -7,7 +7,6 @@ asks. Nothing is solved here. A page that cannot be made, or is too large for a 
 from collections.abc import Iterable, Mapping
 from html import escape
 from importlib import import_module
-from importlib.util import find_spec
 
 VIEWER = "kabo.viewer"
 
@@ -36,9 +35,7 @@ def display(title: str, figures: Mapping[str, str], thing: object = None) -> str
 
 
 def page_of(thing: object) -> str:
-    """The viewer's page of a thing as a frame, or a line that says why there is none."""
-    if find_spec(VIEWER) is None:
-        return ""
+    """The viewer's page of a thing as a frame; empty if no page can be made of it."""
     page = import_module(VIEWER).notebook_page(thing)
     return frame(page) if isinstance(page, str) else ""
 

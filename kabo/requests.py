@@ -25,6 +25,7 @@ from kabo.planner.result import Progress, invalid_to_json, result_to_json
 if TYPE_CHECKING:  # for the same reason
     from kabo.explain.explain import Explanation
     from kabo.geometry_server import Preparing
+    from kabo.tasks.procedures import GeometricProcedures
     from kabo.verify import Report
 
 _LOG = logging.getLogger("kabo.requests")
@@ -51,6 +52,7 @@ def solve_file(
     cancelled: Callable[[], bool] | None = None,
     on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
     on_refused: Callable[[Mapping[str, Any]], None] | None = None,
+    on_procedures: "Callable[[GeometricProcedures], None] | None" = None,
 ) -> SolveAnswer:
     """Solves the problem in a file; for bad input the answer has the status "invalid".
 
@@ -66,6 +68,7 @@ def solve_file(
         on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
             certified.
         on_refused: called from time to time with the body of the answer that there would be if planning ended now.
+        on_procedures: called with the server of geometric procedures before any call is made, as by `solve`.
     """
     from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
@@ -81,6 +84,7 @@ def solve_file(
             cancelled=cancelled,
             on_found=found,
             on_refused=None if on_refused is None else lambda each: on_refused(result_to_json(each)),
+            on_procedures=on_procedures,
         )
     except InputError as error:
         return SolveAnswer(invalid_to_json(error), error=error)

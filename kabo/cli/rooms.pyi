@@ -13,7 +13,6 @@ from kabo.geometry import crossing_faces as crossing_faces
 from kabo.geometry_server import Preparing as Preparing
 from kabo.geometry_server import RobotModel as RobotModel
 from kabo.geometry_server import Wishes as Wishes
-from kabo.geometry_server import draw_robot_model as draw_robot_model
 from kabo.geometry_server import make_robot_model as make_robot_model
 from kabo.geometry_server import robot_scene_text as robot_scene_text
 from kabo.geometry_server import robot_summary as robot_summary
@@ -32,9 +31,13 @@ from kabo.meshes import require_written as require_written
 from kabo.meshes import units_warning as units_warning
 from kabo.meshes import write_mesh as write_mesh
 from kabo.meshes import write_pieces as write_pieces
-from kabo.meshes.pictures import draw_bound as draw_bound
-from kabo.meshes.pictures import draw_parts as draw_parts
-from kabo.meshes.pictures import require_pictures as require_pictures
+from kabo.pictures import PictureWishes as PictureWishes
+from kabo.pictures import ViewWishes as ViewWishes
+from kabo.pictures import bound_picture as bound_picture
+from kabo.pictures import parts_picture as parts_picture
+from kabo.pictures import picture_of_file as picture_of_file
+from kabo.pictures import require_pictures as require_pictures
+from kabo.pictures import robot_picture as robot_picture
 from kabo.plan import describe as describe
 from kabo.plan import described_validity as described_validity
 from kabo.plan import plan_from_json as plan_from_json
@@ -63,7 +66,6 @@ from kabo.tasks.files.comparing import compare as compare
 from kabo.tasks.files.comparing import describe_comparison as describe_comparison
 from kabo.tasks.files.describing import counted as counted
 from kabo.tasks.files.describing import describe_report as describe_report
-from kabo.tasks.files.html import to_html as to_html
 from kabo.tasks.files.report_form import read_report as read_report
 from kabo.tasks.files.report_form import report_bytes as report_bytes
 from kabo.tasks.files.reports import report as report
@@ -96,6 +98,7 @@ from kabo.trials import summaries_of as summaries_of
 from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
+from kabo.viewer import Follower as Follower
 from kabo.viewer import ViewOptions as ViewOptions
 from kabo.viewer import document_of_file as document_of_file
 from kabo.viewer import page_of as page_of

@@ -1,13 +1,17 @@
 """`kabo view`: writes a page that shows a scene, a plan, a report or an explanation, and opens it in a browser."""
 
 import argparse
+import signal
+import threading
 import webbrowser
 from pathlib import Path
 
+from kabo import service
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import output_file
+from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, tell
+from kabo.errors import Diagnostic, InputError
 
 NAME = "view"
 HELP = "show a scene, problem, task, plan, report or explanation as one page for a browser"
@@ -18,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file",
         type=Path,
+        nargs="?",
         metavar="FILE",
         help="a scene, problem or task file, a plan, a task's report, or an explanation (kabo explain --json)",
     )
@@ -49,12 +54,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="make the convex parts that planning needs and that are in no file yet, as kabo check does",
     )
+    parser.add_argument(
+        "--follow",
+        metavar="ENDPOINT",
+        help="show what a server does, as it does it: e.g. tcp/127.0.0.1:7447, where kabo serve listens",
+    )
+    parser.add_argument(
+        "--port", type=natural, default=0, metavar="N", help="with --follow: the page's port (default: a free one)"
+    )
+    parser.add_argument(
+        "--config", type=Path, metavar="FILE", help="with --follow: a zenoh configuration (JSON5): TLS, passwords"
+    )
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda options: True)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the page, opens it if that is wanted, and returns the exit code."""
+    """Writes the page, or follows a server until Ctrl-C; opens the page if that is wanted; returns the exit code."""
+    if (options.file is None) == (options.follow is None):
+        message = "give a file to show, or a server to follow: not both, not none"
+        raise InputError(
+            [Diagnostic("kabo view", 1, 1, message, "kabo view FILE, or kabo view --follow ENDPOINT")]
+        )
+    if options.follow is not None:
+        return _follow(options)
     with clean_standard_output():
         chosen = rooms.ViewOptions(
             options.problem,
@@ -69,4 +92,22 @@ def run(options: argparse.Namespace) -> int:
     tell(f"{options.output}: {len(page) / 1e6:.2f} MB")
     if options.open and not webbrowser.open(options.output.resolve().as_uri()):
         tell(f"no browser was found: open {options.output} yourself")
+    return exit_codes.DONE
+
+
+def _follow(options: argparse.Namespace) -> int:
+    """Serves the page of a server's requests until Ctrl-C, SIGTERM or the limit of time."""
+    ended = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: ended.set())
+    follower = rooms.Follower(
+        service.client_config([options.follow], options.config), options.follow, options.port
+    )
+    try:
+        tell(f"{follower.address} shows the requests at {options.follow}; Ctrl-C ends it")
+        if options.open and not webbrowser.open(follower.address):
+            tell("no browser was found: open this address yourself")
+        ended.wait(options.surrounding.left(options.timeout))
+    finally:
+        follower.close()
     return exit_codes.DONE

@@ -66,7 +66,6 @@ from kabo.geometry_server.preparation.preparing import read_prepared as read_pre
 from kabo.geometry_server.reachability import grasp_missing as grasp_missing
 from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.reachability import wherever as wherever
-from kabo.geometry_server.robot_models.describing import draw_robot_model as draw_robot_model
 from kabo.geometry_server.robot_models.describing import robot_summary as robot_summary
 from kabo.geometry_server.robot_models.findings import robot_findings as robot_findings
 from kabo.geometry_server.robot_models.model import RobotModel as RobotModel

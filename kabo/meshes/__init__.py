@@ -1,4 +1,4 @@
-"""The meshes room: triangle meshes as arrays and files, what is wrong with them, safe repairs, pictures.
+"""The meshes room: triangle meshes as arrays and files, what is wrong with them, safe repairs.
 
 The package does not depend on epsilon, convex parts, robots or scenes. A file that cannot be used is described in
 one sentence; a file that was written is read back and compared bit by bit.

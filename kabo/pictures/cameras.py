@@ -73,12 +73,12 @@ def fitted(points: Array, away: Array, aspect: float) -> Camera:
     return Camera(axes.T @ np.array([x, y, z]), focus)
 
 
-def natural_aspect(points: Array, away: Array) -> float:
-    """The width by height of a picture that the points fill when looked at against `away`, within `ASPECTS`."""
+def natural_aspect(points: Array, away: Array, narrowest: float = ASPECTS[0]) -> float:
+    """The width by height of a picture that the points fill when looked at against `away`, within some limits."""
     width, height = 1500, 1000
     seen = fitted(points, away, width / height).seen(points, (width, height))
     across, along = np.ptp(seen[:, :2], axis=0)
-    return float(np.clip(across / max(along, 1e-9), *ASPECTS))
+    return float(np.clip(across / max(along, 1e-9), narrowest, ASPECTS[1]))
 
 
 def _between(values: Array, depths: Array, slope: float) -> tuple[float, float]:

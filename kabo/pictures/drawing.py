@@ -20,7 +20,7 @@ class Solid:
     """A mesh in its own frame, and where it stands: `pose` (4, 4) is world_T_mesh.
 
     `weight` says how much it matters that it is seen: at 0 a picture need not hold it, as a floor. `distances` (V,) [m]
-    colour it instead of `colour`.
+    colour it instead of `colour`; `edges` is the mesh whose edges are drawn over it.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Solid:
     pose: Array = field(default_factory=lambda: np.eye(4))
     weight: float = 1.0
     smooth: bool = True
-    edges: bool = False
+    edges: tuple[Vertices, Faces] | None = None
     distances: Array | None = None
 
     @property
@@ -62,8 +62,8 @@ class Line:
 class Label:
     """A name, where it points to (3,) [m], and the colour of its border. Labels of lower rank are placed first.
 
-    `about` are the solids that it names: the label points to where they are seen, and is left out where they are not.
-    Without solids it points to its anchor.
+    `about` are the solids that it names: the label points to where they are seen. Where they are not it is left out, or,
+    if it is to stand `always`, points to its anchor and says so. Without solids it points to its anchor.
     """
 
     text: str
@@ -71,6 +71,7 @@ class Label:
     colour: Colour
     rank: int = 0
     about: frozenset[str] = frozenset()
+    always: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,27 +1,25 @@
 """Writes names into pictures: each beside what it names, with a line to it, and none over another."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kabo.arrays import Array
 from kabo.pictures.cameras import Camera
-from kabo.pictures.drawing import Drawing, Label, Line
+from kabo.pictures.drawing import Drawing, Label, Line, Solid
 from kabo.pictures.rendering import Numbers, Pixels
 
 INK, PAPER = "#20242b", "#ffffff"
 DISTANCES = (0, 16, 34, 56, 84, 120, 165, 220)  # of a label from its anchor [pixels]
 ANGLES = 16
 MIN_SEEN = 12  # pixels of a thing: less of it is not named
-COVERED, COVERED_OTHER, OUTSIDE = (
-    90.0,
-    1e6,
-    1e6,
-)  # the price of covering all body pixels, of labels, of leaving the picture
+COVERED, COVERED_OWN = 90.0, 200.0  # prices of a box that lies on bodies only, and of one that hides its own thing
+COVERED_OTHER, OUTSIDE = 1e6, 1e6  # of one that hides another label, and of one that leaves the picture
 
 
 @dataclass(frozen=True)
@@ -74,35 +72,53 @@ def place(drawing: Drawing, camera: Camera, seen: Numbers, size: int) -> list[Pl
     """
     height, width = seen.shape
     # Sums over all pixels above and to the left: what a box covers is then four look-ups.
-    sums = np.pad((seen >= 0).astype(np.int64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    prices_of = np.array([*(_price_of(solid) for solid in drawing.solids), 0.0])  # the last is that of nothing, -1
+    sums = np.pad(prices_of[seen].cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     found: list[Placed] = []
     for label in drawing.labels:
-        anchor = _anchor(label, drawing, camera, seen)
-        if anchor is None:
+        own = _own(label, drawing, seen)
+        hidden = label.about and own.sum() < MIN_SEEN
+        if hidden and not label.always:
             continue
-        wide, high = font(size).getlength(label.text) + 12, size + 9
+        shown = replace(label, text=f"{label.text} (hidden)") if hidden else label
+        anchor = _anchor(shown, camera, own, hidden=bool(hidden))
+        wide, high = font(size).getlength(shown.text) + 12, size + 9
         boxes = _boxes(*anchor, wide, high)
-        prices = [_price(box, anchor, found, sums) for box in boxes]
+        prices = [_price(box, anchor, found, sums) + _own_price(box, own) for box in boxes]
         best = int(np.argmin(prices))
         if prices[best] < OUTSIDE:
-            found.append(Placed(label, boxes[best], anchor))
+            found.append(Placed(shown, boxes[best], anchor))
     return found
 
 
-def _anchor(label: Label, drawing: Drawing, camera: Camera, seen: Numbers) -> tuple[float, float] | None:
-    """The pixel that a label points to; None where what it names is hidden, or outside of the picture."""
-    height, width = seen.shape
-    if not label.about:
-        (x, y, _), *_ = camera.seen(label.anchor[None], (width, height))
-        return (float(x), float(y)) if 0 <= x < width and 0 <= y < height else None
+def _price_of(solid: Solid) -> float:
+    """The price of covering a solid, as a share: small things must stay visible, tables need not."""
+    return min(1.0, 0.25 + solid.weight / 2.0) if solid.weight >= 1.0 else 0.3
+
+
+def _own(label: Label, drawing: Drawing, seen: Numbers) -> npt.NDArray[np.bool_]:
+    """The pixels (H, W) at which what a label names is seen."""
     numbers = [number for number, solid in enumerate(drawing.solids) if solid.name in label.about]
-    rows, columns = np.nonzero(np.isin(seen, numbers))
-    if len(rows) < MIN_SEEN:
-        return None
+    return np.isin(seen, numbers)
+
+
+def _anchor(label: Label, camera: Camera, own: npt.NDArray[np.bool_], *, hidden: bool) -> tuple[float, float]:
+    """The pixel that a label points to: a seen one of its thing, else where the thing would be."""
+    height, width = own.shape
+    if not label.about or hidden:
+        (x, y, _), *_ = camera.seen(label.anchor[None], (width, height))
+        return float(np.clip(x, 0, width)), float(np.clip(y, 0, height))
+    rows, columns = np.nonzero(own)
     # The seen pixel nearest to the middle of all that are seen: never beside a thing with a hole.
     away = (rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2
     nearest = int(np.argmin(away))
     return float(columns[nearest]), float(rows[nearest])
+
+
+def _own_price(box: tuple[float, float, float, float], own: npt.NDArray[np.bool_]) -> float:
+    """The price of covering the thing itself: all of a small one, little of a large one."""
+    left, top, right, bottom = (max(0, round(side)) for side in box)
+    return COVERED_OWN * float(own[top:bottom, left:right].sum()) / max(float(own.sum()), 1.0)
 
 
 def with_lines(pixels: Pixels, camera: Camera, lines: Sequence[Line]) -> Pixels:

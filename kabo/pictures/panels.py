@@ -13,7 +13,7 @@ PAPER, GREY, RULE = "#ffffff", "#6a7079", "#d5d9de"
 GAP = 14  # between panels, and around them [pixels]
 TITLE, CAPTION = 20, 14  # sizes of fonts [pixels]
 LARGEST_PNG = 290_000  # bytes: larger pictures are written with a palette
-GIF_COLOURS = 128
+GIF_COLOURS = 256
 
 
 def titled(pixels: Pixels, title: str) -> Pixels:
@@ -41,7 +41,7 @@ def grid(panels: Sequence[Pixels], columns: int) -> Pixels:
 
 def framed(pixels: Pixels) -> Pixels:
     """The picture with a thin line around it."""
-    found = pixels.copy()
+    found: Pixels = pixels.copy()
     colour = [int(RULE[k : k + 2], 16) for k in (1, 3, 5)]
     found[[0, -1]] = colour
     found[:, [0, -1]] = colour
@@ -87,7 +87,7 @@ def gif(frames: Iterable[Pixels], seconds: float) -> bytes:
     sheet = Image.fromarray(
         np.concatenate([np.asarray(images[k]) for k in {0, len(images) // 2, len(images) - 1}])
     )
-    palette = sheet.quantize(GIF_COLOURS, dither=Image.Dither.NONE)
+    palette = sheet.quantize(GIF_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     first, *others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     each = max(20, 10 * round(100.0 * seconds))
     durations = [each] * len(others) + [max(each, 1500)]

@@ -16,7 +16,7 @@ from kabo.pictures.views import View, ViewWishes, chosen_view, taken
 from kabo.plan import Plan
 from kabo.scene import Scene
 
-COLUMNS, PANEL_WIDTH, MAX_PANELS, CAPTION_ROWS = 3, 400, 12, 3
+STRIP_WIDTH, COLUMNS, MAX_PANELS, CAPTION_ROWS = 1200, (3, 4), 12, 3
 ANIMATION_WIDTH, MAX_FRAMES, FRAME_STEP = 520, 90, 0.1  # pixels, frames, and [s] of plan time between two
 
 
@@ -29,9 +29,9 @@ def film_strip(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes,
     film = _film(plan, scene, branch, file)
     frames = list(film.key_frames())
     kept = _spread(len(frames), MAX_PANELS)
-    stage, view = _staged(film, [frame for frame in frames], wishes, PANEL_WIDTH)
+    columns = _columns(len(kept))
+    stage, view = _staged(film, frames, wishes, STRIP_WIDTH // columns)
     panels = []
-    columns = min(COLUMNS, len(kept)) if len(kept) != 4 else 2
     try:
         for number in kept:
             frame = frames[number]
@@ -71,13 +71,12 @@ def animation(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes, 
     return gif(found, step)
 
 
-def at_node(plan: Plan, scene: Scene, node: str, wishes: ViewWishes, file: str) -> Drawing:
+def at_node(plan: Plan, scene: Scene, node: str, file: str) -> Drawing:
     """The scene as it is after a node, on the shortest branch that leads there.
 
     Raises:
         InputError: there is no such node.
     """
-    del wishes
     require_node(plan, node, file)
     film = Film(plan, scene, branch_of(plan, node, file))
     return scene_drawing(scene, film.at(node, np.inf))
@@ -110,8 +109,7 @@ def _staged(film: Film, frames: Sequence[Frame], wishes: ViewWishes, width: int)
     points = [_points(drawing, film, frame) for frame in frames]
     halfway = [film.at(name, film.duration(name) / 2.0) for name in film.moving]
     points += [drawing.moved(poses_in(film.scene, state)).points for state in halfway]
-    size = None if wishes.size is None else wishes.size
-    return stage, chosen_view(stage, np.concatenate(points), replace(wishes, size=size), width)
+    return stage, chosen_view(stage, np.concatenate(points), wishes, width)
 
 
 def _points(drawing: Drawing, film: Film, frame: Frame) -> Array:
@@ -127,7 +125,8 @@ def _named(drawing: Drawing, film: Film, frame: Frame, *, everything: bool) -> D
     def matters(label: Label) -> bool:
         return label.text in about or label.text in film.scene.robots
 
-    return replace(drawing, labels=tuple(label for label in drawing.labels if matters(label)))
+    # What is hidden has moved from where the label of the start would point to.
+    return replace(drawing, labels=tuple(replace(each, always=False) for each in drawing.labels if matters(each)))
 
 
 def _caption(frames: Sequence[Frame], kept: Sequence[int], number: int) -> list[str]:
@@ -136,6 +135,13 @@ def _caption(frames: Sequence[Frame], kept: Sequence[int], number: int) -> list[
     lines = frames[number].caption.split("\n")
     skipped = number - before - 1
     return [f"… {skipped} more …", *lines[-2:]] if skipped > 0 else lines
+
+
+def _columns(count: int) -> int:
+    """The number of panels in a row that leaves the fewest places of the last row empty."""
+    if count in (1, 2, 4):
+        return min(count, 2)
+    return min(COLUMNS, key=lambda columns: -count % columns)
 
 
 def _spread(count: int, most: int) -> list[int]:

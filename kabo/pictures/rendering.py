@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array
+from kabo.meshes.mesh import Faces, Vertices
 from kabo.pictures.cameras import Camera, directions, fitted
 from kabo.pictures.drawing import Drawing, Solid
 
@@ -35,13 +36,14 @@ class Stage:
 
         _quieten()
         self.drawing, self.size = drawing, size
-        self._plotter: Any = pyvista.Plotter(
+        made: Any = pyvista.Plotter  # its types are not those of its wrapper
+        self._plotter: Any = made(
             off_screen=True, window_size=[SAMPLES * side for side in size], lighting="light kit"
         )
         self._plotter.set_background("white")
         self._plotter.render_window.SetMultiSamples(0)  # our own samples keep depths and numbers exact
         self._actors = {id(solid): _actor(self._plotter, solid, greatest_distance) for solid in drawing.everything}
-        self._edges = [_edge_actor(self._plotter, solid) for solid in drawing.solids if solid.edges]
+        self._edges = [_edge_actor(self._plotter, solid) for solid in drawing.solids if solid.edges is not None]
 
     def place(self, poses: Mapping[str, Array]) -> None:
         """Moves the solids of some names, those of glass excepted, to poses (4, 4)."""
@@ -68,7 +70,6 @@ class Stage:
         aspect = SMALL[0] / SMALL[1]
         self._plotter.window_size = list(SMALL)
         self._flat(True)
-        self._show(self.drawing.everything, edges=False)
         front = _front(self.drawing.everything)
         scores = []
         for away in directions():
@@ -100,6 +101,8 @@ class Stage:
         self._plotter.close()
 
     def _aim(self, camera: Camera) -> None:
+        """Points the camera; all solids are shown, so that what is nearest and farthest is that of all passes."""
+        self._show(self.drawing.everything, edges=False)
         self._plotter.camera_position = [tuple(camera.position), tuple(camera.focus), (0.0, 0.0, 1.0)]
         self._plotter.camera.view_angle = float(np.rad2deg(camera.angle))
         self._plotter.renderer.ResetCameraClippingRange()
@@ -140,6 +143,14 @@ class Stage:
         return np.asarray(self._plotter.screenshot(return_img=True))
 
 
+def poly_data(vertices: Vertices, faces: Faces) -> Any:
+    """A mesh in the form of the library that draws."""
+    import pyvista
+
+    triangles: Any = np.asarray(faces)
+    return pyvista.PolyData.from_regular_faces(np.asarray(vertices, np.float64), triangles)
+
+
 def _quieten() -> None:
     from vtkmodules.vtkCommonCore import vtkLogger
 
@@ -147,9 +158,7 @@ def _quieten() -> None:
 
 
 def _actor(plotter: Any, solid: Solid, greatest_distance: float) -> Any:
-    import pyvista
-
-    surface = pyvista.PolyData.from_regular_faces(np.asarray(solid.vertices, np.float64), np.asarray(solid.faces))
+    surface = poly_data(solid.vertices, solid.faces)
     look: dict[str, Any] = {
         "color": solid.colour,
         "ambient": AMBIENT,
@@ -171,9 +180,8 @@ def _actor(plotter: Any, solid: Solid, greatest_distance: float) -> Any:
 
 
 def _edge_actor(plotter: Any, solid: Solid) -> Any:
-    import pyvista
-
-    surface = pyvista.PolyData.from_regular_faces(np.asarray(solid.vertices, np.float64), np.asarray(solid.faces))
+    assert solid.edges is not None
+    surface = poly_data(*solid.edges)
     actor = plotter.add_mesh(
         surface.extract_all_edges(), color=EDGE_COLOUR, line_width=1.0 * SAMPLES, lighting=False
     )

@@ -41,7 +41,7 @@ def scene_drawing(scene: Scene, state: GeometricState | None = None, *, labels: 
 
 def poses_in(scene: Scene, state: GeometricState) -> dict[str, Array]:
     """world_T of every link with a mesh (`robot.link`) and of every body."""
-    found = {}
+    found: dict[str, Array] = {}
     for robot in scene.robots.values():
         poses = link_poses(robot, state.robots[robot.name])
         found |= {
@@ -59,24 +59,12 @@ def object_colour(scene: Scene, name: str) -> str:
     return FIXED[fixed.index(name) % len(FIXED)]
 
 
-def robot_drawing(robot: Robot, q: Collection[float], *, touching: Collection[str] = ()) -> tuple[Solid, ...]:
-    """The solids of a robot in a configuration, as `scene_drawing` colours them."""
-    poses = {f"{robot.name}.{name}": pose for name, pose in link_poses(robot, tuple(q)).items()}
-    return _link_solids(robot, poses, frozenset(touching))
-
-
 def _robot_solids(scene: Scene, poses: Mapping[str, Array]) -> tuple[Solid, ...]:
-    return tuple(
-        solid
-        for robot in scene.robots.values()
-        for solid in _link_solids(
-            robot, poses, frozenset() if robot.gripper is None else robot.gripper.touch_links
-        )
-    )
+    return tuple(solid for robot in scene.robots.values() for solid in _link_solids(robot, poses))
 
 
-def _link_solids(robot: Robot, poses: Mapping[str, Array], touching: Collection[str]) -> tuple[Solid, ...]:
-    hand = _hand(robot, touching)
+def _link_solids(robot: Robot, poses: Mapping[str, Array]) -> tuple[Solid, ...]:
+    hand = () if robot.gripper is None else carried_by_tool(robot)
     found: list[Solid] = []
     for name, link in robot.links.items():
         if link.mesh is not None and len(link.mesh.faces):
@@ -86,15 +74,18 @@ def _link_solids(robot: Robot, poses: Mapping[str, Array], touching: Collection[
     return tuple(found)
 
 
-def _hand(robot: Robot, touching: Collection[str]) -> frozenset[str]:
-    """The links of the hand: those that touch what is held, and those on the tool's joint that hold them."""
-    if robot.gripper is None:
-        return frozenset(name.rpartition(".")[2] for name in touching)
-    touch = frozenset(name.rpartition(".")[2] for name in touching)
-    joints = {robot.links[name].joint for name in touch if name in robot.links}
-    carriers = {int(robot.tree.parent[joint]) for joint in joints}
-    palms = [name for name, link in robot.links.items() if link.mesh is not None and link.joint in carriers]
-    return touch | frozenset(palms[-1:])
+def carried_by_tool(robot: Robot) -> tuple[str, ...]:
+    """The links of the hand: those on the joint that carries the tool frame, and beyond; all links without a tool."""
+    if robot.tool is None or robot.tool.frame not in robot.links:
+        return tuple(robot.links)
+    joint = robot.links[robot.tool.frame].joint
+    return tuple(name for name, link in robot.links.items() if _is_beyond(robot, link.joint, joint))
+
+
+def _is_beyond(robot: Robot, joint: int, carrier: int) -> bool:
+    while joint > carrier:
+        joint = int(robot.tree.parent[joint])
+    return joint == carrier and carrier > 0
 
 
 def _body_solids(scene: Scene, poses: Mapping[str, Array]) -> tuple[Solid, ...]:
@@ -117,9 +108,10 @@ def _without_floors(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
     found = list(solids)
     for number, solid in enumerate(solids):
         others = [other.world_points for other in found if other is not solid]
-        if solid.weight == FIXED_WEIGHT and others:
-            if _footprint(solid.world_points) > FLOOR_SHARE * _footprint(np.concatenate(others)):
-                found[number] = replace(solid, weight=0.0)
+        if solid.weight != FIXED_WEIGHT or not others:
+            continue
+        if _footprint(solid.world_points) > FLOOR_SHARE * _footprint(np.concatenate(others)):
+            found[number] = replace(solid, weight=0.0)
     return tuple(found)
 
 
@@ -155,7 +147,7 @@ def _labels(scene: Scene, poses: Mapping[str, Array], regions: Collection[Region
         rank = OBJECT_RANK if body.movable else BODY_RANK
         if len(body.mesh.faces):
             anchor = _middle(body.mesh, poses[name])
-            found.append(Label(name, anchor, object_colour(scene, name), rank, frozenset([name])))
+            found.append(Label(name, anchor, object_colour(scene, name), rank, frozenset([name]), body.movable))
     found += [Label(region.name, _top(_corners(region)), GLASS, REGION_RANK) for region in regions]
     found.sort(key=lambda label: label.rank)  # stable: in the order of the file within a rank
     return tuple(found[:MAX_LABELS])

@@ -31,7 +31,8 @@ def sweep_drawing(plan: Plan, scene: Scene, wanted: str, tolerance: float, file:
     film = Film(plan, scene, branch_of(plan, name, file))
     moving = sorted(segments, key=lambda segment: segment.times[0])
     before = film.at(name, moving[0].times[0]) if moving[0].times[0] > 0.0 else film.before(name)
-    solids, parts, farthest = [], 0, 0.0
+    solids: list[Solid] = []
+    parts, farthest = 0, 0.0
     for segment in moving:
         volume = _volume(
             scene, film.at(name, segment.times[0]) if segment.times[0] > 0.0 else before, segment, tolerance

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 from kabo.errors import About, Diagnostic, InputError
 from kabo.language.files import geometry_files
 from kabo.language.scene_description import SceneDescription
 from kabo.meshes import FORMATS, load_mesh, outwards, units_warning
+from kabo.scene.elements import Element
 from kabo.scene.scene import Scene, load_scene
 
 
@@ -19,17 +21,29 @@ def findings_in_scene(description: SceneDescription, scene: Scene | None = None)
         scene = scene or load_scene(description)
     except InputError as error:
         return error.diagnostics
-    return (*_unit_warnings(scene, description), *_turned_warnings(description))
+    return (*_unit_warnings(scene, description), *_turned_warnings(scene, description))
 
 
-def _turned_warnings(description: SceneDescription) -> Iterator[Diagnostic]:
+def _turned_warnings(scene: Scene, description: SceneDescription) -> Iterator[Diagnostic]:
     """Warnings about mesh files with components that are inside out; loading turns them."""
+    owners: dict[Path, list[str]] = {}
+    for name, elements in _things(scene):
+        for path in {each.path for each in elements if each.path is not None}:
+            owners.setdefault(path, []).append(name)
     for path in dict.fromkeys(geometry_files(description)):
         if path.suffix.lower().removeprefix(".") in FORMATS:
             done = outwards(load_mesh(path))[1]
             if done is not None:
                 fix = "export it with its normals outwards; kabo plans and verifies with the turned mesh"
-                yield Diagnostic(str(path), 1, 1, done, fix, severity="warning")
+                about = About(tuple(owners[path])) if path in owners else None
+                yield Diagnostic(str(path), 1, 1, done, fix, severity="warning", about=about)
+
+
+def _things(scene: Scene) -> Iterator[tuple[str, tuple[Element, ...]]]:
+    """The bodies and links (`robot.link`) with their elements."""
+    yield from ((name, body.elements) for name, body in scene.bodies.items())
+    for name, robot in scene.robots.items():
+        yield from ((f"{name}.{link.name}", link.elements) for link in robot.links.values())
 
 
 def _unit_warnings(scene: Scene, description: SceneDescription) -> tuple[Diagnostic, ...]:

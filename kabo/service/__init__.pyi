@@ -1,8 +1,15 @@
 from kabo.service.client import Client as Client
 from kabo.service.client import ProblemFor as ProblemFor
 from kabo.service.client import Reply as Reply
+from kabo.service.client import Watched as Watched
+from kabo.service.inline import Forbidden as Forbidden
 from kabo.service.inline import pack_problem as pack_problem
 from kabo.service.inline import problem_for as problem_for
+from kabo.service.inline import unpack_problem as unpack_problem
+from kabo.service.messages import ErrorReply as ErrorReply
+from kabo.service.messages import SolveRequest as SolveRequest
+from kabo.service.messages import Unreadable as Unreadable
+from kabo.service.messages import read as read
 from kabo.service.server import Server as Server
 from kabo.service.server import ServerSettings as ServerSettings
 from kabo.service.session import DEFAULT_ENDPOINT as DEFAULT_ENDPOINT

@@ -12,6 +12,7 @@ import uuid
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -19,7 +20,7 @@ import zenoh
 
 from kabo.errors import ServiceError
 from kabo.service import keys
-from kabo.service.messages import Cancelled, ErrorReply, Status
+from kabo.service.messages import Cancelled, Envelope, ErrorReply, LatestRequest, Status
 from kabo.service.session import open_session
 
 ELSEWHERE = frozenset({"busy", "shutting_down", "worker_died"})  # another server, or the same one later, may do it
@@ -38,6 +39,20 @@ class Reply:
     body: dict[str, Any]
     plan: bytes | None
     server: str
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A message about a server's work on a request: `progress`, or `follow`, which may bring the best plan so far."""
+
+    kind: str
+    server: str
+    identifier: str
+    body: dict[str, Any]
+    plan: bytes | None
+
+
+OnWatched = Callable[[Watched], None]
 
 
 @dataclass(frozen=True)
@@ -61,6 +76,15 @@ def _decoded(answer: "zenoh.Sample | zenoh.ReplyError", kind: Any) -> Any:
         return None
 
 
+def _watched(kind: str, told: "OnWatched", sample: zenoh.Sample) -> None:
+    """Hands on a message about the work of a server, if it is one."""
+    body = _decoded(sample, dict[str, Any])
+    if body is not None:
+        key = str(sample.key_expr)
+        plan = None if sample.attachment is None else sample.attachment.to_bytes()
+        told(Watched(kind, keys.server_of(key), keys.id_of(key), body, plan))
+
+
 class Client:
     """A zenoh session that watches which servers are alive, and sends requests to them.
 
@@ -74,6 +98,7 @@ class Client:
         self._lock = threading.Condition()
         self._load: dict[str, int] = {}  # live server -> our requests there
         self._open: dict[str, set[zenoh.CancellationToken]] = {}
+        self._watching: list[Any] = []
         self._session = open_session(config)
         watch = self._session.liveliness().declare_subscriber
         self._watch = watch(keys.ALIVE, self._seen, history=True)
@@ -86,7 +111,8 @@ class Client:
 
     def close(self) -> None:
         """Closes the session; pending requests end without an answer."""
-        self._watch.undeclare()
+        for subscriber in (self._watch, *self._watching):
+            subscriber.undeclare()
         self._session.close()
 
     def servers(self) -> list[str]:
@@ -105,6 +131,31 @@ class Client:
         answers = [self._ask(server, "cancel", payload, STATUS_TIMEOUT_S) for server in self.servers()]
         told = (_decoded(answer, Cancelled) for answer in answers if isinstance(answer, zenoh.Sample))
         return any(each is not None and each.known for each in told)
+
+    def latest_request(self, server: str) -> bytes | None:
+        """The request that a server has let in last, as it was sent, running or ended; None if there is none."""
+        answer = self._ask(server, "request", b"", STATUS_TIMEOUT_S)
+        told = _decoded(answer, LatestRequest) if isinstance(answer, zenoh.Sample) else None
+        return None if told is None or told.id is None else bytes(told.request)
+
+    def join(self, server: str, request: bytes) -> Reply | ErrorReply | None:
+        """The answer of a server to a request that it knows, stored or awaited; None if the server was lost.
+
+        Args:
+            server: the server's name.
+            request: what `latest_request` returned: to the byte, because its id belongs to these bytes.
+        """
+        timeout = msgspec.json.decode(request, type=Envelope).deadline_s + ANSWER_MARGIN_S
+        answer = self._ask(server, "solve", request, timeout)
+        if isinstance(answer, zenoh.Sample):
+            return self._reply(answer, server)
+        found: ErrorReply | None = None if answer is None else _decoded(answer, ErrorReply)
+        return found
+
+    def watch(self, told: OnWatched) -> None:
+        """Calls `told`, from other threads, with every message about the work of any server, until this client closes."""
+        for kind, key in (("progress", keys.ALL_PROGRESS), ("follow", keys.ALL_FOLLOW)):
+            self._watching.append(self._session.declare_subscriber(key, partial(_watched, kind, told)))
 
     def solve(
         self,
@@ -168,15 +219,20 @@ class Client:
         if answer is None or str(answer.encoding) != "application/json":  # zenoh's own: the time is up
             return _Lost("unavailable", f"the server {server} was lost")
         if isinstance(answer, zenoh.Sample):
-            plan = None if answer.attachment is None else answer.attachment.to_bytes()
-            body = _decoded(answer, dict[str, Any])
-            return _foreign(server) if body is None else Reply(body, plan, server)
+            return self._reply(answer, server) or _foreign(server)
         error = _decoded(answer, ErrorReply)
         if error is None:
             return _foreign(server)
         if error.code in ELSEWHERE:
             return _Lost(error.code, error.message, 0.02 if error.retry_after_s is None else error.retry_after_s)
         raise ServiceError(error.code, error.message, request=identifier)
+
+    @staticmethod
+    def _reply(answer: zenoh.Sample, server: str) -> Reply | None:
+        """An answer that is no error; None if it is not of this protocol."""
+        plan = None if answer.attachment is None else answer.attachment.to_bytes()
+        body = _decoded(answer, dict[str, Any])
+        return None if body is None else Reply(body, plan, server)
 
     def _progress(self, server: str, identifier: str, on_progress: OnProgress | None) -> Any:
         """A subscription to the progress of a request, as a context manager; an empty one if nobody listens."""

@@ -62,6 +62,8 @@ class SolveJob:
 class JobStore:
     """All jobs by their ids: the unfinished ones, and the latest finished ones with their outcomes.
 
+    The request of the job that was let in last is kept for those who follow, also when it has ended.
+
     Args:
         max_bytes: the memory limit of stored outcomes.
         max_request_bytes: the memory limit of all unfinished requests; if there are none, any request is accepted.
@@ -73,6 +75,7 @@ class JobStore:
         self._finished: OrderedDict[str, SolveJob] = OrderedDict()
         self._max_bytes, self._bytes = max_bytes, 0
         self._max_request_bytes, self._request_bytes = max_request_bytes, 0
+        self.latest: tuple[SolveJob, bytes] | None = None  # the job that was let in last, and its request
 
     def admit(self, job: SolveJob, deliver: Deliver, enqueue: Callable[[SolveJob], str | None]) -> str | None:
         """Accepts a request: it joins an equal job, gets a stored outcome, or becomes a new job in the queue.
@@ -99,6 +102,7 @@ class JobStore:
         refused = enqueue(job)
         if refused is None:
             self._unfinished[job.identifier] = job
+            self.latest = job, job.request
             self._request_bytes += size
             job.waiting.append(deliver)
         return refused

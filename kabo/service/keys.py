@@ -11,6 +11,7 @@ import socket
 
 ROOT = "kabo/v1"
 ALIVE = f"{ROOT}/*/alive"
+ALL_PROGRESS, ALL_FOLLOW = f"{ROOT}/*/progress/*", f"{ROOT}/*/follow/*"
 
 
 def new_server_name() -> str:
@@ -29,6 +30,16 @@ def progress(server: str, identifier: str) -> str:
     return f"{ROOT}/{server}/progress/{identifier}"
 
 
+def follow(server: str, identifier: str) -> str:
+    """The key under which is published what those who follow a request are told: refusals, and the best plan so far."""
+    return f"{ROOT}/{server}/follow/{identifier}"
+
+
 def server_of(key: str) -> str:
     """The name of the server to which a key belongs."""
     return key.split("/")[2]
+
+
+def id_of(key: str) -> str:
+    """The id of the request to which a key of progress belongs."""
+    return key.split("/")[4]

@@ -116,6 +116,13 @@ class Cancelled(msgspec.Struct, frozen=True):
     known: bool
 
 
+class LatestRequest(msgspec.Struct, frozen=True):
+    """The reply to `request`: the request that was let in last, as it was sent, for those who follow; or none."""
+
+    id: str | None = None
+    request: msgspec.Raw = msgspec.Raw(b"null")
+
+
 class ErrorReply(msgspec.Struct, frozen=True):
     """An error reply."""
 

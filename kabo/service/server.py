@@ -23,6 +23,7 @@ from kabo.service.messages import (
     Cancelled,
     CancelRequest,
     Envelope,
+    LatestRequest,
     Status,
     Unreadable,
     error_body,
@@ -96,7 +97,7 @@ class Server:
             self._pool.close()
             self._session.close()
             raise
-        verbs = {"solve": self._solve, "cancel": self._cancel, "status": self._status}
+        verbs = {"solve": self._solve, "cancel": self._cancel, "status": self._status, "request": self._request}
         self._queryables = [
             self._session.declare_queryable(keys.verb(self.name, verb), partial(_answered, handler))
             for verb, handler in verbs.items()
@@ -139,6 +140,11 @@ class Server:
         known = self._store.cancel(read(CancelRequest, _payload(query)).id)
         self._reply(query, "cancel", msgspec.json.encode(Cancelled(known)))
 
+    def _request(self, query: zenoh.Query) -> None:
+        found = self._store.latest
+        told = LatestRequest() if found is None else LatestRequest(found[0].identifier, msgspec.Raw(found[1]))
+        self._reply(query, "request", msgspec.json.encode(told))
+
     def _status(self, query: zenoh.Query) -> None:
         root = self._settings.root
         status = Status(
@@ -163,12 +169,13 @@ class Server:
         with suppress(zenoh.ZError), query:  # the one who asked may be gone
             query.reply(keys.verb(self.name, verb), body, encoding=JSON, attachment=plan)
 
-    def _put_progress(self, job: SolveJob, body: bytes) -> None:
+    def _put_progress(self, job: SolveJob, kind: str, body: bytes, plan: bytes | None) -> None:
         with suppress(zenoh.ZError):
             self._session.put(
-                keys.progress(self.name, job.identifier),
+                (keys.progress if kind == "progress" else keys.follow)(self.name, job.identifier),
                 body,
                 encoding=JSON,
+                attachment=plan,
                 congestion_control=zenoh.CongestionControl.DROP,
                 priority=zenoh.Priority.DATA_LOW,
             )

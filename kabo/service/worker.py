@@ -1,7 +1,7 @@
 """The worker process: gets one job at a time through a pipe and answers it; zenoh is never loaded here.
 
 The process is spawned, so it shares no state with the server. It ends by itself when the server has ended, even in the
-middle of a long kernel call. It sends the messages `ready` (for the first time after warming up), `progress`, and
+middle of a long kernel call. It sends the messages `ready` (for the first time after warming up), `progress`, `follow`, and
 for each job one of `done`, `stopped`, `refused` and `failed`.
 
 Its answer is a function of the request's bytes: what it keeps from one job to the next is keyed by content
@@ -31,6 +31,7 @@ from kabo.frozen_gc import frozen_gc
 from kabo.planner.result import Progress
 from kabo.requests import solve_file
 from kabo.service import inline
+from kabo.service.following import Following
 from kabo.service.messages import ProblemFiles, SolveRequest, Unreadable, read, said
 
 STOP = b"stop"
@@ -92,6 +93,10 @@ class Ticker:
             self._next_progress = now + TICK_S
             self._connection.send(("progress", msgspec.json.encode(asdict(progress)), None))
 
+    def follow(self, message: bytes, plan: bytes | None) -> None:
+        """Sends a message to those who follow the job."""
+        self._connection.send(("follow", message, plan))
+
 
 Work = Callable[[bytes, Path | None, Ticker], tuple[bytes, bytes | None]]
 
@@ -106,13 +111,21 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
     try:
         message = read(SolveRequest, request)
         with _problem_in(message.problem, root, ticker) as (path, domain):
+            following = Following(ticker.follow)
+
+            def cancelled() -> bool:
+                following.look()
+                return ticker.cancelled()
+
             answer = solve_file(
                 path,
                 said(message.options),
                 domain=domain,
                 within=Path(),
                 progress=ticker.progress,
-                cancelled=ticker.cancelled,
+                cancelled=cancelled,
+                on_found=following.found,
+                on_procedures=following.procedures,
             )
     except Unreadable as error:
         raise RequestRefused("bad_request", str(error)) from None

@@ -29,7 +29,8 @@ IDLE_S = 0.5  # between two looks whether a waiting worker is alive
 SWEEP_S = 0.05  # between two looks at the deadlines of waiting jobs
 LARGE_BYTES = 1 << 20  # of a request, after which the server gives memory back
 
-OnProgress = Callable[[SolveJob, bytes], None]
+# A job, "progress" or "follow", a message, and the plan file of the best plan so far.
+OnProgress = Callable[[SolveJob, str, bytes, bytes | None], None]
 
 
 class Pool:
@@ -283,9 +284,9 @@ class _Supervisor(threading.Thread):
             wait([worker.connection, worker.process.sentinel], timeout=POLL_S)
             if worker.connection.poll(0):
                 kind, first, second = worker.connection.recv()
-                if kind != "progress":
+                if kind not in ("progress", "follow"):
                     return _ended_as(job, kind, first, second)
-                self._progress(job, first)
+                self._progress(job, kind, first, second)
             elif not worker.process.is_alive():
                 return None
         return job.failure("shutting_down", "try another server")

@@ -2,5 +2,11 @@ from kabo.viewer.content.arrays import Arrays as Arrays
 from kabo.viewer.content.document import ViewDocument as ViewDocument
 from kabo.viewer.content.given import ViewOptions as ViewOptions
 from kabo.viewer.content.given import document_of_file as document_of_file
+from kabo.viewer.content.objects import Viewable as Viewable
+from kabo.viewer.content.objects import document_of as document_of
 from kabo.viewer.content.scene_view import scene_view as scene_view
+from kabo.viewer.live.following import Follower as Follower
+from kabo.viewer.notebook import Page as Page
+from kabo.viewer.notebook import notebook_page as notebook_page
+from kabo.viewer.notebook import view as view
 from kabo.viewer.page.writing import page_of as page_of

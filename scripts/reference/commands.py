@@ -29,10 +29,12 @@ def commands(top: argparse.ArgumentParser, words: str) -> Iterator[tuple[str, ar
 def section(words: str, each: argparse.ArgumentParser) -> str:
     """The section of one command: what it does, how it is called, what it takes."""
     parts = [f"## {words}", sentence(each.description or ""), f"```text\n{usage(words, each)}\n```"]
-    shown = [action for action in each._actions if is_shown(action) and not (action.dest in OF_ALL and " " in words)]
+    shown = [
+        action for action in each._actions if is_shown(action) and not (action.dest in OF_ALL and " " in words)
+    ]
     rows = [(written(action), *described(action)) for action in shown]
     if rows:
-        parts.append(table(("", "default", ""), rows))
+        parts.append(table(("argument", "default", "meaning"), rows))
     return "\n\n".join(part for part in parts if part)
 
 

@@ -57,7 +57,7 @@ def section(kind: type) -> str:
             (code(here.segment(each.target)), code(here.segment(each.annotation)), here.comment(each))
             for each in fields
         ]
-        parts.append(table(("field", "type", ""), rows))
+        parts.append(table(("field", "type", "meaning"), rows))
     return "\n\n".join(parts)
 
 

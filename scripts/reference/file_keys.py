@@ -66,4 +66,4 @@ def section(each: Thing) -> str:
             f"{MEANINGS.name}: {each.name}: explain {sorted(set(known) ^ set(each.keys))}, or take it out"
         )
     rows = [(code(key), *each.keys[key]) for key in known]
-    return f"### {each.name}\n\n" + table(("key", "value", ""), rows)
+    return f"### {each.name}\n\n" + table(("key", "value", "meaning"), rows)

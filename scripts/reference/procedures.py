@@ -62,7 +62,7 @@ def section(path: Path) -> str:
         f"## {task['name']}",
         f"`{task['name']}({given})`",
         said,
-        table(("parameter", "type", "default", ""), rows),
+        table(("parameter", "type", "default", "meaning"), rows),
         "```text\n" + "\n".join(tree(task["stages"], 0)) + "\n```",
     ]
     return "\n\n".join(parts)

@@ -47,13 +47,13 @@ def class_parts(here: Source, node: ast.ClassDef, name: str) -> Iterator[str]:
     yield block([f"class {name}({bases})" if bases else f"class {name}"])
     yield docstring(ast.get_docstring(node) or "")
     if rows := list(fields(here, node)):
-        yield table(("field", "type", ""), rows)
+        yield table(("field", "type", "meaning"), rows)
     methods = [each for each in node.body if isinstance(each, ast.FunctionDef) and is_public(each)]
     rows = [
         (code(member(here, each)), plain(first_sentence(each))) for each in {m.name: m for m in methods}.values()
     ]
     if rows:
-        yield table(("member", ""), rows)
+        yield table(("member", "meaning"), rows)
 
 
 def is_public(method: ast.FunctionDef) -> bool:

@@ -22,10 +22,13 @@ def section(path: Path) -> str:
     name = path.name.removesuffix(".schema.json")
     parts = [f"## {name}", f"The schema is `{path.relative_to(FOLDER.parent.parent.parent)}`."]
     if rows := list(keys(schema, "")):
-        parts.append(table(("key", "", "type", ""), rows))
+        parts.append(table(("key", "needed", "type", "meaning"), rows))
     for definition, inner in schema.get("$defs", {}).items():
         if rows := list(keys(inner, "")):
-            parts += [f"### {name}: {definition.replace('_', ' ')}", table(("key", "", "type", ""), rows)]
+            parts += [
+                f"### {name}: {definition.replace('_', ' ')}",
+                table(("key", "needed", "type", "meaning"), rows),
+            ]
     return "\n\n".join(parts)
 
 

@@ -34,6 +34,7 @@ SECTIONS: dict[str, Callable[[], str]] = {
     "schemas": schemas.sections,
     "python kabo": lambda: python_api.sections("kabo"),
     "python tasks": lambda: python_api.sections("kabo.tasks"),
+    "python trials": lambda: python_api.sections("kabo.trials"),
     "python exploration": lambda: python_api.sections("kabo.exploration"),
     **{f"keys of {page}": lambda page=page: file_keys.sections(page) for page in file_keys.PAGES},
 }

@@ -66,21 +66,33 @@ def resolve(module: str, name: str) -> tuple[Source, ast.stmt] | None:
     here = source(module_path(module))
     if (found := here.find(name)) is not None:
         return here, found
-    for node in here.tree.body:
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("kabo"):
-            for alias in node.names:
-                if (alias.asname or alias.name) == name:
-                    return resolve(node.module, alias.name)
-                if alias.name == "*" and (star := resolve(node.module, name)) is not None:
-                    return star
+    for origin, given, known_as in imported(module):
+        if known_as == name:
+            return None if is_module(origin, given) else resolve(origin, given)
+        if given == "*" and (star := resolve(origin, name)) is not None:
+            return star
     return None
+
+
+def imported(module: str) -> list[tuple[str, str, str]]:
+    """What a module imports from kabo: from where, by which name there, and by which name here."""
+    return [
+        (node.module, alias.name, alias.asname or alias.name)
+        for node in source(module_path(module)).tree.body
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("kabo")
+        for alias in node.names
+    ]
+
+
+def is_module(origin: str, name: str) -> bool:
+    """Whether a name of a package is a module or package inside it, which its own page describes."""
+    path = ROOT.joinpath(*origin.split("."), name)
+    return path.is_dir() or path.with_suffix(".py").exists()
 
 
 def names_of(module: str) -> list[str]:
     """The public names of a module that has a stub, in the order of the stub."""
     found: list[str] = []
-    for node in source(module_path(module)).tree.body:
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("kabo"):
-            for alias in node.names:
-                found += names_of(node.module) if alias.name == "*" else [alias.asname or alias.name]
+    for origin, given, known_as in imported(module):
+        found += names_of(origin) if given == "*" else [known_as]
     return [name for name in dict.fromkeys(found) if not name.startswith("_")]

@@ -54,5 +54,5 @@ def section(name: str, kind: type[Stage]) -> str:
         )
         for key, each in page["properties"].items()
     ]
-    properties = table(("property", "type", "default", ""), rows) if rows else "No properties of its own."
+    properties = table(("property", "type", "default", "meaning"), rows) if rows else "No properties of its own."
     return "\n\n".join([f"### {name}", plain(page["doc"]), properties])

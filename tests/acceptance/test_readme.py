@@ -67,7 +67,14 @@ def solved(shell: Shell) -> subprocess.CompletedProcess[str]:
 
 def test_the_first_two_commands_are_those_of_a_fresh_machine():
     assert blocks("sh")[0] == f"python3 -m venv .venv && .venv/bin/pip install . && .venv/bin/{SOLVE}\n"
-    assert blocks("sh")[1] == ".venv/bin/pip install '.[dev]' && .venv/bin/pytest\n"
+    assert blocks("sh")[1] == ".venv/bin/kabo view plan.json\n"
+    assert "`.venv/bin/pip install '.[dev]' && .venv/bin/pytest`" in README
+
+
+def test_the_plan_is_shown_as_one_page(shell, solved):
+    done = shell.run("kabo view plan.json -o page.html --no-open")
+    assert done.returncode == 0, done.stderr
+    assert (shell.folder / "page.html").read_bytes().startswith(b"<!DOCTYPE html>")
 
 
 def test_four_bottles_become_a_branched_plan_that_is_printed_and_verified(shell, solved):
@@ -115,9 +122,8 @@ def server(shell: Shell) -> Iterator[str]:
 
 
 def test_a_scene_is_solved_by_a_server_and_by_python_with_the_same_answer(shell, server):
-    request = next(
-        line for block in blocks("sh") for line in block.splitlines() if line.startswith("kabo request")
-    )
+    service = (REPOSITORY / "docs" / "reference" / "service.md").read_text()
+    request = next(line for line in service.splitlines() if line.startswith("kabo request"))
     done = shell.run(f"{request} --connect {server} --seed 1")
     assert done.returncode == 0, done.stderr
     (program,) = blocks("python")

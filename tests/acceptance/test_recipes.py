@@ -8,7 +8,7 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 SECTION = (REPOSITORY / "CONTRIBUTING.md").read_text().split("\n## How do I\n")[1].split("\n## ")[0]
 RECIPES = dict(re.findall(r"^### (.*)\n((?:(?!### ).*\n)*)", SECTION, flags=re.MULTILINE))
-WANTED = ("constraint", "stage", "heuristic", "search", "option", "verb", "mesh format")
+WANTED = ("constraint", "stage", "heuristic", "search", "option", "verb", "mesh format", "docs")
 
 
 def rows(recipe: str) -> list[tuple[str, list[str]]]:
@@ -39,7 +39,9 @@ def test_a_recipe_names_files_that_exist_with_the_names_to_look_at(title):
 
 def test_interfaces_that_recipes_name_exist_somewhere():
     """Such as `RobotStage` and `Algorithm`, which stand in no row of their own."""
-    sources = "\n".join(path.read_text() for path in (REPOSITORY / "kabo").rglob("*.py"))
+    sources = "\n".join(
+        path.read_text() for room in ("kabo", "scripts") for path in (REPOSITORY / room).rglob("*.py")
+    )
     named = set(re.findall(r"`([A-Z]\w+)`", SECTION))
     assert len(named) > 15
     assert not {name for name in named if not re.search(rf"\b{name}\b", sources)}

@@ -171,12 +171,12 @@ def _verified(path: Path, number: int) -> None:
 def _report(path: Path, number: int) -> None:
     from kabo.tasks.files.comparing import compare, describe_comparison
     from kabo.tasks.files.describing import describe_report
-    from kabo.tasks.files.html import to_html
     from kabo.tasks.files.report_form import read_report
+    from kabo.viewer.content.report_view import report_view
 
     report = read_report(path.read_bytes(), str(path))
     describe_report(report)
-    to_html(report)
+    report_view(report, None)
     sound = read_report((CORPUS / "report.json").read_bytes(), "report.json")
     describe_comparison(compare(report, sound))
 

@@ -52,7 +52,9 @@ def run(options: argparse.Namespace) -> int:
         )
         if options.picture is not None:
             surfaces = (mesh.vertices, mesh.faces), (made.vertices, made.faces)
-            rooms.draw_bound(options.picture, *surfaces, epsilon=epsilon, title=f"{options.mesh.name}: {said}")
+            title = f"{options.mesh.name}: {said}"
+            picture = rooms.bound_picture(*surfaces, epsilon=epsilon, title=title, wishes=rooms.ViewWishes())
+            rooms.write_atomically(options.picture, picture)
     figures = {
         "vertices_in": len(mesh.vertices),
         "vertices_out": len(made.vertices),

@@ -55,7 +55,9 @@ def run(options: argparse.Namespace) -> int:
         said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         if options.picture is not None:
             title = f"{options.mesh.name}: {len(mesh.vertices)} vertices to {said}"
-            rooms.draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
+            surface = (mesh.vertices, mesh.faces)
+            picture = rooms.parts_picture(surface, hulls, epsilon=epsilon, title=title, wishes=rooms.ViewWishes())
+            rooms.write_atomically(options.picture, picture)
     worst = int(np.argmax(made.deviations))
     figures: dict[str, Any] = {
         "parts": len(sizes),

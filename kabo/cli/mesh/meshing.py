@@ -163,7 +163,7 @@ def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
         InputError: the library for pictures is missing.
     """
     if options.picture is not None:
-        rooms.require_pictures()
+        rooms.require_pictures("--picture")
     mesh = rooms.load_mesh(options.mesh, options.scale)
     repairs: list[str] = []
     if options.repair:

@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
         if options.output is not None:
             rooms.write_atomically(options.output, text.encode())
         if options.picture is not None:  # last: the scene is written even if pictures cannot be drawn
-            rooms.require_pictures()
-            rooms.draw_robot_model(options.picture, model)
+            rooms.require_pictures("--picture")
+            rooms.write_atomically(options.picture, rooms.robot_picture(model))
     if options.json:
         print_json(_figures(model, options.output))
     elif options.output is None:

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="show at most N comments of each stage (default: 3)",
     )
-    parser.add_argument("--html", type=output_file, metavar="OUT", help="write a self-contained HTML page")
+    parser.add_argument("--html", type=output_file, metavar="OUT", help="write the page of `kabo view`")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print it as one JSON object")
     add_limits(parser)
@@ -46,7 +46,7 @@ def _show_report(options: argparse.Namespace) -> int:
 
     found = rooms.read_report(options.file.read_bytes(), str(options.file))
     if options.html is not None:
-        rooms.write_atomically(options.html, rooms.to_html(found).encode())
+        rooms.write_atomically(options.html, rooms.page_of(rooms.document_of_file(options.file)))
     if options.json:
         print_json(found)
     elif options.html is None:

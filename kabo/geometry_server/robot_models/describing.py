@@ -1,16 +1,9 @@
-"""What `kabo robot` found, for people: a few lines, and a picture of the robot at home."""
+"""What `kabo robot` found, for people, in a few lines."""
 
 from collections.abc import Iterator
-from pathlib import Path
-
-import numpy as np
 
 from kabo.displays import counted
 from kabo.geometry_server.robot_models.model import RobotModel
-from kabo.meshes.pictures import PART_COLOURS, draw_bodies
-from kabo.scene import link_poses
-
-STANDING_COLOUR, ARM_COLOUR, HAND_COLOUR = "#8c8f94", PART_COLOURS[0], PART_COLOURS[1]
 
 
 def robot_summary(model: RobotModel) -> Iterator[str]:
@@ -37,25 +30,3 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
         yield f"  taken as {counted(len(links), 'hull')}, {why}: {', '.join(links)}"
     if model.others:
         yield f"  other arms stand still; choose one by --tip: {', '.join(each.tool for each in model.others)}"
-
-
-def draw_robot_model(path: Path, model: RobotModel) -> None:
-    """Draws the robot at home, or at zero without one: the arm, the gripper, and what stands, in three colours (PNG)."""
-    robot = model.robot
-    q = (
-        np.clip(np.zeros(robot.tree.size), robot.tree.lower, robot.tree.upper)
-        if model.home is None
-        else model.home
-    )
-    poses = link_poses(robot, q.tolist())
-    touching = () if model.gripper is None else model.gripper.touch_links
-    bodies = []
-    for link in robot.links.values():
-        if link.mesh is not None and len(link.mesh.faces):
-            colour = STANDING_COLOUR if robot.stands(link.name) else ARM_COLOUR
-            colour = HAND_COLOUR if link.name in touching else colour
-            pose = poses[link.name]
-            placed = link.mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-            bodies.append(((placed, link.mesh.faces), colour))
-    where = "at home" if model.home is not None else "with all joints at zero"
-    draw_bodies(path, bodies, title=f"{model.name} {where}: arm blue, gripper orange, what stands grey")

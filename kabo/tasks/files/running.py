@@ -142,12 +142,13 @@ def needs_scene(file: TaskFile) -> bool:
     return False
 
 
-def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescription) -> None:
+def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDescription | Scene") -> None:
     """Checks that the scene has the robots, bodies and regions given as arguments.
 
     Raises:
         InputError: lists the names that the scene lacks, with similar names that it has.
     """
+    things: dict[str, Mapping[str, object]]
     things = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
     findings = Findings()
     findings.know(file.description.source)

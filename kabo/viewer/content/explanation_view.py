@@ -14,7 +14,11 @@ Given = Mapping[str, Any]
 
 
 def explanation_view(explanation: Given, scene: "Scene | None") -> View:
-    """The part `explanation` of a view document, of the JSON of `kabo explain`; samples only with the scene."""
+    """The part `explanation` of a view document, of the JSON of `kabo explain`; samples only with the scene.
+
+    Raises:
+        KeyError: a key is missing, or a sample names a robot, joint or object that is not in the scene.
+    """
     knowledge = explanation.get("knowledge", {})
     return {
         "verdict": explanation["verdict"],
@@ -40,7 +44,7 @@ def _call(call: Given, scene: "Scene | None") -> dict[str, Any]:
         "failures": [_failure(row) for row in call["failures"]],
         "measures": [each["said"] for each in call.get("measures", []) if "said" in each],
         "without": [[body, count] for body, count in call.get("without", {}).items()],
-        "samples": [] if scene is None else [_sample(each) for each in call.get("samples", [])],
+        "samples": [] if scene is None else [_sample(each, scene) for each in call.get("samples", [])],
     }
 
 
@@ -56,8 +60,12 @@ def _failure(row: Given) -> dict[str, Any]:
     return {"reason": row["reason"], "count": row["count"], "between": row["between"], "text": text}
 
 
-def _sample(sample: Given) -> dict[str, Any]:
-    return {"failure": sample["failure"], "state": flat_state(sample["state"]), "between": sample["between"]}
+def _sample(sample: Given, scene: "Scene") -> dict[str, Any]:
+    return {
+        "failure": sample["failure"],
+        "state": flat_state(sample["state"], scene),
+        "between": sample["between"],
+    }
 
 
 # ----------------------------------------------------------------------------------------------------------- changes

@@ -4,23 +4,41 @@ A film has segments, as plans have them. What a hand takes or lets go keeps its 
 frame of its new parent follows from kinematics and is computed here.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.scene import Attachment, Configuration, GeometricState, Scene, attachment, world_T
+from kabo.scene import Attachment, Configuration, GeometricState, Robot, Scene, attachment, world_T
 from kabo.scene.transforms import inverse
 from kabo.tasks.files.report_form import FilmReport, SegmentReport, StateReport
 
 State = dict[str, Any]
 
 
-def flat_state(state: StateReport) -> State:
-    """A state of a report or an explanation in the form of the view document: joint values directly by robot."""
-    robots = {name: dict(robot["joints"]) for name, robot in state.get("robots", {}).items()}
-    return {"robots": robots, "objects": {name: dict(pose) for name, pose in state.get("objects", {}).items()}}
+def flat_state(state: StateReport, scene: Scene) -> State:
+    """A state of a report or an explanation in the form of the view document: joint values directly by robot.
+
+    Raises:
+        KeyError: the scene lacks a robot, joint, object or parent of the state.
+    """
+    robots = {
+        name: _joints(robot["joints"], scene.robots[name]) for name, robot in state.get("robots", {}).items()
+    }
+    objects = {name: dict(pose) for name, pose in state.get("objects", {}).items()}
+    for name, pose in objects.items():
+        if name not in scene.movable:
+            raise KeyError(name)
+        world_T(scene, scene.start, str(pose["parent"]))
+    return {"robots": robots, "objects": objects}
+
+
+def _joints(values: Mapping[str, float], robot: Robot) -> dict[str, float]:
+    for joint in values:
+        if joint not in robot.joint_names:
+            raise KeyError(f"{robot.name}.{joint}")
+    return dict(values)
 
 
 def film_view(film: FilmReport, scene: Scene) -> State:
@@ -28,10 +46,16 @@ def film_view(film: FilmReport, scene: Scene) -> State:
 
     Raises:
         KeyError: the scene lacks a robot, joint or object of the film.
+        ValueError: a segment has not as many times as way points.
     """
+    for segment in film["segments"]:
+        rows = {len(row) for row in segment["waypoints"]} | {len(segment["joints"])}
+        _joints(dict.fromkeys(segment["joints"], 0.0), scene.robots[segment["robot"]])
+        if len(rows) > 1 or not 0 < len(segment["times"]) == len(segment["waypoints"]):
+            raise ValueError(f"a segment of {segment['robot']} has not a value for each joint and time")
     return {
-        "start": flat_state(film["start"]),
-        "after": flat_state(film["after"]),
+        "start": flat_state(film["start"], scene),
+        "after": flat_state(film["after"], scene),
         "duration": max((segment["times"][-1] for segment in film["segments"]), default=0.0),
         "segments": list(film["segments"]),
         "handovers": _handovers(film, scene),

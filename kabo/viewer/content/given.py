@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from kabo.language.scene_description import SceneDescription
 from kabo.scene import Scene, load_scene
 from kabo.tasks.files.report_form import read_report
 from kabo.viewer.content.arrays import Arrays
-from kabo.viewer.content.document import View, ViewDocument
+from kabo.viewer.content.document import Given, View, ViewDocument
 from kabo.viewer.content.explanation_view import explanation_view
 from kabo.viewer.content.files import GivenFile, given_file, problem_of_plan
 from kabo.viewer.content.findings import finding_view, scene_findings
@@ -60,7 +60,7 @@ def document_of_file(path: Path, options: ViewOptions | None = None) -> ViewDocu
 
 def _of_scene(given: GivenFile, options: ViewOptions) -> ViewDocument:
     """The document of a scene, of a problem's scene, or of a scene that is given for a task."""
-    path = given.path
+    path, title = given.path, None
     if given.kind == "task":
         if options.scene is None:
             raise InputError(
@@ -68,30 +68,37 @@ def _of_scene(given: GivenFile, options: ViewOptions) -> ViewDocument:
             )
         path = options.scene
     if given.kind == "problem":
-        description = load_problem(path, options.domain).scene
+        problem = load_problem(path, options.domain)
+        description, title = problem.scene, problem.name
         if description is None:
             hint = "plans of it can be viewed: kabo view PLAN"
             raise InputError([Diagnostic(str(path), 1, 1, "this problem has no scene to show", hint)])
     else:
         description = load_scene_description(path)
-    return _with_scene(given, dict.fromkeys((given.path, path)), description, options)
+    made = document_of_scene(given.kind, dict.fromkeys((given.path, path)), description, options)
+    return made if title is None else replace(made, title=title)
 
 
-def _with_scene(
-    given: GivenFile, files: Iterable[Path], description: SceneDescription, options: ViewOptions
+def document_of_scene(
+    kind: Given, files: Iterable[Path], description: SceneDescription, options: ViewOptions
 ) -> ViewDocument:
+    """The view document of a scene that `files` of some kind describe, with what `kabo check` finds in it.
+
+    Raises:
+        InputError: a mesh or a URDF does not load.
+    """
     scene, arrays = load_scene(description), Arrays()
-    enclosures, missing = _enclosures(scene, options)
+    enclosures, missing = enclosures_of(scene, options)
     found = scene_findings(scene, description, files, prepared=not missing)
     shown = {
         **scene_view(scene, arrays, detail=options.detail, enclosures=enclosures),
         "unprepared": list(missing),
     }
     findings = [finding_view(each, scene) for each in found]
-    return ViewDocument(description.name, given.kind, shown, findings, arrays=arrays)
+    return ViewDocument(description.name, kind, shown, findings, arrays=arrays)
 
 
-def _enclosures(scene: Scene, options: ViewOptions) -> "tuple[SceneEnclosures, tuple[str, ...]]":
+def enclosures_of(scene: Scene, options: ViewOptions) -> "tuple[SceneEnclosures, tuple[str, ...]]":
     """The convex parts of a scene as far as they are there, and the things that have none; they are made if wanted."""
     from kabo.geometry import Budget
     from kabo.geometry_server import SceneEnclosures, prepare, read_prepared
@@ -106,7 +113,7 @@ def _enclosures(scene: Scene, options: ViewOptions) -> "tuple[SceneEnclosures, t
 def _scene_view(scene: Scene | None, arrays: Arrays, options: ViewOptions) -> View | None:
     if scene is None:
         return None
-    return scene_view(scene, arrays, detail=options.detail, enclosures=_enclosures(scene, options)[0])
+    return scene_view(scene, arrays, detail=options.detail, enclosures=enclosures_of(scene, options)[0])
 
 
 def _of_plan(given: GivenFile, options: ViewOptions) -> ViewDocument:
@@ -127,11 +134,15 @@ def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:
     arrays = Arrays()
     shown = _scene_view(scene, arrays, options)
     found = [] if scene is not None else _no_scene(given)
-    if given.kind == "report":
-        report = read_report(given.path.read_bytes(), str(given.path))
-        made = report_view(report, scene)
-        return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
-    explained = explanation_view(given.content, scene)
+    try:
+        if given.kind == "report":
+            report = read_report(given.path.read_bytes(), str(given.path))
+            made = report_view(report, scene)
+            return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
+        explained = explanation_view(given.content, scene)
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        message = f"this {given.kind} is not of {named or 'kabo'}: {error} is not there, or wrong"
+        raise InputError([Diagnostic(str(given.path), 1, 1, message, "name its scene: --scene FILE")]) from None
     title = "explanation" if named is None else named.stem
     return ViewDocument(title, "explanation", shown, found, explanation=explained, arrays=arrays)
 

@@ -15,6 +15,7 @@ BESIDE = 18.0  # least distance of boxes that are side by side
 BETWEEN = 34.0  # height of the channel between two rows
 SWEEPS = 12  # rounds of ordering
 PLACING_ROUNDS = 10  # rounds of placing
+STIFF = 50.0  # how much more what follows alone is drawn to the place exactly below
 STRAIGHT = 6.0  # how much more a lane resists a bend than a box does
 
 Point = tuple[float, float]
@@ -246,7 +247,25 @@ def _places(graph: _Graph) -> list[float]:
             _place_row(graph, row, x, above=False, below=True)
     for row in graph.rows:
         _place_row(graph, row, x, above=True, below=True)
+    for row in graph.rows[1:]:
+        _straighten_row(graph, row, x)
     return x
+
+
+def _straighten_row(graph: _Graph, row: Sequence[int], x: list[float]) -> None:
+    """Places what alone follows one cell exactly below it, unless there is no room: chains and long edges are straight."""
+    wishes, weights = [], []
+    for number in row:
+        above = graph.cells[number].above
+        alone = len(above) == 1 and len(graph.cells[above[0][0]].below) == 1
+        wishes.append(x[above[0][0]] + above[0][1] if alone else x[number])
+        weights.append(STIFF if alone else 1.0)
+    for number, place in zip(row, _spread(wishes, weights, _gaps(graph, row)), strict=True):
+        x[number] = place
+
+
+def _gaps(graph: _Graph, row: Sequence[int]) -> list[float]:
+    return [graph.gap(left, right) for left, right in zip(row, row[1:], strict=False)]
 
 
 def _place_row(graph: _Graph, row: Sequence[int], x: list[float], above: bool, below: bool) -> None:
@@ -260,8 +279,7 @@ def _place_row(graph: _Graph, row: Sequence[int], x: list[float], above: bool, b
         wish = sum(w * s for (w, _), s in zip(found, strong, strict=True)) / weight if weight else x[number]
         wishes.append(wish)
         weights.append(max(weight, 0.05))
-    gaps = [graph.gap(left, right) for left, right in zip(row, row[1:], strict=False)]
-    for number, place in zip(row, _spread(wishes, weights, gaps), strict=True):
+    for number, place in zip(row, _spread(wishes, weights, _gaps(graph, row)), strict=True):
         x[number] = place
 
 

@@ -5,10 +5,14 @@ an outcome leaves at its chip. Text is set in a monospaced font, so its width is
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from kabo.plan import Node, Plan, ValueOf, topological_order
 from kabo.viewer.content.layers import Box, Layout, layered
+
+if TYPE_CHECKING:
+    from kabo.language.problem import Problem
 
 FONT = "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 TITLE, TEXT, CHIP = 12.0, 11.0, 10.5  # heights of fonts [px]
@@ -58,6 +62,19 @@ def plan_picture(plan: Plan) -> PlanPicture:
     successors = {name: [s for s in plan.nodes[name].successors if s in names] for name in order}
     boxes = {name: Box(card.width, card.height, _ports(card)) for name, card in cards.items()}
     return PlanPicture(cards, layered(boxes, successors))
+
+
+def in_order_of_parameters(plan: Plan, problem: "Problem") -> Plan:
+    """The plan with the arguments of every action in the order of its parameters; files have them by their names."""
+    order = {name: [each.name for each in action.parameters] for name, action in problem.domain.actions.items()}
+    return replace(plan, nodes={name: _ordered(node, order) for name, node in plan.nodes.items()})
+
+
+def _ordered(node: Node, order: Mapping[str, list[str]]) -> Node:
+    names = [name for name in order.get(node.action or "", ()) if name in node.arguments]
+    if len(names) < len(node.arguments):
+        return node
+    return replace(node, arguments={name: node.arguments[name] for name in names})
 
 
 def card_of(node: Node) -> Card:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.plan import Learned, Node, Plan, plan_statistics, topological_order
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View
-from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, plan_picture
+from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, in_order_of_parameters, plan_picture
 from kabo.viewer.content.plan_knowledge import knowledge_view
 from kabo.viewer.content.plan_motion import handovers_of, motion_view, state_view
 from kabo.viewer.content.plan_proofs import clearances_of, proofs_of
@@ -16,18 +16,23 @@ if TYPE_CHECKING:
     from kabo.scene import Scene
 
 
-def plan_view(plan: Plan, problem: "Problem", scene: "Scene | None", arrays: Arrays) -> View | None:
-    """The part `plan` of a view document.
+def plan_view(
+    plan: Plan, problem: "Problem | None", scene: "Scene | None", arrays: Arrays, *, margins: bool = True
+) -> View | None:
+    """The part `plan` of a view document; without its problem, there is no knowledge in it.
 
     Motions are played as they are written, right or wrong: whether a plan holds is said by `kabo verify`. What cannot
-    be found out of a wrong plan, its knowledge or its margins, is null.
+    be found out of a wrong plan, its knowledge or its margins, is null; margins are also left out if they are not
+    wanted, since they take most of the time.
 
     Raises:
         ValueError: the plan has a cycle.
         InputError: the problem uses something that kabo does not support.
     """
+    if problem is not None:
+        plan = in_order_of_parameters(plan, problem)
     picture = plan_picture(plan)
-    motions, margins = _geometry(plan, scene)
+    motions, curves = _geometry(plan, scene, margins)
     clearances = clearances_of(plan)
     return {
         "problem": plan.problem,
@@ -40,7 +45,7 @@ def plan_view(plan: Plan, problem: "Problem", scene: "Scene | None", arrays: Arr
         "start": state_view(plan.start),
         "nodes": [
             _node(name, plan.nodes[name], picture.cards[name], picture)
-            | {"motion": motions.get(name), "margin": margins["nodes"].get(name)}
+            | {"motion": motions.get(name), "margin": curves["nodes"].get(name)}
             | {"clearances": clearances.get(name, [])}
             for name in picture.cards
         ],
@@ -54,8 +59,8 @@ def plan_view(plan: Plan, problem: "Problem", scene: "Scene | None", arrays: Arr
             for route in picture.layout.routes
         ],
         "size": [picture.layout.width, picture.layout.height],
-        "pairs": margins["pairs"],
-        "knowledge": knowledge_view(plan, problem),
+        "pairs": curves["pairs"],
+        "knowledge": None if problem is None else knowledge_view(plan, problem),
         "proofs": proofs_of(plan),
     }
 
@@ -100,8 +105,10 @@ def _epsilon(plan: Plan, scene: "Scene | None") -> float | None:
     return None if scene is None else scene.epsilon
 
 
-def _geometry(plan: Plan, scene: "Scene | None") -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-    """The motion of every node that moves something, and the margins of these motions."""
+def _geometry(
+    plan: Plan, scene: "Scene | None", with_margins: bool
+) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """The motion of every node that moves something, and the margins of these motions if they are wanted."""
     nothing: Mapping[str, Any] = {"pairs": [], "nodes": {}}
     order = topological_order(plan) or []
     moving = [name for name in order if plan.nodes[name].motion or plan.nodes[name].after is not None]
@@ -116,7 +123,8 @@ def _geometry(plan: Plan, scene: "Scene | None") -> tuple[Mapping[str, Any], Map
     for name in moving:
         try:
             motions[name] = motion_view(plan.nodes[name], handovers_of(name, plan, values, scene))
-            margins[name] = curves.of(name)
+            if with_margins:
+                margins[name] = curves.of(name)
         except (ValueError, KeyError, IndexError):  # a wrong plan: names or shapes that the scene does not have
             motions.setdefault(name, motion_view(plan.nodes[name], []))
     return motions, {"pairs": curves.pairs, "nodes": margins}

@@ -17,7 +17,12 @@ MIN_TIME_SHARE = 0.02  # share of the whole time from which on it is told
 
 
 def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
-    """The part `report` of a view document, of a report `kabo-task/1`; states and films only with the scene."""
+    """The part `report` of a view document, of a report `kabo-task/1`; states and films only with the scene.
+
+    Raises:
+        KeyError: the report names a robot, joint or object that is not in the scene.
+        ValueError: a film is none.
+    """
     read = cast("Report", report)
     runs = read["runs"]
     given = [f"{name} = {value}" for name, value in read["arguments"].items()]
@@ -99,14 +104,14 @@ def _failures(figures: Sequence[StageFigures], scene: "Scene | None") -> dict[st
     found = [each for f in figures for each in f["refusals"]]
     rows = []
     for each in found:
-        sample = None if scene is None else each.get("sample")
+        sample = each.get("sample")
         rows.append(
             {
                 "reason": each["reason"],
                 "said": said(each["reason"]),
                 "comment": each["comment"],
                 "changes": each["changes"],
-                "state": None if sample is None else flat_state(sample["state"]),
+                "state": None if sample is None or scene is None else flat_state(sample["state"], scene),
                 "between": None if sample is None else sample.get("between"),
             }
         )

@@ -11,6 +11,7 @@ from kabo.viewer.content.document import ViewDocument
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; img-src data: blob:"
 LIVE_POLICY = "; connect-src 'self'"  # only a page that follows a server asks for anything
+SHEETS = ("style.css", "plan.css")
 THREE = "three"  # the name by which the modules import three.js
 
 
@@ -21,7 +22,7 @@ def page_of(document: ViewDocument) -> bytes:
     content = {
         "policy": policy,
         "title": escape(document.title),
-        "style": _read("style.css"),
+        "style": "\n".join(_read(sheet) for sheet in SHEETS),
         "loader": _read("loader.js"),
         "parts": "\n".join(_parts(document)),
     }

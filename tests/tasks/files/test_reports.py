@@ -2,7 +2,6 @@
 
 import json
 import math
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +9,11 @@ import jsonschema
 import pytest
 
 from kabo.errors import InputError
-from kabo.tasks.core import Failure, Fallbacks, Result, Serial, Task, forward, generator
+from kabo.tasks.core import Fallbacks, Result, Task
 from kabo.tasks.files import load_task_file
 from kabo.tasks.files.changes import changes
 from kabo.tasks.files.comparing import compare, describe_comparison
 from kabo.tasks.files.describing import describe_report, explain
-from kabo.tasks.files.html import to_html
 from kabo.tasks.files.report_form import Report, read_report, report_bytes, schema
 from kabo.tasks.files.reports import named_stages, plain, report
 from kabo.tasks.files.running import PlanningOptions, TaskRun, plan_file
@@ -123,75 +121,6 @@ def test_pairs_that_never_fit_are_told_with_their_reason() -> None:
     assert explain(run["explanation"]).splitlines()[1:] == [
         "  pairs of states that it can never join:", "        3 × too far apart",
     ]  # fmt: skip
-
-
-class _Page(HTMLParser):
-    """Counts what is open, and collects the text."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.text = ""
-        self.fetched: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "br"):
-            self.open.append(tag)
-        self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
-@generator(hostile="<script>alert(1)</script>")
-def nasty(scene: Any, properties: Any, seed: int) -> Any:
-    """Says what a page must not believe."""
-    yield Failure("<b>", "<script>alert(2)</script> & co")
-    yield Result("<i>", comment="</details></body>")
-
-
-def test_the_page_needs_no_other_file_and_believes_no_comment(tmp_path: Path) -> None:
-    task = Task("<t>", nasty("</summary>", hostile="<x>"))
-    task.plan(None)
-    page = to_html(report([TaskRun(task, 0, 0.1, ((0.05, 0.0),))]))
-    parser = _Page()
-    parser.feed(page)
-    assert not parser.open and not parser.fetched and "<script" not in page
-    assert "alert(2)</script> & co" in parser.text and "</details></body>" in parser.text
-
-
-def test_the_page_opens_at_the_stage_that_is_to_blame_and_counts_in_words(tmp_path: Path) -> None:
-    @forward()
-    def never(scene: Any, properties: Any, seed: int) -> Any:
-        yield Failure("never", "not today")
-
-    task = Task("t", Serial("outer", Serial("deep", Serial("deeper", nasty("first"), never("last")))))
-    task.plan(None)
-    page = to_html(report([TaskRun(task, 0, 0.1)]))
-    assert page.count("never succeeds") >= 2 and "<summary class='blame'>" in page
-    before = page[: page.index("<summary class='blame'>")]
-    assert before.count("<details open>") == 5, "what holds the stage is unfolded, and so is the stage"
-    assert "1 solution<" in page and "1 solutions" not in page and "1 calls" not in page
-
-
-def test_the_page_has_every_comment_and_change(tmp_path: Path) -> None:
-    found = made(tmp_path, [3, -1, 60, 2], repeat=2)
-    parser = _Page()
-    parser.feed(to_html(found))
-    assert not parser.open
-    for text in (
-        "60 is above 40",
-        "place -1 is below zero",
-        "3 → 3.25",
-        "Solutions with seed 1",
-        "grasp/approach",
-    ):
-        assert text in parser.text
-    for stage in found["stages"]:
-        assert stage["name"] in parser.text
 
 
 def test_figures_that_differ_are_found_and_equal_ones_are_not(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import { Shell } from "kabo/shell.js";
 import { Stage } from "kabo/stage.js";
 import * as explanation from "kabo/explanation_panel.js";
 import * as findings from "kabo/findings_panel.js";
+import * as live from "kabo/live_panel.js";
 import * as plan from "kabo/plan_panel.js";
 import * as report from "kabo/report_panel.js";
 import * as scene from "kabo/scene_panel.js";
@@ -11,10 +12,11 @@ import * as scene from "kabo/scene_panel.js";
 /** The panels in the order of their tabs, each with whether a document has something for it. */
 const PANELS = [
   [plan, (shown) => shown.plan !== null],
+  [live, (shown) => shown.live !== null],
   [report, (shown) => shown.report !== null],
   [explanation, (shown) => shown.explanation !== null],
-  [findings, (shown) => shown.findings.length > 0],
   [scene, (shown) => shown.scene !== null],
+  [findings, (shown) => shown.findings.length > 0],
 ];
 
 /**
@@ -32,7 +34,7 @@ export async function start(shown, block) {
   kabo.shell = shell;
   if (shown.scene !== null) {
     kabo.stage = new Stage(shell.canvas, shown.scene, arrays);
-    shell.onTheme(() => kabo.stage.draw());
+    shell.onTheme(() => kabo.stage.setVisible("grid", kabo.stage.visible.get("grid")));
   }
   for (const [panel, isThere] of PANELS) {
     if (isThere(shown)) {

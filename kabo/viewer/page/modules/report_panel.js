@@ -1,12 +1,21 @@
 // The panel of a task's report: why it failed, its solutions with their motions, the tree of its stages with what they did.
 import { make } from "kabo/elements.js";
+import { FilmBar } from "kabo/film_bar.js";
 import { Samples, legend } from "kabo/samples.js";
-import { folded, table } from "kabo/tables.js";
+import { folded, table, told } from "kabo/tables.js";
 
 /** Adds the panel of the document's report. */
 export function show(shown, stage, shell) {
   const { report } = shown;
   const samples = stage ? new Samples(stage, shown.scene) : null;
+  const films = stage ? filmsOf(report) : [];
+  const bar = films.length ? new FilmBar(shell, stage, shown.scene, films, () => samples.unmark()) : null;
+  if (samples) {
+    samples.before = () => bar?.player.pause();
+  }
+  if (bar) {
+    window.kabo.player = bar.player;
+  }
   const place = make("div", { className: "report" }, [make("p", {}, [report.headline])]);
   if (report.given.length) {
     place.append(make("p", { className: "dim" }, [report.given.join(" · ")]));
@@ -14,26 +23,46 @@ export function show(shown, stage, shell) {
   for (const { seed, text } of report.whys) {
     place.append(make("h2", { className: "bad" }, [`No solution with seed ${seed}`]), make("pre", {}, [text]));
   }
-  place.append(...solutions(report, samples));
+  place.append(...solutions(report, films, bar));
   place.append(make("h2", {}, ["Stages"]), make("div", { className: "stages" }, tree(report.stages, samples)));
   shell.addPanel("report", "Report", place);
 }
 
 // ------------------------------------------------------------------------------------------------------ solutions
-function solutions(report, samples) {
+/** The films of all solutions that have one, each with the parts that begin in it. */
+function filmsOf(report) {
+  const several = report.runs.length > 1;
+  return report.runs.flatMap((run) => run.solutions.filter((solution) => solution.film).map((solution) => ({
+    name: several ? `seed ${run.seed}, ${solution.title}` : solution.title,
+    film: solution.film,
+    solution,
+    parts: solution.parts.filter((part) => part.time !== null).map((part) => ({ text: part.stage, time: part.time })),
+  })));
+}
+
+function solutions(report, films, bar) {
   const made = [];
   for (const run of report.runs.filter((each) => each.solutions.length)) {
     const seed = report.runs.length > 1 ? ` with seed ${run.seed}` : "";
     made.push(make("h2", {}, [`Solutions${seed}`]));
-    made.push(...run.solutions.map((solution) => whole(solution, samples)));
+    made.push(...run.solutions.map((solution) => {
+      const number = films.findIndex((each) => each.solution === solution);
+      return whole(solution, number, bar);
+    }));
   }
   return made;
 }
 
-function whole(solution, samples) {
+/** One solution: its parts, each with a button that goes to its time; of the first, they are seen at once. */
+function whole(solution, number, bar) {
   const title = solution.comment ? `${solution.title}, ${solution.comment}` : solution.title;
-  const rows = () => solution.parts.map((part) => [part.stage, part.cost, part.comment, part.changes]);
-  return folded(title, () => [table(["stage", "cost", "comment", "changes"], rows())]);
+  const at = (part) => (number < 0 || part.time === null ? "" : make("button", { type: "button",
+    title: `show ${part.stage}`, onclick: () => bar.choose(number, part.time) }, [`${part.time.toFixed(2)} s`]));
+  const rows = () => solution.parts.map((part) => [part.stage, at(part), part.cost, told(part.comment, part.changes)]);
+  const play = () => (number < 0 ? [] : [make("button", { type: "button", className: "play",
+    onclick: () => bar.choose(number, 0, true) }, [`▶ play, ${solution.film.duration.toFixed(1)} s`])]);
+  return folded(title, () => [...play(), table(["stage", "from", "cost", "what"], rows())],
+    { open: number === 0 });
 }
 
 // --------------------------------------------------------------------------------------------------------- stages
@@ -85,8 +114,8 @@ function details(stage, samples) {
     made.push(folded("properties", () => [table(["property", "value"], stage.properties)]));
   }
   if (stage.solutions.rows.length) {
-    const rows = () => stage.solutions.rows.map((each) => [each.cost, each.comment, each.changes]);
-    made.push(folded(stage.solutions.title, () => [table(["cost", "comment", "changes"], rows())]));
+    const rows = () => stage.solutions.rows.map((each) => [each.cost, told(each.comment, each.changes)]);
+    made.push(folded(stage.solutions.title, () => [table(["cost", "what"], rows())]));
   }
   if (stage.failures.rows.length) {
     made.push(failures(stage, samples));
@@ -101,15 +130,11 @@ function failures(stage, samples) {
   const button = (row, k) => (samples && row.state
     ? samples.toggle(row, row.said, `show failure ${k + 1}: ${row.said}`) : row.said);
   const between = (row) => (row.between && !row.comment.includes(row.between[0]) ? row.between.join(" and ") : "");
-  const cells = () => rows.map((row, k) => [button(row, k), [...comment(row), ...(between(row) ? [between(row)] : [])],
-    row.changes]);
-  const made = folded(title, () => [table(["reason", "comment", "changes"], cells())]);
+  const cells = () => rows.map((row, k) => [button(row, k), [...told(row.comment, []), ...told(between(row), []),
+    ...told("", row.changes)]]);
+  const made = folded(title, () => [table(["reason", "what"], cells())]);
   if (seen.length) {
     made.addEventListener("toggle", () => samples.cloud(made.open ? seen : []));
   }
   return made;
-}
-
-function comment(row) {
-  return row.comment ? [row.comment] : [];
 }

@@ -34,7 +34,7 @@ export function wholeState(view, change) {
 export class Samples {
   /** @param {object|null} stage @param {object|null} view the SceneView */
   constructor(stage, view) {
-    Object.assign(this, { stage, view, marked: [], button: null });
+    Object.assign(this, { stage, view, marked: [], button: null, before: () => {} });
   }
 
   /**
@@ -51,6 +51,7 @@ export class Samples {
 
   /** Shows a sample at its pose, with the pair that came too close. */
   show(sample, button = null) {
+    this.before();
     this.unmark();
     this.stage.setState(wholeState(this.view, sample.state));
     this.mark(sample.between ?? [], "bad");

@@ -12,8 +12,11 @@ export class Shell {
    */
   constructor(body, shown) {
     this.keys = new Map();
+    this.notes = new Map();
     this.panels = new Map();
     this.themed = [];
+    /** The panel that is shown at first, if it is not the first one. */
+    this.first = null;
     this.canvas = make("canvas", { id: "stage", tabIndex: 0, role: "img", "aria-label": `3D view of ${shown.title}` });
     this.view = make("section", { className: "view", "aria-label": "3D view" }, [this.canvas]);
     this.tabs = make("div", { className: "tabs", role: "tablist", "aria-label": "Panels" });
@@ -83,6 +86,11 @@ export class Shell {
     this.keys.set(key, { what, f });
   }
 
+  /** Adds a line to the help that is about no key. */
+  note(how, what) {
+    this.notes.set(how, what);
+  }
+
   pressed(event) {
     const field = event.target.closest?.("input, select, textarea, button, summary");
     const own = field !== null && field !== undefined && (event.key.length > 1 || event.key === " "
@@ -100,8 +108,9 @@ export class Shell {
       this.help.close();
       return;
     }
-    const rows = [...this.keys].map(([key, { what }]) => make("tr", {}, [
-      make("th", { scope: "row" }, [make("kbd", {}, [key === " " ? "space" : key])]), make("td", {}, [what])]));
+    const lines = [...[...this.keys].map(([key, { what }]) => [key === " " ? "space" : key, what]), ...this.notes];
+    const rows = lines.map(([key, what]) => make("tr", {}, [
+      make("th", { scope: "row" }, [make("kbd", {}, [key])]), make("td", {}, [what])]));
     const close = make("button", { type: "button", onclick: () => this.help.close() }, ["Close"]);
     this.help.replaceChildren(make("h2", {}, ["Keys"]), make("table", {}, rows), close);
     this.help.showModal();
@@ -131,9 +140,9 @@ export class Shell {
     this.timeline.hidden = this.timeline.childElementCount === 0;
     this.side.hidden = this.panels.size === 0;
     this.tabs.hidden = this.panels.size < 2;
-    const first = this.panels.keys().next();
-    if (!first.done) {
-      this.choose(first.value);
+    const first = this.first ?? this.panels.keys().next().value;
+    if (first !== undefined) {
+      this.choose(first);
     }
   }
 }

@@ -1,13 +1,16 @@
 // The stage: the scene in three dimensions. It shows states that it is given; it never interpolates them.
 import {
-  AmbientLight, Box3, Color, DirectionalLight, Group, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster,
+  AmbientLight, Box3, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster,
   Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
+import { distanceTo, freeDirection } from "kabo/camera.js";
+import { drag } from "kabo/dragging.js";
 import { scenePoses, valuesOf } from "kabo/kinematics.js";
 import { Labels } from "kabo/labels.js";
+import { grid } from "kabo/layers.js";
 import { thingsOf } from "kabo/things.js";
 
-const FROM = new Vector3(1.0, -1.25, 0.8); // the direction in which the camera stands at first
+const FRAME = 0.06; // length of the axes of frames [m]
 const HIGHLIGHTS = { bad: 0xd0342c, good: 0x2c9a4b, chosen: 0x2f7de1, warn: 0xd08a00 };
 
 export class Stage {
@@ -24,22 +27,26 @@ export class Stage {
     this.camera = new PerspectiveCamera(40, 1, 0.01, 200);
     this.camera.up.set(0, 0, 1);
     this.addLights();
-    this.things = thingsOf(view, arrays);
+    this.things = thingsOf(view, arrays, FRAME);
     this.scene.add(...[...this.things.values()].map((thing) => thing.group));
     this.overlays = new Map();
     this.pickers = [];
-    this.before = [];
+    this.framed = [];
+    this.stated = [];
     this.labels = new Labels(canvas.parentElement, this.things);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.draw());
+    this.visible = new Map([["original", true], ["regions", true], ["labels", true], ["grid", true]]);
     this.setState(view.start);
+    this.setVisible("grid", true);
     this.look([]);
     this.listen();
+    drag(this);
   }
 
   addLights() {
-    const sun = new DirectionalLight(0xffffff, 1.6);
-    sun.position.set(0.4, 0.6, 1.0);
+    const sun = new DirectionalLight(0xffffff, 1.9);
+    sun.position.set(0.5, 0.9, 1.0);
     this.camera.add(sun);
     this.scene.add(this.camera, new HemisphereLight(0xffffff, 0x8a8f98, 1.3), new AmbientLight(0xffffff, 0.35));
   }
@@ -61,7 +68,13 @@ export class Stage {
         thing.group.matrixWorldNeedsUpdate = true;
       }
     }
+    this.stated.forEach((f) => f(this.state));
     this.draw();
+  }
+
+  /** Calls `f` with every state that is shown. */
+  onState(f) {
+    this.stated.push(f);
   }
 
   /** The state that is shown. */
@@ -75,19 +88,31 @@ export class Stage {
   }
 
   // ------------------------------------------------------------------------------------------------- what is seen
-  /** Highlights some things (a robot's name means all its links) in one of the style's colours; null: no longer. */
+  /**
+   * Highlights some things (a robot's name means all its links): bad, good, warn, chosen; null: no longer, and with no
+   * names nothing is any longer.
+   */
   highlight(names, cssClass) {
     const colour = cssClass === null ? null : HIGHLIGHTS[cssClass] ?? HIGHLIGHTS.chosen;
-    for (const thing of this.named(names)) {
+    for (const thing of names.length || cssClass !== null ? this.named(names) : this.things.values()) {
       thing.highlight(colour);
     }
     this.draw();
   }
 
-  /** The things of these names; no names: all bodies and links. */
+  /** The things of these names; the name of a robot means its links. */
   named(names) {
     const all = [...this.things.values()];
-    return names.flatMap((name) => all.filter((each) => each.name === name || each.robot === name));
+    return names.flatMap((name) => all.filter((each) => each.name === name || each.robotName === name));
+  }
+
+  /** Lets all but some things fade; null: nothing fades. */
+  focus(names) {
+    const seen = names === null ? null : new Set(this.named(names));
+    for (const thing of this.things.values()) {
+      thing.fade(seen !== null && !seen.has(thing));
+    }
+    this.draw();
   }
 
   /** Shows an object of three.js in the world under an identifier, in place of the one before; null: none. */
@@ -106,20 +131,16 @@ export class Stage {
 
   /** Turns the camera's middle to some things, and goes as near as shows them; no names: all that is solid. */
   look(names) {
-    const solid = [...this.things.values()].filter((each) => each.kind !== "region");
-    const shown = names.length ? this.named(names) : solid;
-    this.scene.updateMatrixWorld(true);
-    const box = shown.reduce((whole, each) => whole.union(each.box()), new Box3());
-    if (box.isEmpty()) {
-      box.set(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 1));
-    }
+    this.fit();
+    const box = names.length ? boxOf(this.named(names)) : this.solidBox();
     const middle = box.getCenter(new Vector3());
     const radius = Math.max(0.05, box.getSize(new Vector3()).length() / 2);
-    const towards = this.looked ? this.camera.position.clone().sub(this.controls.target) : FROM.clone();
-    const distance = radius / Math.sin((this.camera.fov / 2) * Math.PI / 180);
-    this.camera.position.copy(middle).addScaledVector(towards.normalize(), distance * (names.length ? 1.6 : 0.95));
+    const towards = this.looked ? this.camera.position.clone().sub(this.controls.target).normalize()
+      : freeDirection(this.wanted(), this.solids(), box, this.camera);
+    const distance = distanceTo(box, towards, this.camera) * (names.length ? 1.5 : 1);
+    this.camera.position.copy(middle).addScaledVector(towards, distance);
     this.camera.near = distance / 200;
-    this.camera.far = distance * 50;
+    this.camera.far = (distance + radius) * 50;
     this.camera.updateProjectionMatrix();
     this.controls.target.copy(middle);
     this.controls.update();
@@ -127,10 +148,13 @@ export class Stage {
     this.draw();
   }
 
-  /** Shows or hides a layer: original, enclosing, hull, regions, frames, features, sensors or labels. */
+  /** Shows or hides a layer: original, enclosing, hull, regions, frames, features, sensors, labels or grid. */
   setVisible(layer, visible) {
+    this.visible.set(layer, visible);
     if (layer === "labels") {
       this.labels.setVisible(visible);
+    } else if (layer === "grid") {
+      this.overlay("grid", visible ? grid(this.solidBox(), this.colour("--grid")) : null);
     }
     for (const thing of this.things.values()) {
       thing.setVisible(layer, visible);
@@ -148,15 +172,15 @@ export class Stage {
     cancelAnimationFrame(this.asked);
     this.asked = undefined;
     this.fit();
-    this.scene.background = new Color(getComputedStyle(this.canvas.parentElement).backgroundColor);
+    this.scene.background = this.colour("--stage");
     this.renderer.render(this.scene, this.camera);
     this.labels.place(this.camera, this.canvas);
-    this.before.forEach((f) => f());
+    this.framed.forEach((f) => f());
   }
 
   /** Calls `f` after each frame. */
   onFrame(f) {
-    this.before.push(f);
+    this.framed.push(f);
   }
 
   fit() {
@@ -169,6 +193,29 @@ export class Stage {
       this.camera.aspect = clientWidth / clientHeight;
       this.camera.updateProjectionMatrix();
     }
+  }
+
+  /** The boxes of what should be seen at first: robots as a whole, and movable bodies. */
+  wanted() {
+    const things = [...this.things.values()];
+    const robots = this.view.robots.map((robot) => boxOf(things.filter((each) => each.robot === robot)));
+    return [...robots, ...things.filter((each) => each.described.movable).map((each) => each.box())];
+  }
+
+  /** The boxes of all links and bodies. */
+  solids() {
+    return [...this.things.values()].filter((each) => each.kind !== "region").map((each) => each.box())
+      .filter((each) => !each.isEmpty());
+  }
+
+  /** The box of all links and bodies. */
+  solidBox() {
+    return boxOf([...this.things.values()].filter((each) => each.kind !== "region"));
+  }
+
+  /** A colour of the style sheet. */
+  colour(name) {
+    return new Color(getComputedStyle(this.canvas).getPropertyValue(name).trim());
   }
 
   // ------------------------------------------------------------------------------------------------------ picking
@@ -203,9 +250,7 @@ export class Stage {
   }
 }
 
-/** A group for an overlay. */
-export function group(...objects) {
-  const made = new Group();
-  made.add(...objects);
-  return made;
+function boxOf(things) {
+  const box = things.reduce((whole, each) => whole.union(each.box()), new Box3());
+  return box.isEmpty() ? box.set(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 1)) : box;
 }

@@ -27,6 +27,11 @@ function lines(cell) {
   return cell.flatMap((line, k) => (k ? [make("br"), line] : [line]));
 }
 
+/** The lines of a cell for a comment, and for what it changes in the scene. */
+export function told(comment, changes) {
+  return [...(comment ? [comment] : []), ...changes.map((line) => make("span", { className: "dim" }, [line]))];
+}
+
 /** A section that can be folded; its content is made when it is first unfolded. */
 export function folded(title, content, { open = false, className = "" } = {}) {
   const summary = make("summary", {}, Array.isArray(title) ? title : [title]);

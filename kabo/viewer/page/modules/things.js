@@ -1,37 +1,47 @@
 // The things of a scene on the stage: every link, body and region with its shapes in layers.
 import {
-  Box3, Color, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial,
+  Box3, BufferAttribute, Color, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh,
+  MeshLambertMaterial,
 } from "three";
+import { features, frame, viewCone } from "kabo/layers.js";
 import { geometryOf } from "kabo/surfaces.js";
 
 const ROBOTS = [0xd98a3d, 0x5b8fd0, 0x6fae6a, 0xb578c0, 0x4fb0ae, 0xc9635f];
 const MOVABLE = [0x3f8f5b, 0xc8563c, 0x8a6bbf, 0xd2a12b, 0x3d86b5, 0xb65a8c, 0x7c8f34, 0x9b6a46];
-const FIXED = 0xa9adb3;
+const FIXED = 0xb4b8be;
 const REGION = 0x4d8fd6;
+const HULL = 0x7a5cc0;
+const PARTS = [0x1f9e89, 0x46b3d9, 0x7fb800, 0x2f6fb0, 0x5fc9a8, 0x9a9ee0];
+const FADED = 0.12; // opacity of what is not looked at
+const SOLID = ["original", "enclosing", "hull"];
 
 /** All things of a scene by name: bodies, regions and `robot.link`. */
-export function thingsOf(view, arrays) {
+export function thingsOf(view, arrays, size) {
   const things = new Map();
-  const add = (thing) => things.set(thing.name, thing);
+  const add = (kind, name, robot, colour, described) => {
+    things.set(name, new Thing({ kind, name, robot, colour, described, view, arrays, size }));
+  };
   view.robots.forEach((robot, index) => robot.links.forEach((link) => {
-    add(new Thing("link", `${robot.name}.${link.name}`, robot.name, ROBOTS[index % ROBOTS.length], link, view, arrays));
+    add("link", `${robot.name}.${link.name}`, robot, ROBOTS[index % ROBOTS.length], link);
   }));
   let moved = 0;
   for (const body of view.bodies) {
-    const colour = body.movable ? MOVABLE[moved++ % MOVABLE.length] : FIXED;
-    add(new Thing("body", body.name, null, colour, body, view, arrays));
+    add("body", body.name, null, body.movable ? MOVABLE[moved++ % MOVABLE.length] : FIXED, body);
   }
-  view.regions.forEach((region) => add(new Thing("region", region.name, null, REGION, region, view, arrays)));
+  view.regions.forEach((region) => add("region", region.name, null, REGION, region));
   return things;
 }
 
 export class Thing {
-  constructor(kind, name, robot, colour, described, view, arrays) {
-    Object.assign(this, { kind, name, robot, colour, described, view, arrays });
+  constructor(given) {
+    Object.assign(this, given);
+    this.robotName = this.robot?.name ?? null;
     this.group = new Group();
     this.group.matrixAutoUpdate = false;
     this.layers = new Map();
-    this.setVisible(kind === "region" ? "regions" : "original", true);
+    this.marked = null;
+    this.isFaded = false;
+    this.setVisible(this.kind === "region" ? "regions" : "original", true);
   }
 
   /** Shows or hides a layer, which is made when it is first shown. */
@@ -46,6 +56,7 @@ export class Thing {
     const shown = this.layers.get(layer);
     if (shown) {
       shown.visible = visible;
+      this.colourAll();
     }
   }
 
@@ -53,8 +64,32 @@ export class Thing {
     if (layer === "regions") {
       return this.kind === "region" ? this.region() : null;
     }
+    if (layer === "frames") {
+      return this.kind === "region" ? null : frame(this.isTool() ? 2 * this.size : this.size);
+    }
+    if (layer === "features") {
+      const own = this.kind === "link" ? (this.isTool() ? this.robot.tool.features : []) : this.described.features ?? [];
+      return own.length ? features(own, this.size) : null;
+    }
+    if (layer === "sensors") {
+      return this.sensors();
+    }
     const shapes = this.kind === "region" ? [] : this.described.shapes[layer] ?? [];
     return shapes.length ? this.solid(shapes, layer) : null;
+  }
+
+  isTool() {
+    return this.robot?.tool?.frame === this.described.name;
+  }
+
+  sensors() {
+    const own = (this.robot?.sensors ?? []).filter((each) => each.link === this.described.name);
+    if (!own.length) {
+      return null;
+    }
+    const made = new Group();
+    made.add(...own.map(viewCone));
+    return made;
   }
 
   geometry(shapes) {
@@ -62,41 +97,89 @@ export class Thing {
   }
 
   solid(shapes, layer) {
-    const material = new MeshLambertMaterial({ color: new Color(this.colour), side: DoubleSide });
-    const made = new Mesh(this.geometry(shapes), material);
-    made.userData.name = this.name;
-    made.name = layer;
+    const geometry = this.geometry(shapes);
+    const own = layer === "hull" ? HULL : this.colour;
+    const material = new MeshLambertMaterial({ color: new Color(own), side: DoubleSide });
+    if (layer === "enclosing") {
+      tintParts(geometry, shapes.map((each) => this.view.meshes[each.mesh]), this.arrays);
+      Object.assign(material, { vertexColors: true, color: new Color(0xffffff) });
+    }
+    const made = new Mesh(geometry, material);
+    made.userData = { name: this.name, own: material.color.getHex(), opacity: layer === "original" ? 1 : 0.45 };
     return made;
   }
 
   region() {
     const geometry = this.geometry(this.described.shapes.original);
     const edges = new LineSegments(new EdgesGeometry(geometry, 20), new LineBasicMaterial({ color: this.colour }));
-    const faces = new Mesh(geometry, new MeshLambertMaterial({
-      color: this.colour, transparent: true, opacity: 0.1, depthWrite: false, side: DoubleSide,
-    }));
+    const faces = new Mesh(geometry, new MeshLambertMaterial({ color: this.colour, side: DoubleSide,
+      polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -8 })); // in front of a floor in its plane
+    edges.userData = { own: this.colour, opacity: 1 };
+    faces.userData = { own: this.colour, opacity: 0.08 };
     const made = new Group();
-    made.add(edges, faces);
+    made.add(faces, edges);
     return made;
   }
 
   /** Gives the thing another colour; null: its own. */
   highlight(colour) {
-    const change = (object) => {
-      object.material?.color.set(colour ?? this.colour);
-      object.material?.emissive?.set(colour ?? 0).multiplyScalar(0.25);
-    };
-    this.group.traverse(change);
+    this.marked = colour;
+    this.colourAll();
+  }
+
+  /** Whether the thing steps back behind others. */
+  fade(faded) {
+    this.isFaded = faded;
+    this.colourAll();
+  }
+
+  colourAll() {
+    const covered = SOLID.slice(1).some((each) => this.layers.get(each)?.visible);
+    this.group.traverse((object) => {
+      const { own, opacity } = object.userData;
+      if (own === undefined) {
+        return;
+      }
+      const { material } = object;
+      material.color.set(this.marked ?? own);
+      material.emissive?.set(this.marked ?? 0).multiplyScalar(0.3);
+      const alone = opacity < 1 && covered && !this.layers.get("original")?.visible && this.kind !== "region";
+      const wanted = (alone ? 1 : opacity * (this.marked !== null && opacity < 1 ? 2.5 : 1)) * (this.isFaded ? FADED : 1);
+      const transparent = wanted < 1;
+      if (material.transparent !== transparent) {
+        material.needsUpdate = true;
+      }
+      Object.assign(material, { opacity: Math.min(1, wanted), transparent, depthWrite: !transparent });
+    });
   }
 
   /** The meshes that can be clicked. */
   solids() {
-    const shown = this.layers.get("original");
-    return shown?.visible ? [shown] : [];
+    return SOLID.map((each) => this.layers.get(each)).filter((each) => each?.visible);
   }
 
-  /** The bounding box in the world. */
+  /** The bounding box of its shapes in the world. */
   box() {
-    return new Box3().setFromObject(this.group);
+    const box = new Box3();
+    const shape = this.layers.get(this.kind === "region" ? "regions" : "original");
+    shape?.traverse((each) => {
+      if (each.geometry?.boundingBox) {
+        box.union(each.geometry.boundingBox);
+      }
+    });
+    return box.isEmpty() ? box : box.applyMatrix4(new Matrix4().copy(this.group.matrix));
   }
+}
+
+/** Gives each part of an enclosure a colour of its own, so that one sees where it ends. */
+function tintParts(geometry, meshes, arrays) {
+  const colours = new Float32Array(geometry.getAttribute("position").array.length);
+  let at = 0;
+  meshes.forEach((mesh, index) => {
+    const colour = new Color(PARTS[index % PARTS.length]).toArray();
+    for (let corner = 0; corner < arrays[mesh.faces.array].length; corner += 1, at += 3) {
+      colours.set(colour, at);
+    }
+  });
+  geometry.setAttribute("color", new BufferAttribute(colours, 3));
 }

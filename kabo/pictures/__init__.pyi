@@ -1,0 +1,9 @@
+from kabo.pictures.files import ENDINGS as ENDINGS
+from kabo.pictures.files import PictureWishes as PictureWishes
+from kabo.pictures.files import picture_of_file as picture_of_file
+from kabo.pictures.files import require_pictures as require_pictures
+from kabo.pictures.graphs import plan_svg as plan_svg
+from kabo.pictures.meshes import bound_picture as bound_picture
+from kabo.pictures.meshes import parts_picture as parts_picture
+from kabo.pictures.robots import robot_picture as robot_picture
+from kabo.pictures.views import ViewWishes as ViewWishes

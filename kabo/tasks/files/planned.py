@@ -1,0 +1,124 @@
+"""Plans the task of a file for callers in Python: what `kabo task plan` does, with a report that notebooks show [T 3.9]."""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kabo.displays import counted, display
+from kabo.errors import Diagnostic, InputError
+from kabo.tasks.core import Solution
+from kabo.tasks.files.building import TaskFile, load_task_file
+from kabo.tasks.files.describing import describe_report
+from kabo.tasks.files.report_form import Report, report_bytes
+from kabo.tasks.files.reports import report
+from kabo.tasks.files.running import PlanningOptions, TaskRun, check_things, needs_scene, plan_file
+from kabo.whole_files import write_atomically
+
+if TYPE_CHECKING:
+    from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
+
+
+@dataclass(frozen=True)
+class TaskReport:
+    """What planning runs of a task found.
+
+    Attributes:
+        content: the report as plain data, in the form `kabo-task/1` (docs/reference/tasks.md).
+        runs: the runs, each with its task.
+        scene: the scene in which the task was planned; None for a task without robots.
+    """
+
+    content: Report
+    runs: tuple[TaskRun, ...] = field(default=(), compare=False)
+    scene: "Scene | None" = field(default=None, compare=False)
+
+    @property
+    def solutions(self) -> list[Solution]:
+        """The solutions of all runs, each run's in order of discovery."""
+        return [solution for run in self.runs for solution in run.task.solutions]
+
+    def print(self) -> None:
+        """Writes the tree of stages with their counts on standard output, as `kabo task plan` does."""
+        sys.stdout.write(f"{describe_report(self.content)}\n")
+
+    def save(self, path: str | Path) -> None:
+        """Writes the report's file, completely or not at all; `kabo task show` and `kabo view` read it.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        write_atomically(Path(path), report_bytes(self.content))
+
+    def __repr__(self) -> str:
+        return f"<TaskReport {self.content['task']}: {self._found()}>"
+
+    def _repr_html_(self) -> str:
+        runs = self.content["runs"]
+        figures = {
+            "found": self._found(),
+            "seconds": ", ".join(f"{run['seconds']:.1f}" for run in runs),
+            "arguments": ", ".join(f"{name} {value}" for name, value in self.content["arguments"].items()),
+            "why": next((run["explanation"]["text"] for run in runs if run["explanation"] is not None), ""),
+        }
+        return display(f"Task {self.content['task']}", figures, None if self.scene is None else self)
+
+    def _found(self) -> str:
+        runs = self.content["runs"]
+        costs = [found["cost"] for run in runs for found in run["found"]]
+        best = f", the best costs {min(costs):.3g}" if costs else ""
+        many = f" in {counted(len(runs), 'run')}" if len(runs) > 1 else ""
+        return f"{counted(len(costs), 'solution')}{many}{best}"
+
+
+def plan_task(
+    file: TaskFile | str | Path,
+    scene: "Scene | str | Path | None" = None,
+    arguments: Mapping[str, Any] | None = None,
+    *,
+    max_solutions: int | None = None,
+    timeout: float | None = None,
+    seed: int = 0,
+    repeat: int = 1,
+    workers: int | None = None,
+) -> TaskReport:
+    """What planning the task of a file finds: solutions, and the failures of each stage.
+
+    Args:
+        file: the task file, or its path.
+        scene: the scene, or the path of a scene file or of a problem file with a scene; None for tasks without robots.
+        arguments: values by the names of the task's declared properties.
+        max_solutions: the number of solutions at which a run ends; None: as the file says, else all are searched.
+        timeout: the time after which a run ends [s]; None: as the file says, else there is no limit.
+        seed: the seed of all random samples.
+        repeat: the number of runs, with the seeds from `seed` on.
+        workers: the number of processes; solutions do not depend on it.
+
+    Raises:
+        InputError: the file, the scene or the arguments have errors, all of which are listed.
+    """
+    task = file if isinstance(file, TaskFile) else load_task_file(file)
+    given = dict(arguments or {})
+    known = _scene(task, scene, given)
+    limit = task.timeout if timeout is None else timeout
+    solutions = max_solutions or task.max_solutions
+    runs = plan_file(task, given, known, PlanningOptions(solutions, limit, seed, repeat, workers))
+    name = task.description.source.name
+    return TaskReport(report(runs, file=name, arguments=given), tuple(runs), known)
+
+
+def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]) -> "Scene | None":
+    if scene is None:
+        if needs_scene(task):
+            place, message = task.recipe.place, f'the task "{task.name}" moves robots and needs a scene'
+            raise InputError(
+                [Diagnostic(place.file, place.line, place.column, message, "give `scene`", place.length)]
+            )
+        return None
+    if isinstance(scene, str | Path):
+        from kabo.scene import load_scene  # loads meshes, which tasks without robots do not need
+
+        scene = load_scene(scene)
+    check_things(task, arguments, scene)
+    return scene

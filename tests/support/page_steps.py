@@ -1,0 +1,140 @@
+"""Pages whose commands and files run as tests: each fenced block that a comment marks is one step of a reader.
+
+A comment stands in the line before a block, and is not seen by readers:
+
+    <!-- step: write FILE -->       the block is the file
+    <!-- step: append FILE -->      the block comes at the end of the file
+    <!-- step: replace FILE -->     each line of the block replaces the line that begins with the same key
+    <!-- step: run [exit N] -->     the lines of the block are commands; the last one ends with N (0)
+    <!-- step: output -->           lines that the block before it printed, in this order; `…` alone stands for others
+    <!-- step: check FILE -->       the block is the file, and `kabo check` finds nothing wrong with it
+    <!-- step: python -->           the Python blocks of a page are one program, which runs after all other steps
+    <!-- step: not run[, WHY] -->   nothing
+
+A last word that is one of the page's variants (`panda`, `tiago`) says that the step is for readers of that variant only.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+REPOSITORY = Path(__file__).parents[2]
+_STEP = re.compile(r"^<!-- step: (.*?) -->\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(r"^```(sh|yaml|json5?|python|pddl)\n", re.MULTILINE)
+SECONDS = 300  # for one command; far more than any needs
+
+
+@dataclass(frozen=True)
+class Step:
+    """One block of a page: what is done with it, the words behind that, and its text."""
+
+    verb: str
+    words: tuple[str, ...]
+    text: str
+
+
+def steps(page: Path, *, variants: Sequence[str] = (), variant: str = "") -> list[Step]:
+    """The steps of a page for the readers of one variant, in order."""
+    found = []
+    for header, text in _STEP.findall(page.read_text()):
+        verb, *words = header.split()
+        if words and words[-1] in variants and words.pop() != variant:
+            continue
+        found.append(Step(verb, tuple(words), text))
+    return found
+
+
+def unmarked(page: Path) -> int:
+    """How many blocks of commands, files or code of a page are marked by no comment."""
+    return len(_BLOCK.findall(_STEP.sub("", page.read_text())))
+
+
+def follow(found: Iterable[Step], folder: Path) -> None:
+    """Does what a page says, in a folder; an AssertionError names the command that did something else."""
+    printed = ""
+    found = list(found)
+    for step in found:
+        if step.verb == "run":
+            printed = _run(step, folder)
+        elif step.verb == "output":
+            _compare(step.text, printed)
+        elif step.verb == "check":
+            (folder / step.words[0]).write_text(step.text)
+            _command(f"kabo check {step.words[0]}", folder, 0)
+        elif step.verb not in ("not", "python"):
+            _change(step, folder / step.words[0])
+    if programs := [step.text for step in found if step.verb == "python"]:
+        (folder / "page.py").write_text("\n".join(programs))
+        _command("python page.py", folder, 0)
+
+
+def kabo(*arguments: str) -> list[str]:
+    """The command line that runs this kabo."""
+    return [sys.executable, "-m", "kabo.cli", *arguments]
+
+
+def environment() -> dict[str, str]:
+    """The variables with which a command finds this kabo from any folder, and as much room as an output needs."""
+    path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
+    return {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
+
+
+def _change(step: Step, file: Path) -> None:
+    """Writes a file, or changes one that the page has written before."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if step.verb == "write":
+        file.write_text(step.text)
+    elif step.verb == "append":
+        file.write_text(file.read_text() + step.text)
+    elif step.verb == "replace":
+        text = file.read_text()
+        for line in step.text.splitlines():
+            text, count = re.subn(
+                rf"^{re.escape(line.split(':')[0])}:.*$", lambda _, new=line: new, text, flags=re.M
+            )
+            assert count == 1, f"{count} lines of {file.name} begin as: {line}"
+        file.write_text(text)
+    else:
+        raise AssertionError(f"a page has a step of no kind: {step.verb}")
+
+
+def _run(step: Step, folder: Path) -> str:
+    """What the commands of a block print, after the last one ended with the code that the step says."""
+    wanted = int(step.words[1]) if step.words[:1] == ("exit",) else 0
+    *before, last = [line for line in step.text.replace("\\\n", " ").splitlines() if line and line[0] != "#"]
+    printed = "".join(_command(line, folder, 0) for line in before)
+    return printed + _command(last, folder, wanted)
+
+
+def _command(line: str, folder: Path, wanted: int) -> str:
+    """What a command prints; pages are written, and no browser is opened."""
+    line = re.sub(r"^kabo view ", "kabo view --no-open ", line)
+    line = re.sub(r"^(kabo|python)\b", lambda word: _PROGRAMS[word[0]], line)
+    done = subprocess.run(  # noqa: S602 - the pages are ours, and pipe and redirect as a reader does
+        line,
+        shell=True,
+        cwd=folder,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=SECONDS,
+        check=False,
+    )
+    assert done.returncode == wanted, f"{line}\n{done.stdout}{done.stderr}"
+    assert "Traceback" not in done.stderr, f"{line}\n{done.stderr}"
+    return done.stdout + done.stderr
+
+
+_PROGRAMS = {"kabo": shlex.join(kabo()), "python": shlex.quote(sys.executable)}
+
+
+def _compare(text: str, printed: str) -> None:
+    """Asserts that the lines of a page are among those printed, in this order."""
+    left = iter(line.rstrip() for line in printed.splitlines())
+    for line in text.splitlines():
+        assert line.strip() in ("", "…") or line.rstrip() in left, f"the page says: {line}\nprinted is:\n{printed}"
