@@ -73,7 +73,7 @@ def _of_problem(problem: Problem, whole: bool) -> ViewDocument:
 def _of_plan(plan: Plan, problem: Problem | None, whole: bool) -> ViewDocument:
     scene = None if problem is None else _scene_of(problem)
     shown, arrays = _scene_view(scene)
-    made = plan_view(plan, problem, scene, arrays, margins=whole)
+    made = plan_view(plan, problem, scene, arrays, margins=whole, sweeps=whole)
     return ViewDocument(plan.problem, "plan", shown, plan=made, arrays=arrays)
 
 
