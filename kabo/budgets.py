@@ -60,9 +60,9 @@ class StopFlag:
                 self.spent = "memory" if resident_bytes() > self.memory else None
         return self.spent is not None
 
-    def share_spent(self) -> float:
-        """The share of the time that is spent; 0 without a limit."""
-        return (perf_counter() - self.began) / self.seconds
+    def seconds_left(self) -> float | None:
+        """The seconds that are left; None without a limit."""
+        return None if self.seconds == inf else max(0.0, self.seconds - (perf_counter() - self.began))
 
     def timely(self) -> "StopFlag":
         """A new flag with the same time and memory limits and the same start, but without a limit on samples."""

@@ -1,181 +1,201 @@
-"""Draws every scene and every mesh without a display: `python -m scripts.pictures` (extra `pictures`).
+"""Draws the pictures of README files and documentation, without a display (extra `pictures`).
 
-A scene's picture shows its robots at home, its bodies, and its regions as glass.
+    python -m scripts.pictures [PICTURE …] [--plans FOLDER]
+
+One table says which command draws which picture; without names all are drawn. Plans that pictures show are solved, and
+kept in FOLDER if one is named: then only those that are missing there are solved.
 """
 
 import argparse
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pyvista
-from numpy.typing import NDArray
-from PIL import Image
 
-import kabo
-from kabo.scene import Scene, link_poses, world_T
+from kabo.pictures import PictureWishes, ViewWishes, picture_of_file
+from kabo.pictures.drawing import Drawing, Glass, Label, Solid
+from kabo.pictures.panels import png, titled
+from kabo.pictures.scenes import MOVABLE
+from kabo.pictures.views import picture_of
+from kabo.plan import load_plan
+from kabo.plan.description import call
+from kabo.whole_files import write_atomically
 from scripts.gearbox import COLLAR, SEAT, SHOULDER
-from scripts.generate_meshes import GEARBOX, ROBOTS, THINGS
+from scripts.generate_meshes import GEARBOX
 from scripts.mesh_files import triangles
-from scripts.robot_files import RobotModel
 from scripts.solids import HIGH
 
-Floats = NDArray[np.float64]
-Vector = tuple[float, float, float]
 ROOT = Path(__file__).resolve().parent.parent
-WINDOW = (1000, 680)
-STEEL, ORANGE, DARK, WOOD, GLASS, GREY = "#dfe3e8", "#f29f3d", "#4a5260", "#e6cfa8", "#58a55c", "#9aa3ad"
-MOVABLE = ("#3f7fbf", "#4fa36b", "#b05fa0", "#c9593f", "#7a6fc0", "#c2a23a")
 
 
 @dataclass(frozen=True)
-class View:
-    """A picture: which problem, and from where it is looked at."""
+class Row:
+    """A picture: its file, the file that it is drawn of, and options of `kabo picture`; `plan`: of that problem's plan."""
 
-    problem: str
     picture: str
-    camera: Vector
-    focus: Vector
+    what: str
+    options: tuple[str, ...] = ()
+    plan: bool = False
 
 
-VIEWS = (
-    View(
-        "domains/bartender/four_bottles.yaml", "domains/bartender/scene.png", (3.1, 0.9, 1.9), (0.0, -0.05, 0.28)
-    ),
-    View(
-        "domains/circular_rearrange/n5.yaml",
-        "domains/circular_rearrange/scene.png",
-        (3.1, 0.6, 1.9),
-        (0.0, 0.0, 0.28),
-    ),
-    View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
-    View("domains/assembly/gearbox.yaml", "domains/assembly/scene.png", (2.3, 0.45, 1.35), (-0.2, 0.02, 0.36)),
-    View(
-        "domains/inspection/three_boxes_covered.yaml",
-        "domains/inspection/scene.png",
-        (2.7, -1.1, 1.9),
-        (0.25, 0.0, 0.65),
-    ),
-    View("domains/waiter/two_cups.yaml", "domains/waiter/scene.png", (-2.2, -5.0, 4.0), (0.0, -0.1, 0.2)),
-    View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
-)
-# Where things stand in the picture of all meshes, in the order of THINGS: the table behind, the others in front.
-SHELF = (
-    (0.5, 0.0, 0.0),
-    (0.5, 0.3, 0.0),
-    (0.5, 0.55, 0.0),
-    (0.5, 0.95, 0.0),
-    (0.5, 1.45, 0.0),
-    (-0.7, 2.0, 0.0),
-    (0.5, 1.85, 0.0),
-)
+# The problem of each domain whose plan its README shows; those of the second table have no geometry.
+MOVING = {
+    "domains/assembly": "gearbox",
+    "domains/bartender": "four_bottles",
+    "domains/circular_rearrange": "n3",
+    "domains/force_sensing": "n2",
+    "domains/inspection": "three_boxes_covered",
+    "domains/stacked": "n3",
+    "domains/waiter": "two_cups",
+    "examples/lifting_a_bar": "problem",
+    "examples/tiago_inspection": "problem",
+    "examples/two_arms": "problem",
+}
+SYMBOLIC = {
+    "domains/asking_bartender": "n3",
+    "domains/bomb_in_the_toilet": "n3",
+    "domains/btcs": "n4",
+    "domains/canadian_traveller": "n3",
+    "domains/coloured_balls": "n3_1",
+    "domains/doors": "n3",
+    "domains/elogistics": "n3",
+    "domains/grid": "n3",
+    "domains/logistics": "n3",
+    "domains/medicate": "n5",
+    "domains/painted_doors": "n3",
+    "domains/poisonous_liquid": "n2",
+    "domains/rovers": "n4",
+    "domains/safes": "n3",
+    "domains/unix": "n1",
+    "domains/wumpus": "n4",
+}
+SHOWN = {**MOVING, **SYMBOLIC}
+# Scenes show another problem where it has more to see.
+SCENES = {
+    "domains/circular_rearrange": "n5",
+    "domains/force_sensing": "n6",
+    "domains/stacked": "n6",
+}
+TASKS = ("bottle_pouring", "pick_and_place", "retract_transit_approach", "turning_cube")
 
 
-def draw_scene(view: View) -> None:
-    """Draws a problem's first state to the view's picture file."""
-    description = kabo.load_problem(ROOT / view.problem).scene
-    assert description is not None
-    scene = kabo.load_scene(description)
-    plotter = _stage(view.camera, view.focus, 30.0)
-    _add_robots(plotter, scene)
-    movable = list(scene.movable)
-    for name, body in scene.bodies.items():
-        colour = MOVABLE[movable.index(name) % len(MOVABLE)] if body.movable else (GREY if name == "tap" else WOOD)
-        opacity = 0.35 if name == "panel" else 1.0
-        _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour, opacity)
-    for name, region in scene.regions.items():
-        if name not in {"anywhere", "work_area", "hall"}:
-            box = pyvista.Box(np.c_[-np.array(region.size), region.size].ravel())
-            plotter.add_mesh(box.transform(region.world_T_region, inplace=False), color=GLASS, opacity=0.25)
-    _save(plotter, ROOT / view.picture)
+def _rows() -> tuple[Row, ...]:
+    rows = []
+    for folder, name in MOVING.items():
+        problem = f"{folder}/{name}.yaml"
+        rows.append(Row(f"{folder}/scene.png", f"{folder}/{SCENES.get(folder, name)}.yaml"))
+        rows.append(Row(f"{folder}/plan.png", problem, plan=True))
+    rows += [Row(f"{folder}/plan.svg", f"{folder}/{name}.yaml", plan=True) for folder, name in SHOWN.items()]
+    rows += [Row(f"examples/{name}/scene.png", f"examples/{name}/scene.yaml") for name in TASKS]
+    bartender, tap = "domains/bartender/four_bottles.yaml", "meshes/tap/tap.stl"
+    rows += [
+        Row("docs/pictures/bound.png", tap, ("--epsilon", "1%")),
+        Row("docs/pictures/swept_volume.png", bartender, ("--sweep", "pick_up(o=bottle_2, r=right)"), plan=True),
+        Row("docs/pictures/grasps.png", bartender, ("--samples", "left:bottle_2.side")),
+        Row("docs/pictures/branch.gif", "domains/stacked/n3.yaml", plan=True),
+    ]
+    return tuple(rows)
 
 
-def draw_gallery(picture: Path) -> None:
-    """Draws every robot, bent a little, and every thing, side by side."""
-    plotter = _stage((4.3, 1.0, 1.6), (0.0, 0.95, 0.5), 30.0)
-    for index, make in enumerate(ROBOTS.values()):
-        robot = make(HIGH)
-        place = _placed(robot, _offset((0.0, 0.5 * index, 0.0)))
-        for number, (name, solid) in enumerate(robot.links.items()):
-            if solid is not None:
-                _add(plotter, *triangles(solid), place[name], (STEEL, ORANGE)[number % 2])
-    for index, thing in enumerate(THINGS.values()):
-        _add(plotter, *triangles(thing(HIGH)), _offset(SHELF[index]), MOVABLE[index % len(MOVABLE)])
-    _save(plotter, picture)
+TABLE = _rows()
+# Charts, and pictures of things that no scene holds, have programs of their own.
+PROGRAMS = {
+    "docs/pictures/viewer.png": "scripts.picture_viewer",
+    "docs/pictures/sampling.png": "scripts.picture_sampling",
+    "docs/pictures/exploration.png": "scripts.picture_exploration",
+    "examples/lifting_a_bar/explored.png": "scripts.picture_lifting_a_bar",
+    "examples/plucked_string": "scripts.exploration_figures",
+    "docs/pictures/architecture.svg": "scripts.rooms",
+}
+GEARBOX_PICTURE = "domains/assembly/gearbox.png"
+NAMES = (*(row.picture for row in TABLE), GEARBOX_PICTURE, *PROGRAMS)
 
 
-def draw_gearbox(picture: Path) -> None:
-    """Draws the parts of the gearbox apart on their axis, and put together under a pipe of glass."""
-    plotter = _stage((0.8, 0.11, 0.48), (0.0, 0.11, 0.185), 30.0)
+def plan_of(problem: str, plans: Path) -> Path:
+    """The file of a problem's plan in a folder; it is solved if it is not there.
+
+    Raises:
+        subprocess.CalledProcessError: it found no plan.
+    """
+    path = plans / f"{problem.removesuffix('.yaml').replace('/', '-')}.json"
+    if not path.exists():
+        program = [sys.executable, "-m", "kabo.cli", "solve", problem, "-o", str(path)]
+        subprocess.run(program, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    return path
+
+
+def drawn(row: Row, plans: Path) -> bytes:
+    """The bytes of a picture of the table."""
+    if row.picture.endswith(".svg") or row.plan:
+        return _drawn(row, plan_of(row.what, plans), ("--problem", row.what, *row.options))
+    return _drawn(row, ROOT / row.what, row.options)
+
+
+def _drawn(row: Row, what: Path, options: tuple[str, ...]) -> bytes:
+    given = dict(zip(options[::2], options[1::2], strict=True))
+    epsilon = given.get("--epsilon")
+    wishes = PictureWishes(
+        problem=ROOT / given["--problem"] if "--problem" in given else None,
+        sweep=_node(given["--sweep"], what) if "--sweep" in given else None,
+        samples=given.get("--samples"),
+        epsilon=None if epsilon is None else lambda mesh: 0.01 * float(epsilon.removesuffix("%")) * mesh.diagonal,
+    )
+    return picture_of_file(what, Path(row.picture).suffix, wishes)
+
+
+def _node(call_text: str, plan_file: Path) -> str:
+    """The first node of a plan that does this."""
+    plan = load_plan(plan_file)
+    return next(name for name, node in plan.nodes.items() if call(node) == call_text)
+
+
+def gearbox() -> bytes:
+    """The parts of the gearbox apart on their axis, and put together under a pipe of glass, as PNG."""
     apart = (("tree", 0.0, 0), ("bearing", 0.165, 1), ("pipe", 0.22, 2), ("bearing", 0.375, 3))
     together = (("tree", 0.0, 0), ("bearing", SHOULDER, 1), ("pipe", COLLAR, 2), ("bearing", COLLAR + SEAT, 3))
-    for y, places in ((0.0, apart), (0.22, together)):
-        for name, z, colour in places:
-            opacity = 0.3 if name == "pipe" and y else 1.0
-            _add(plotter, *triangles(GEARBOX[name](HIGH)), _offset((0.0, y, z)), MOVABLE[colour], opacity)
-    _save(plotter, picture)
-
-
-def _placed(robot: RobotModel, world_T_root: Floats) -> dict[str, Floats]:
-    """The pose of every link with all joints at zero."""
-    place = {robot.joints[0].parent: world_T_root}
-    for joint in robot.joints:
-        half_turn = np.diag([-1.0, -1.0, 1.0, 1.0]) if joint.rpy[2] else np.eye(4)
-        place[joint.child] = place[joint.parent] @ _offset(joint.origin) @ half_turn
-    return place
-
-
-def _offset(origin: Vector) -> Floats:
-    pose = np.eye(4)
-    pose[:3, 3] = origin
-    return pose
-
-
-def _stage(camera: Vector, focus: Vector, angle: float) -> pyvista.Plotter:
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.camera_position = [camera, focus, (0.0, 0.0, 1.0)]
-    plotter.camera.view_angle = angle
-    return plotter
-
-
-def _add_robots(plotter: pyvista.Plotter, scene: Scene) -> None:
-    for robot in scene.robots.values():
-        poses = link_poses(robot, scene.start.robots[robot.name])
-        for index, (name, link) in enumerate(robot.links.items()):
-            if link.mesh is not None:
-                hand = any(word in name for word in ("finger", "palm", "gripper"))
-                colour = DARK if hand else (STEEL, ORANGE)[index % 2]
-                _add(plotter, link.mesh.vertices, link.mesh.faces, poses[name], colour)
-
-
-def _add(
-    plotter: pyvista.Plotter,
-    vertices: Floats,
-    faces: NDArray[np.int64],
-    pose: Floats,
-    colour: str,
-    opacity: float = 1.0,
-) -> None:
-    surface = pyvista.PolyData.from_regular_faces(vertices, faces).transform(pose, inplace=False)
-    look = {"specular": 0.3, "split_sharp_edges": True, "smooth_shading": True, "feature_angle": 25.0}
-    plotter.add_mesh(surface, color=colour, opacity=opacity, **look)
-
-
-def _save(plotter: pyvista.Plotter, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(plotter.screenshot(return_img=True)).save(path, optimize=True)
-    plotter.close()
+    solids, glass, labels = [], [], []
+    for y, lifted, places in ((0.0, 0.0, apart), (0.22, 0.12, together)):
+        for number, (part, z, colour) in enumerate(places):
+            pose = np.eye(4)
+            pose[1:3, 3] = y, z + lifted
+            solid = Solid(f"{part} {number} {y}", *triangles(GEARBOX[part](HIGH)), MOVABLE[colour], pose)
+            (glass if part == "pipe" and y else solids).append(solid)
+            if not y:
+                labels.append(Label(part, pose[:3, 3], MOVABLE[colour], about=frozenset([solid.name])))
+    drawing = Drawing(tuple(solids), (Glass(tuple(glass), 0.4),), labels=tuple(labels))
+    view = ViewWishes(camera=(1.4, 0.11, 0.8))
+    return png(titled(picture_of(drawing, view), "A gearbox: its parts on their axis, and put together"))
 
 
 def main() -> None:
     """The command."""
-    argparse.ArgumentParser(description=__doc__).parse_args()
-    for view in VIEWS:
-        draw_scene(view)
-    draw_gearbox(ROOT / "domains" / "assembly" / "gearbox.png")
-    draw_gallery(ROOT / "docs" / "pictures" / "meshes.png")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pictures", nargs="*", metavar="PICTURE", help="of the table; all without a name")
+    parser.add_argument("--plans", type=Path, metavar="FOLDER", help="where plans are kept")
+    options = parser.parse_args()
+    chosen = options.pictures or list(NAMES)
+    if unknown := sorted(set(chosen) - set(NAMES)):
+        parser.error(f"no picture is called {', '.join(unknown)}; the table has {', '.join(NAMES)}")
+    with tempfile.TemporaryDirectory() as folder:
+        plans = options.plans or Path(folder)
+        plans.mkdir(parents=True, exist_ok=True)
+        for name in chosen:
+            write(name, plans.resolve())
+
+
+def write(name: str, plans: Path) -> None:
+    """Writes one picture, and says so."""
+    rows = {row.picture: row for row in TABLE}
+    if name in PROGRAMS:
+        subprocess.run([sys.executable, "-m", PROGRAMS[name]], cwd=ROOT, check=True)
+    else:
+        picture = gearbox() if name == GEARBOX_PICTURE else drawn(rows[name], plans)
+        (ROOT / name).parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(ROOT / name, picture)
+    print(name, flush=True)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,9 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "tasks and trials": ("task", "explore"),
     "service": ("serve", "request"),
 }
-WIDEST, INDENT = 100, 13  # columns of the help
+WIDEST, INDENT, OPTION_INDENT = 100, 13, 22  # columns of the help
+COMPLETION = f"print a script for {', '.join(SHELLS)}: it completes commands, options and files"
+END = "`kabo COMMAND --help` says more; the documentation is in docs/index.md."
 
 
 class _TopParser(CommandParser):
@@ -31,29 +33,17 @@ class _TopParser(CommandParser):
         """The help of `kabo`."""
         width = min(WIDEST, shutil.get_terminal_size((80, 24)).columns)
         lines = ["usage: kabo COMMAND …", "", *textwrap.wrap(self.description or "", width), ""]
-        named = {name for names in GROUPS.values() for name in names}
         helps = {command.NAME: command.HELP for command in self.commands}
-        rest = tuple(name for name in helps if name not in named)
-        for title, names in {**GROUPS, "more": rest}.items():
-            own = [name for name in names if name in helps]
-            lines += (
-                [f"{title}:", *(row for name in own for row in _rows(name, helps[name], width)), ""] if own else []
-            )
-        rows = [
-            (
-                "--completion SHELL",
-                f"print a script for {', '.join(SHELLS)}: completes commands, options and files",
-            )
-        ]
-        for action in self._actions:
-            if action.option_strings and "--completion" not in action.option_strings:
-                names_ = ", ".join(action.option_strings) + (f" {action.metavar}" if action.metavar else "")
-                rows.append((names_, action.help or ""))
+        named = {name for names in GROUPS.values() for name in names}
+        for title, names in {**GROUPS, "more": tuple(name for name in helps if name not in named)}.items():
+            rows = [row for name in names if name in helps for row in _rows(name, helps[name], width)]
+            lines += [f"{title}:", *rows, ""] if rows else []
         lines.append("options:")
-        lines += [row for name, help_ in rows for row in _rows(name, help_, width, 20)]
-        return "\n".join(
-            [*lines, "", "`kabo COMMAND --help` says more; the documentation is in docs/index.md.", ""]
-        )
+        for action in self._actions:
+            if action.option_strings:
+                words = ", ".join(action.option_strings) + (f" {action.metavar}" if action.metavar else "")
+                lines += _rows(words, action.help or "", width, OPTION_INDENT)
+        return "\n".join([*lines, "", END, ""])
 
 
 def _rows(name: str, text: str, width: int, indent: int = INDENT) -> list[str]:
@@ -87,7 +77,7 @@ def command_line(commands: Sequence[ModuleType]) -> CommandParser:
     top.add_argument(
         "--version", action="version", version=f"kabo {__version__}", help="print the version of kabo"
     )
-    top.add_argument("--completion", action=_Completion, choices=SHELLS, metavar="SHELL", help=argparse.SUPPRESS)
+    top.add_argument("--completion", action=_Completion, choices=SHELLS, metavar="SHELL", help=COMPLETION)
     add_logging(top, top=True)
     top.commands = commands
     _add_commands(top, commands)

@@ -162,6 +162,7 @@ class SearchBudget:
     expansions: int | None = None  # None: without limit
     memory: int = 4 << 30  # bytes
     stop: Callable[[], bool] | None = None
+    told: Callable[[int], None] | None = None  # called with the number of expansions so far, often
 
     def stopped(self) -> bool:
         """Whether the caller's `stop` asks the search to end."""
@@ -169,4 +170,6 @@ class SearchBudget:
 
     def left(self, expanded: int, most: int) -> int:
         """The number of states to expand before the next check, at most `most`; 0 if the budget is spent."""
+        if self.told is not None:
+            self.told(expanded)
         return most if self.expansions is None else max(0, min(most, self.expansions - expanded))

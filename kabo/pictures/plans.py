@@ -16,7 +16,8 @@ from kabo.pictures.views import View, ViewWishes, chosen_view, taken
 from kabo.plan import Plan
 from kabo.scene import Scene
 
-COLUMNS, PANEL_WIDTH, MAX_PANELS, CAPTION_ROWS = 3, 400, 12, 3
+MAX_LOOKS = 4  # frames by which the side is chosen
+STRIP_WIDTH, COLUMNS, MAX_PANELS, CAPTION_ROWS = 1200, (3, 4), 12, 3
 ANIMATION_WIDTH, MAX_FRAMES, FRAME_STEP = 520, 90, 0.1  # pixels, frames, and [s] of plan time between two
 
 
@@ -29,9 +30,9 @@ def film_strip(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes,
     film = _film(plan, scene, branch, file)
     frames = list(film.key_frames())
     kept = _spread(len(frames), MAX_PANELS)
-    stage, view = _staged(film, frames, wishes, PANEL_WIDTH)
+    columns = _columns(len(kept))
+    stage, view = _staged(film, frames, wishes, STRIP_WIDTH // columns)
     panels = []
-    columns = min(COLUMNS, len(kept)) if len(kept) != 4 else 2
     try:
         for number in kept:
             frame = frames[number]
@@ -105,11 +106,12 @@ def _staged(film: Film, frames: Sequence[Frame], wishes: ViewWishes, width: int)
     """A stage for all frames, and a view that holds what moves in any of them."""
     drawing = scene_drawing(film.scene, film.start)
     stage = Stage(drawing, (width, width))
-    # Every frame must fit, so the view is fitted to all of them; the side is chosen at the start.
+    # Every frame must fit, so the view is fitted to all of them; the side is that which shows most of a few.
     points = [_points(drawing, film, frame) for frame in frames]
     halfway = [film.at(name, film.duration(name) / 2.0) for name in film.moving]
     points += [drawing.moved(poses_in(film.scene, state)).points for state in halfway]
-    return stage, chosen_view(stage, np.concatenate(points), wishes, width)
+    shown = [poses_in(film.scene, frames[k].state) for k in _spread(len(frames), MAX_LOOKS)]
+    return stage, chosen_view(stage, np.concatenate(points), wishes, width, shown)
 
 
 def _points(drawing: Drawing, film: Film, frame: Frame) -> Array:
@@ -125,7 +127,8 @@ def _named(drawing: Drawing, film: Film, frame: Frame, *, everything: bool) -> D
     def matters(label: Label) -> bool:
         return label.text in about or label.text in film.scene.robots
 
-    return replace(drawing, labels=tuple(label for label in drawing.labels if matters(label)))
+    # What is hidden has moved from where the label of the start would point to.
+    return replace(drawing, labels=tuple(replace(each, always=False) for each in drawing.labels if matters(each)))
 
 
 def _caption(frames: Sequence[Frame], kept: Sequence[int], number: int) -> list[str]:
@@ -134,6 +137,13 @@ def _caption(frames: Sequence[Frame], kept: Sequence[int], number: int) -> list[
     lines = frames[number].caption.split("\n")
     skipped = number - before - 1
     return [f"… {skipped} more …", *lines[-2:]] if skipped > 0 else lines
+
+
+def _columns(count: int) -> int:
+    """The number of panels in a row that leaves the fewest places of the last row empty."""
+    if count in (1, 2, 4):
+        return min(count, 2)
+    return min(COLUMNS, key=lambda columns: -count % columns)
 
 
 def _spread(count: int, most: int) -> list[int]:

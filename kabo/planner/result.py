@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from kabo.budgets import Spent
-from kabo.displays import counted, display
+from kabo.displays import bullets, counted, display
 from kabo.errors import Diagnostic, InputError
 from kabo.language.problem import Problem
 from kabo.plan import Plan, plan_hash
@@ -45,7 +45,8 @@ class Progress:
 
     `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
     is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty. `spent`: the share
-    that is spent of the budget of expansions, samples or time, of that which is spent most; None if there is none.
+    that is spent of the budget of expansions or of samples, of that which is spent more. `seconds_left`: of the budget
+    of time; None if it has no limit.
     """
 
     doing: str
@@ -55,6 +56,7 @@ class Progress:
     fraction: float | None = None
     line: str = ""
     spent: float | None = None
+    seconds_left: float | None = None
 
 
 @dataclass(frozen=True)
@@ -87,15 +89,15 @@ class Result:
         figures = self.statistics
         calls = sum(row["calls"] for row in figures["procedures"].values())
         rows = {
-            "outcome": self._outcome(),
+            "why" if self.plan is None else "outcome": self._outcome(),
             "seconds": f"{figures['total_s']:.1f} in all, {figures['symbolic_s']:.1f} on the knowledge level, "
             f"{figures['geometric_s']:.1f} of geometry",
             "search": f"{figures['expanded']} states expanded, {figures['generated']} generated",
             "geometry": f"{calls} calls, {figures['collision_checks']} collision checks" if calls else "",
             "lacks": "; ".join(self.cut_off),
         }
-        rows |= {} if self.reason is None else {"why": " ".join((self.reason.message, *self.reason.details))}
-        return display(f"Result: {self.status}", rows, self if self.plan is not None else None)
+        details = bullets(() if self.reason is None else self.reason.details)
+        return display(f"Result: {self.status}", rows, self if self.plan is not None else None) + details
 
     def _outcome(self) -> str:
         if self.plan is not None:

@@ -66,7 +66,7 @@ class SolveRun:
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)
-        self._process, self._doing, self._searching = os.getpid(), "reading", SearchStatistics()
+        self._process, self._doing, self._expanding = os.getpid(), "reading", 0
 
     @property
     def began(self) -> float:
@@ -89,21 +89,23 @@ class SolveRun:
         self._report()
         self.stop.told = self._report if again and self.progress is not None else None
 
-    def report_search(self, counted: SearchStatistics) -> None:
-        """Notes the counts of a search that goes on, which are not yet part of those of the run."""
-        self._searching = counted
+    def note_expanded(self, expanded: int) -> None:
+        """Notes the expansions of a search that goes on, which are not yet part of those of the run."""
+        self._expanding = expanded
 
     def _report(self) -> None:
         if (
             self.progress is None or os.getpid() != self._process
         ):  # workers are forked with the flag that calls this
             return
-        counted, options, calls, drawn = self.searched + self._searching, self.options, 0, 0
+        expanded, options, calls, drawn = self.searched.expanded + self._expanding, self.options, 0, 0
         if self.counts is not None:
             calls, drawn = self.counts()
-        shares = counted.expanded / max(1, options.max_expansions), drawn / max(1, options.max_samples)
-        spent = min(1.0, max(self.stop.share_spent(), *shares))
-        self.progress(Progress(self._doing, counted.expanded, counted.generated, calls, spent=spent))
+        spent = max(expanded / max(1, options.max_expansions), drawn / max(1, options.max_samples))
+        left = self.stop.seconds_left()
+        self.progress(
+            Progress(self._doing, expanded, self.searched.generated, calls, spent=spent, seconds_left=left)
+        )
 
     def report_line(self, doing: str, line: str) -> None:
         """Calls `progress`, if it is set, with a line that stays."""
@@ -124,7 +126,7 @@ def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) ->
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
     most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
-    limits = SearchLimits(most, run.stop)
+    limits = SearchLimits(most, run.stop, run.note_expanded)
     run.packed = run.packed or PackedTask(task)
     with timed("searching", _LOG):
         found = find_skeleton(
@@ -133,9 +135,8 @@ def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) ->
             geometry=geometry,
             limits=limits,
             packed=run.packed,
-            on_progress=run.report_search,
         )
-    run.report_search(SearchStatistics())
+    run.note_expanded(0)
     if isinstance(found, Exhausted) and found.budget != "expansions" and run.stop.spent is not None:
         found = replace(found, budget=run.stop.spent)  # the search knows only that it was to stop
     run.searched += found.statistics

@@ -13,8 +13,8 @@ import pytest
 
 import kabo.explain.geometry  # noqa: F401 - a name of the façade hides it
 from kabo.cli.explain import add_arguments
-from kabo.cli.limits import limited
 from kabo.cli.terminal import interruptible
+from kabo.cli.waiting.watch import limited
 from kabo.explain.explain import Explanation, explain, explanation_to_json
 from kabo.language import load_problem
 from kabo.plan import schema

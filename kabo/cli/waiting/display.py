@@ -14,7 +14,7 @@ from kabo.cli.waiting.lines import Estimate, Style, barred, piped
 FIRST_S, DRAWN_EVERY_S = 1.0, 0.1  # on a terminal: quick commands show nothing
 LINE_EVERY_S = 10.0  # elsewhere
 ERASED = "\r\x1b[K"
-WORKING = Doing("working", "working")
+WORKING = Doing("working", "loading")
 
 
 class Display:
@@ -44,7 +44,8 @@ class Display:
         left = self._estimate.left(self.doing, now)
         if self.row:
             self._next, self._turn = now + DRAWN_EVERY_S, self._turn + 1
-            self._write(ERASED + barred(self.doing, now - self.began, left, _style(), self._turn))
+            share = self.doing.share(self.began, now)
+            self._write(ERASED + barred(self.doing, share, now - self.began, left, _style(), self._turn))
             self._drawn = True
         else:
             self._next += LINE_EVERY_S * (1 + (now - self._next) // LINE_EVERY_S)

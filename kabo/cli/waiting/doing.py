@@ -1,6 +1,7 @@
 """What a command does now, as the waiting are told it: made of phases, of a planner's progress, of preparations."""
 
 from dataclasses import dataclass
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from kabo.phases import Phase
@@ -18,12 +19,20 @@ class Doing:
         text: the whole sentence, with counts.
         fraction: the share that is done, or spent of a budget; None if there is no bound.
         of_budget: whether `fraction` is of a budget, which the work may end long before.
+        ends: when the budget of time is spent, on the clock of `perf_counter` [s], which processes share; None: never.
     """
 
     step: str
     text: str
     fraction: float | None = None
     of_budget: bool = False
+    ends: float | None = None
+
+    def share(self, began: float, now: float) -> float | None:
+        """The share that is done; of budgets, of that which is spent most, that of time included."""
+        if self.ends is None or self.fraction is None:
+            return self.fraction
+        return min(1.0, max(self.fraction, (now - began) / max(1e-3, self.ends - began)))
 
     @property
     def said(self) -> str:
@@ -41,13 +50,14 @@ def of_phase(phase: Phase) -> Doing:
 
 
 def of_progress(progress: "rooms.Progress") -> Doing:
-    """What the planner says: `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
+    """What the planner says: `searching: 120 nodes expanded, 12 procedure calls`."""
     if progress.fraction is not None:
         return Doing("preparing geometry", progress.doing, progress.fraction)
-    done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
-    if progress.procedure_calls:
-        done += f", {progress.procedure_calls} procedure calls"
-    return Doing(progress.doing, done, progress.spent, of_budget=progress.spent is not None)
+    counts = {"nodes expanded": progress.expanded, "procedure calls": progress.procedure_calls}
+    said = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    text = f"{progress.doing}: {said}" if said else progress.doing
+    ends = None if progress.seconds_left is None else perf_counter() + progress.seconds_left
+    return Doing(progress.doing, text, progress.spent, of_budget=progress.spent is not None, ends=ends)
 
 
 def of_preparing(state: "rooms.Preparing") -> Doing:

@@ -29,7 +29,9 @@ class Estimate:
 
     def left(self, doing: Doing, now: float) -> float | None:
         """The seconds left; None if that cannot be said yet, or at all."""
-        fraction, step = doing.fraction, "" if doing.of_budget else doing.step
+        if doing.of_budget:
+            return None if doing.ends is None else max(0.0, doing.ends - now)
+        fraction, step = doing.fraction, doing.step
         if step != self._step or fraction is None or fraction < self._first:
             self._step, self._began, self._first = step, now, fraction or 0.0
             return None
@@ -61,11 +63,11 @@ def piped(doing: Doing, seconds: float, left: float | None) -> str:
     return f"kabo: {doing.text}{share}; {span(seconds)} so far{_ending(doing, left)}"
 
 
-def barred(doing: Doing, seconds: float, left: float | None, style: Style, turn: int) -> str:
+def barred(doing: Doing, share: float | None, seconds: float, left: float | None, style: Style, turn: int) -> str:
     """One row of a terminal: a turning sign, what is done, a bar if there is a bound, and times; never wider than it."""
     spinner = SPINNER if style.wide else PLAIN_SPINNER
     head, times = spinner[turn % len(spinner)], f" {span(seconds)}{_ending(doing, left)}"
-    bar = "" if doing.fraction is None else _bar(doing.fraction, style)
+    bar = "" if share is None else _bar(share, style)
     cells = BAR + 1 if bar else 0
     room = style.columns - 1 - len(head) - 1 - cells - len(times)
     if room < 12:  # a narrow terminal: what is done says most

@@ -50,7 +50,7 @@ class PackedTask:
         """
         most = tuning.MAX_LINEAR_EXPANSIONS
         most = most if limits.expansions is None else min(most, limits.expansions)
-        found = self.skeleton("best", geometry, SearchLimits(most, limits.deadline))
+        found = self.skeleton("best", geometry, SearchLimits(most, limits.deadline, limits.told))
         return found if isinstance(found, FoundSkeleton) else None
 
     def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
@@ -138,13 +138,11 @@ def _searched(
     learnt_refusals: LearntRefusals | None = None,
 ) -> "finite_domain.SearchResult":
     """The answer of a search by its name; where refusals were learnt, `best` first tries A* for a limited time."""
-    budget = finite_domain.SearchBudget(expansions=limits.expansions, stop=limits.deadline)
+    budget = finite_domain.SearchBudget(expansions=limits.expansions, stop=limits.deadline, told=limits.told)
     if search == "best" and learnt_refusals is not None:
         most = tuning.MAX_CHEAPEST_EXPANSIONS
         most = most if limits.expansions is None else min(most, limits.expansions)
-        found = finite_domain.astar(
-            compiled, forbidden=forbidden, budget=finite_domain.SearchBudget(expansions=most, stop=limits.deadline)
-        )
+        found = finite_domain.astar(compiled, forbidden=forbidden, budget=replace(budget, expansions=most))
         if found.status in ("solved", "unsolvable"):
             return found
     if search == "best":

@@ -92,10 +92,14 @@ class Geometry(Protocol):
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """The budget of a search: the greatest number of expansions, and a function that says when time is up."""
+    """The budget of a search: the greatest number of expansions, and a function that says when time is up.
+
+    `told` is called with the number of expansions so far, often.
+    """
 
     expansions: int | None = None
     deadline: Callable[[], bool] | None = None
+    told: Callable[[int], None] | None = None
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,8 @@ class Counter:
         Raises:
             BudgetSpent: time is up.
         """
+        if self.limits.told is not None:
+            self.limits.told(self.expanded)
         deadline = self.limits.deadline
         if deadline is not None and deadline():
             raise BudgetSpent("time")

@@ -29,7 +29,8 @@ def plan_view(
         ValueError: the plan has a cycle.
         InputError: the problem uses something that kabo does not support.
     """
-    plan = in_order_of_parameters(plan, problem)
+    if problem is not None:
+        plan = in_order_of_parameters(plan, problem)
     picture = plan_picture(plan)
     motions, curves = _geometry(plan, scene, margins)
     clearances = clearances_of(plan)

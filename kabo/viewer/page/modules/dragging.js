@@ -4,7 +4,7 @@ import { linkPoses } from "kabo/kinematics.js";
 import { inverse, moved } from "kabo/matrices.js";
 
 const SMALL = 1e-4; // rad or m: by which a joint is moved to see where a point goes
-const LEAST = 30; // pixels per rad or m, below which a joint moves along the line of sight and is left alone
+const DAMPING = 20; // pixels per rad or m: a joint that moves points less than that follows the pointer slowly
 
 /** Lets links of a stage be dragged. */
 export function drag(stage) {
@@ -57,12 +57,9 @@ function follow(stage, held, event) {
   const here = seen(values[name]);
   const there = seen(values[name] + SMALL);
   const [x, y] = [(there[0] - here[0]) / SMALL, (there[1] - here[1]) / SMALL];
-  const square = x * x + y * y;
-  if (square > LEAST * LEAST) {
-    const step = ((event.clientX - held.last[0]) * x + (event.clientY - held.last[1]) * y) / square;
-    const value = Math.min(upper, Math.max(lower, values[name] + step));
-    stage.setState({ robots: { [held.robot.name]: { [name]: value } } });
-  }
+  const along = (event.clientX - held.last[0]) * x + (event.clientY - held.last[1]) * y;
+  const value = values[name] + along / (x * x + y * y + DAMPING * DAMPING);
+  stage.setState({ robots: { [held.robot.name]: { [name]: Math.min(upper, Math.max(lower, value)) } } });
   held.last = [event.clientX, event.clientY];
 }
 

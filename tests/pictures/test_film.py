@@ -1,0 +1,79 @@
+"""Films of plans: branches are found by outcomes and nodes, and states are those that the plan says."""
+
+import numpy as np
+import pytest
+
+from kabo.errors import InputError
+from kabo.pictures.film import Film, branch_of
+from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange
+from kabo.scene import load_scene, world_T
+from tests.pictures.scenes import table_and_arm
+
+
+def plan(**nodes: Node) -> Plan:
+    return Plan("shown", {}, {}, "n0", nodes)
+
+
+BRANCHED = plan(
+    n0=Node("sense", "look", on="empty(a)", branches={"false": "n1", "true": "n2"}),
+    n1=Node("sense", "look", on="colour(a)", branches={"red": "n3", "blue": "n2"}),
+    n2=Node("action", "wash", next="n3"),
+    n3=Node("goal"),
+)
+
+
+def names(wanted: str | None) -> list[str]:
+    return [name for name, _ in branch_of(BRANCHED, wanted, "plan.json")]
+
+
+def test_outcomes_choose_a_branch_and_fewer_of_them_its_beginning():
+    assert names("false,blue") == ["n0", "n1", "n2", "n3"]
+    assert names("false, red") == ["n0", "n1", "n3"]
+    assert names("true") == ["n0", "n2", "n3"]
+
+
+def test_a_node_chooses_the_shortest_branch_through_it():
+    assert names("n2") == ["n0", "n2", "n3"]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ("n9", "nodes are n0 to n3"),
+        ("treu", 'did you mean "true"'),
+        ("false,blu", 'did you mean "blue"'),
+        ("false,red,red", "nothing is left to observe"),
+    ],
+)
+def test_a_branch_that_is_not_there_is_one_message_with_a_remedy(wanted, said):
+    with pytest.raises(InputError) as error:
+        names(wanted)
+    assert said in str(error.value) and len(error.value.diagnostics) == 1
+
+
+def test_what_is_taken_moves_with_the_hand_and_stays_where_it_is_let_go(tmp_path):
+    scene = load_scene(table_and_arm(tmp_path))
+    turn = Segment("arm", ("turn",), ((0.0,), (1.0,)), (0.0, 2.0), "move", attach=(("cup", "arm.hand"),))
+    back = Segment("arm", ("turn",), ((1.0,), (0.4,)), (2.0, 4.0), "move", detach=("cup",))
+    start = StateChange(
+        {"arm": {"turn": 0.0}}, {"cup": ObjectPose("world", (0.3, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}
+    )
+    shown = Plan(
+        "shown",
+        {},
+        {},
+        "n0",
+        {"n0": Node("action", "carry", motion=(turn, back), next="n1"), "n1": Node("goal")},
+        start,
+    )
+    film = Film(shown, scene, branch_of(shown, None, "plan.json"))
+    assert film.at("n0", 1.0).robots["arm"] == (0.5,)
+    taken = film.at("n0", 2.0)
+    before, after = (world_T(scene, state, "cup") for state in (taken, film.at("n0", 3.0)))
+    hand = [world_T(scene, state, "arm.hand") for state in (taken, film.at("n0", 3.0))]
+    assert taken.objects["cup"].parent == "arm.hand"
+    assert np.allclose(np.linalg.inv(hand[0]) @ before, np.linalg.inv(hand[1]) @ after, atol=1e-8)
+    assert not np.allclose(before, after)
+    assert film.end.objects["cup"].parent == "world" and np.allclose(
+        world_T(scene, film.end, "cup"), world_T(scene, film.at("n0", 3.999999), "cup"), atol=1e-5
+    )
