@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, TextIO
 
 from kabo.cli.terminal import tell
-from kabo.cli.waiting.doing import Doing, of_phase, of_preparing, of_progress
+from kabo.cli.waiting.doing import RESTING, Doing, of_phase, of_preparing, of_progress
 from kabo.phases import Phase
 
 if TYPE_CHECKING:  # only some commands load them
@@ -43,6 +43,10 @@ class Surrounding:
         """Says what is done now, and a line that stays, if it is not empty."""
         if line:
             tell(line)
+
+    def rest(self) -> None:
+        """Says that nothing is done now, as by a server that waits: then nothing is shown."""
+        self.say(RESTING)
 
     def phase(self, phase: Phase) -> None:
         """Says what a phase of the work does."""
