@@ -62,6 +62,15 @@ def add_contents(app: Sphinx, page: str, source: list[str]) -> None:
         source[0] += "\n" + contents(source[0], (REPOSITORY / page).parent)
 
 
+def add_page(app: Sphinx, page: str, source: list[str]) -> None:
+    """Leads from the page of a domain or example to the viewer's page of its plan, below the heading."""
+    name = page.removesuffix("/README").replace("/", "-") + ".html"
+    if app.config.viewer_pages and (Path(app.config.viewer_pages) / name).exists():
+        heading, _, rest = source[0].partition("\n")
+        up = "../" * page.count("/")
+        source[0] = f'{heading}\n\n<p><a href="{up}pages/{name}">Play the plan in your browser</a></p>\n{rest}'
+
+
 def add_levels(app: Sphinx, page: str, template: str, context: dict[str, object], doctree: object) -> None:
     """Says of the captions in the sidebar which level of heading they are, for those who hear them."""
     for key in ("furo_navigation_tree", "toctree"):
@@ -71,6 +80,8 @@ def add_levels(app: Sphinx, page: str, template: str, context: dict[str, object]
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connects what this file adds to Sphinx."""
+    app.add_config_value("viewer_pages", "", "html", str)
     app.connect("source-read", add_contents)
+    app.connect("source-read", add_page)
     app.connect("html-page-context", add_levels, priority=900)  # after the theme has made the sidebar
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -9,8 +9,6 @@ from kabo.options import OPTIONS
 from scripts.reference import solve_options
 from scripts.reference.markdown import cell, code, plain, table
 
-OF_ALL = ("verbose", "quiet", "log")  # options of every command, described once
-
 
 def sections() -> str:
     """A section for each command, and for each command of a command."""
@@ -29,9 +27,10 @@ def commands(top: argparse.ArgumentParser, words: str) -> Iterator[tuple[str, ar
 def section(words: str, each: argparse.ArgumentParser) -> str:
     """The section of one command: what it does, how it is called, what it takes."""
     parts = [f"## {words}", sentence(each.description or ""), f"```text\n{usage(words, each)}\n```"]
-    shown = [
-        action for action in each._actions if is_shown(action) and not (action.dest in OF_ALL and " " in words)
-    ]
+    everywhere = {option for action in parser()._actions for option in action.option_strings}
+    shown = [action for action in each._actions if is_shown(action)]
+    if words != "kabo":
+        shown = [action for action in shown if not everywhere & set(action.option_strings)]
     rows = [(written(action), *described(action)) for action in shown]
     if rows:
         parts.append(table(("argument", "default", "meaning"), rows))
@@ -42,13 +41,13 @@ def described(action: argparse.Action) -> tuple[str, str]:
     """The default and the meaning of an argument; the table of options has those of a solve as Markdown."""
     text = help_of(action)
     found = re.search(r" ?\(default: ((?:[^()]|\([^()]*\))*)\)", text)
-    said = default(action) if found is None else plain(found[1])
+    said = default(action) if found is None else found[1] if " " in found[1] else code(found[1])
     rest = text if found is None else text.replace(found[0], "")
     option = OPTIONS.get(action.dest)
     if option is None or rest != option.help.replace("`", ""):
         return said, meaning(action, rest)
     known = solve_options.default(option)
-    return known if known.replace("`", "") == said else said, solve_options.meaning(option)
+    return known if known.replace("`", "") == said.strip("`") else said, solve_options.meaning(option)
 
 
 def sentence(text: str) -> str:
@@ -114,7 +113,9 @@ def default(action: argparse.Action) -> str:
         return ""
     if action.default in (None, argparse.SUPPRESS, "") or action.default == []:
         return ""
-    return {True: "yes", False: "no"}.get(action.default, code(action.default))
+    if isinstance(action.default, bool):
+        return "yes" if action.default else "no"
+    return code(f"{action.default:g}" if isinstance(action.default, float) else action.default)
 
 
 def help_of(action: argparse.Action) -> str:

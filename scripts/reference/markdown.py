@@ -7,10 +7,12 @@ _SECTIONS = ("Args", "Returns", "Raises", "Yields", "Attributes", "Example", "Ex
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table, without columns that have neither a head nor a cell."""
-    lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
-    lines += [f"| {' | '.join(cell(each) for each in row)} |" for row in rows]
-    return "\n".join(lines)
+    """A table, without the columns in which nothing stands."""
+    filled = [[cell(each) for each in row] for row in rows]
+    kept = [number for number in range(len(heads)) if any(row[number] for row in filled)]
+    lines = [[heads[number] for number in kept], *([row[number] for number in kept] for row in filled)]
+    first, *others = [f"| {' | '.join(line)} |" for line in lines]
+    return "\n".join([first, f"|{'---|' * len(kept)}", *others])
 
 
 def cell(text: str) -> str:

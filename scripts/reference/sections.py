@@ -7,6 +7,7 @@ from pathlib import Path
 from scripts.reference import (
     commands,
     constraints,
+    decisions,
     exceptions,
     file_keys,
     messages,
@@ -28,6 +29,7 @@ SECTIONS: dict[str, Callable[[], str]] = {
     "procedures": procedures.sections,
     "stages": stages.sections,
     "constraints": constraints.section,
+    "decisions": decisions.listed,
     "errors": exceptions.sections,
     "exit codes": exceptions.exit_codes,
     "messages": messages.sections,

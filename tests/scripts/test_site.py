@@ -32,8 +32,14 @@ def test_pages_load_nothing_from_other_places_and_the_search_is_a_file_beside_th
     assert "bounding" in (site / "searchindex.js").read_text()
 
 
-def test_the_same_pages_give_the_same_site(site, tmp_path):
+def test_the_same_pages_give_the_same_site_and_pages_of_the_viewer_are_led_to(site, tmp_path):
     again = tmp_path / "site"
-    assert build(again) == 0
+    pages_of_the_viewer = tmp_path / "pages"
+    pages_of_the_viewer.mkdir()
+    (pages_of_the_viewer / "domains-stacked.html").write_text("<!DOCTYPE html>\n")
+    assert build(again, pages_of_the_viewer) == 0
+    stacked = Path("domains/stacked/README.html")
+    assert '<a href="../../pages/domains-stacked.html">' in (again / stacked).read_text()
+    assert (again / "pages" / "domains-stacked.html").exists()
     pages = {path.relative_to(site): path.read_bytes() for path in site.rglob("*.html")}
-    assert pages and pages == {path: (again / path).read_bytes() for path in pages}
+    assert [path for path, text in pages.items() if (again / path).read_bytes() != text] == [stacked]
