@@ -191,6 +191,10 @@ def check(*files: str | Path) -> list[Diagnostic]:
 
     Args:
         files: domains, problems, scenes, tasks, explorations or models.
+
+    Example:
+        >>> kabo.check("domains/grid/n3.yaml")
+        []
     """
     return check_files([Path(file) for file in files])
 

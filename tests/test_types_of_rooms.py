@@ -18,11 +18,14 @@ WRONG = """from kabo import GeometryServer, solve, load_problem
 
 GeometryServer(42, epsilom="ten", nonsense=True).no_such_method()
 solve(load_problem("p.yaml"), search="besst")
+solve(load_problem("p.yaml")).statistics["expandd"]
 """
 RIGHT = """from kabo import load_problem, solve, verify, verify_plan
 
 result = solve(load_problem("p.yaml"), search="astar", geometry="exact", quality="good", geometry_order="lazy")
+expanded: int = result.statistics["expanded"]
 if result.plan is not None:
+    print(expanded, result.plan.statistics.plan_actions, result.plan.to_dot())
     for report in (verify(load_problem("p.yaml"), result.plan), verify_plan(load_problem("p.yaml"), result.plan)):
         print(report.ok)
 """
@@ -81,6 +84,7 @@ def test_a_wrong_argument_of_a_public_name_is_refused_by_mypy(findings):
     assert "epsilom" in findings["wrong"][3] or "Unexpected keyword argument" in findings["wrong"][3]
     assert "no_such_method" in findings["wrong"][3]
     assert 'expected "Literal[' in findings["wrong"][4]
+    assert 'Did you mean "expanded"?' in findings["wrong"][5]
 
 
 def test_the_right_calls_are_not_refused_by_mypy(findings):

@@ -153,6 +153,10 @@ def explain(
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge
             contradicts itself.
+
+    Example:
+        >>> kabo.explain(kabo.load_problem("domains/grid/n3.yaml"))
+        <Explanation solvable: There is a plan as far as knowledge goes.>
     """
     seconds = SECONDS if timeout is None else timeout
     bytes_ = default_memory() if memory is None else memory

@@ -36,6 +36,10 @@ def load_problem(path: str | Path, other: str | Path | None = None, *, within: P
 
     Raises:
         InputError: with every diagnostic of all files that belong to the problem.
+
+    Example:
+        >>> kabo.load_problem("domains/grid/n3.yaml")
+        <Problem grid_n3_2: 13 objects, 5 actions, 1 goal>
     """
     named = [os.fspath(each) for each in (path, other) if each is not None]
     own = [name for name in named if not is_imported(name)]

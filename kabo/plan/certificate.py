@@ -8,6 +8,8 @@ that separate them; its checker derives poses, bounds and margins independently.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from kabo.displays import counted
+
 
 @dataclass(frozen=True)
 class Clearance:
@@ -80,3 +82,10 @@ class Certificate:
     near: float | None = None
     bodies: Mapping[str, BodyParts] = field(default_factory=dict)
     proofs: tuple[StretchProof, ...] = ()
+
+    def __repr__(self) -> str:
+        stretches, meshes = (
+            counted(len(self.proofs), "stretch", "stretches"),
+            counted(len(self.bodies), "mesh", "meshes"),
+        )
+        return f"<Certificate: proofs of {stretches} of motion, parts of {meshes}, epsilon {1000 * self.epsilon:g} mm>"

@@ -81,6 +81,10 @@ class Segment:
     constraint: str | None = None
     grants: tuple[Grant, ...] = ()
 
+    def __repr__(self) -> str:
+        seconds = f"{self.times[-1] - self.times[0]:.1f} s" if self.times else "no time"
+        return f"<Segment {self.robot}, {self.procedure}: {counted(len(self.waypoints), 'way point')}, {seconds}>"
+
 
 @dataclass(frozen=True)
 class Learned:

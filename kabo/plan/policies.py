@@ -108,5 +108,15 @@ class Policy:
 
 
 def policy(plan: Plan) -> Policy:
-    """The plan as a function from the history of observations to the next decision."""
+    """The plan as a function from the history of observations to the next decision.
+
+    Args:
+        plan: a plan without cycles.
+
+    Example:
+        >>> plan = kabo.solve(kabo.load_problem("domains/grid/n3.yaml")).plan
+        >>> decision = kabo.policy(plan)()
+        >>> [node.action for node in decision.actions], decision.observe
+        (['move', 'pick_up', 'move', 'look_at_lock'], 'lock(c2_3, diamond)')
+    """
     return Policy(plan)

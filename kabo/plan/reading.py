@@ -40,6 +40,13 @@ def load_plan(path: str | Path) -> Plan:
     Raises:
         InputError: the form is wrong; has all findings with their JSON paths.
         OSError: the file cannot be read.
+
+    Example:
+        >>> plan = kabo.solve(kabo.load_problem("domains/grid/n3.yaml")).plan
+        >>> plan.save(folder / "plan.json")
+        'sha256:...'
+        >>> kabo.load_plan(folder / "plan.json") == plan
+        True
     """
     content = Path(path).read_bytes()
     _LOG.debug("read %s", path, extra={"fields": {"file": str(path), "bytes": len(content)}})

@@ -22,7 +22,10 @@ JOINT_DECIMALS, TIME_DECIMALS, LEARNED_DIGITS = 9, 6, 9
 
 
 def plan_to_json(plan: Plan) -> bytes:
-    """The canonical file of a plan.
+    """The canonical file of a plan, as bytes.
+
+    Args:
+        plan: the plan; its numbers are rounded as in files.
 
     Raises:
         ValueError: a number is NaN or infinite.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from kabo.budgets import Spent
-from kabo.displays import counted, display
+from kabo.displays import bullets, counted, display
 from kabo.errors import Diagnostic, InputError
 from kabo.language.problem import Problem
 from kabo.plan import Plan, plan_hash
@@ -89,15 +89,15 @@ class Result:
         figures = self.statistics
         calls = sum(row["calls"] for row in figures["procedures"].values())
         rows = {
-            "outcome": self._outcome(),
+            "why" if self.plan is None else "outcome": self._outcome(),
             "seconds": f"{figures['total_s']:.1f} in all, {figures['symbolic_s']:.1f} on the knowledge level, "
             f"{figures['geometric_s']:.1f} of geometry",
             "search": f"{figures['expanded']} states expanded, {figures['generated']} generated",
             "geometry": f"{calls} calls, {figures['collision_checks']} collision checks" if calls else "",
             "lacks": "; ".join(self.cut_off),
         }
-        rows |= {} if self.reason is None else {"why": " ".join((self.reason.message, *self.reason.details))}
-        return display(f"Result: {self.status}", rows, self if self.plan is not None else None)
+        details = bullets(() if self.reason is None else self.reason.details)
+        return display(f"Result: {self.status}", rows, self if self.plan is not None else None) + details
 
     def _outcome(self) -> str:
         if self.plan is not None:

@@ -76,6 +76,13 @@ def solve(
     Raises:
         InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
             answer is not as the domain declares it.
+
+    Example:
+        >>> result = kabo.solve(kabo.load_problem("domains/grid/n3.yaml"), seed=1)
+        >>> result
+        <Result solved: 11 nodes, 2 outcomes, 9 actions at most>
+        >>> result.statistics["plan_leaves"]
+        2
     """
     scene = problem.scene
     found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}

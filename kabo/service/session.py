@@ -70,8 +70,20 @@ def _config(listen: Sequence[str], connect: Sequence[str], file: Path | None) ->
         else:
             named = {"listen/endpoints": list(listen), "connect/endpoints": list(connect)}
             settings = {**settings, **{key: value for key, value in named.items() if value}}
+            if _listens_by_default(config):
+                settings = {**settings, "listen/endpoints": list(listen)}
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
         raise ServiceError("unavailable", f"the zenoh configuration cannot be used: {error}") from None
     return config
+
+
+def _listens_by_default(config: zenoh.Config) -> bool:
+    """Whether a peer's file names no endpoints to listen on.
+
+    zenoh would open a TCP port on all interfaces then, even beside a file that is about TLS alone.
+    """
+    default = zenoh.Config().get_json("listen/endpoints")
+    is_router = json.loads(config.get_json("mode")) == "router"
+    return not is_router and bool(config.get_json("listen/endpoints") == default)

@@ -33,6 +33,11 @@ def verify_plan(
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
+
+    Example:
+        >>> problem = kabo.load_problem("domains/grid/n3.yaml")
+        >>> kabo.verify(problem, kabo.solve(problem).plan)
+        <Report verified: 2 outcomes>
     """
     if procedures:
         seed = plan.options.get("seed")

@@ -56,6 +56,11 @@ def view(
         InputError: the files of the thing have errors, or its meshes do not load.
         ValueError: there is nothing to show: no plan in a result, no scene in a problem.
         OSError: a file cannot be read or written.
+
+    Example:
+        >>> result = kabo.solve(kabo.load_problem("domains/grid/n3.yaml"))
+        >>> kabo.view(result, folder / "plan.html", open=False)
+        <Page ...plan.html: ... MB>
     """
     if isinstance(thing, str | Path):
         named = None if problem is None else problem.path

@@ -19,4 +19,4 @@ def test_a_result_without_a_plan_says_why():
     result = Result("no_plan", None, reason=Reason("knowledge", None, "the cup is <never> clean", ("no soap",)))
     assert repr(result) == "<Result no_plan: the cup is <never> clean>"
     shown = result._repr_html_()
-    assert "the cup is &lt;never&gt; clean no soap" in shown and "iframe" not in shown
+    assert "the cup is &lt;never&gt; clean" in shown and "<li>no soap</li>" in shown and "iframe" not in shown

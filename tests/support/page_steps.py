@@ -7,6 +7,7 @@ A comment stands in the line before a block, and is not seen by readers:
     <!-- step: replace FILE -->     each line of the block replaces the line that begins with the same key
     <!-- step: run [exit N] -->     the lines of the block are commands; the last one ends with N (0)
     <!-- step: output -->           lines that the block before it printed, in this order; `…` alone stands for others
+    <!-- step: background WORDS --> the block is a command that goes on until the page ends; wait until it prints WORDS
     <!-- step: check FILE -->       the block is the file, and `kabo check` finds nothing wrong with it
     <!-- step: python -->           the Python blocks of a page are one program, which runs after all other steps
     <!-- step: not run[, WHY] -->   nothing
@@ -19,9 +20,11 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 REPOSITORY = Path(__file__).parents[2]
 _STEP = re.compile(r"^<!-- step: (.*?) -->\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -38,10 +41,14 @@ class Step:
     text: str
 
 
-def steps(page: Path, *, variants: Sequence[str] = (), variant: str = "") -> list[Step]:
-    """The steps of a page for the readers of one variant, in order."""
+def steps(
+    page: Path, *, variants: Sequence[str] = (), variant: str = "", other: Mapping[str, str] = MappingProxyType({})
+) -> list[Step]:
+    """The steps of a page for the readers of one variant, in order; each text with other words than the page has."""
     found = []
     for header, text in _STEP.findall(page.read_text()):
+        for word, instead in other.items():
+            text = text.replace(word, instead)
         verb, *words = header.split()
         if words and words[-1] in variants and words.pop() != variant:
             continue
@@ -58,30 +65,56 @@ def follow(found: Iterable[Step], folder: Path) -> None:
     """Does what a page says, in a folder; an AssertionError names the command that did something else."""
     printed = ""
     found = list(found)
-    for step in found:
-        if step.verb == "run":
-            printed = _run(step, folder)
-        elif step.verb == "output":
-            _compare(step.text, printed)
-        elif step.verb == "check":
-            (folder / step.words[0]).write_text(step.text)
-            _command(f"kabo check {step.words[0]}", folder, 0)
-        elif step.verb not in ("not", "python"):
-            _change(step, folder / step.words[0])
-    if programs := [step.text for step in found if step.verb == "python"]:
-        (folder / "page.py").write_text("\n".join(programs))
-        _command("python page.py", folder, 0)
+    with ExitStack() as background:
+        for step in found:
+            printed = _do(step, folder, printed, background)
+        if programs := [step.text for step in found if step.verb == "python"]:
+            (folder / "page.py").write_text("\n".join(programs))
+            _command("python page.py", folder, 0)
 
 
-def kabo(*arguments: str) -> list[str]:
-    """The command line that runs this kabo."""
-    return [sys.executable, "-m", "kabo.cli", *arguments]
+def _do(step: Step, folder: Path, printed: str, background: ExitStack) -> str:
+    """Does one step; gives what the last command printed."""
+    if step.verb == "run":
+        return _run(step, folder)
+    if step.verb == "background":
+        _start(step, folder, background)
+    elif step.verb == "output":
+        _compare(step.text, printed)
+    elif step.verb == "check":
+        (folder / step.words[0]).write_text(step.text)
+        _command(f"kabo check {step.words[0]}", folder, 0)
+    elif step.verb not in ("not", "python"):
+        _change(step, folder / step.words[0])
+    return printed
+
+
+def _start(step: Step, folder: Path, background: ExitStack) -> None:
+    """Starts a command, and returns when it has printed the words of the step; it ends with the page."""
+    process = background.enter_context(
+        subprocess.Popen(  # noqa: S603
+            [*_PROGRAMS["kabo"], *shlex.split(step.text)[1:]],
+            cwd=folder,
+            env=environment(),
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+    )
+    background.callback(process.terminate)
+    assert process.stdout is not None
+    said = []
+    for line in process.stdout:
+        said.append(line)
+        if " ".join(step.words) in line:
+            return
+    raise AssertionError(f"{step.text}ended with: {''.join(said)}")
 
 
 def environment() -> dict[str, str]:
     """The variables with which a command finds this kabo from any folder, and as much room as an output needs."""
     path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
-    return {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
+    return {**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": path, "COLUMNS": "200"}
 
 
 def _change(step: Step, file: Path) -> None:
@@ -114,7 +147,7 @@ def _run(step: Step, folder: Path) -> str:
 def _command(line: str, folder: Path, wanted: int) -> str:
     """What a command prints; pages are written, and no browser is opened."""
     line = re.sub(r"^kabo view ", "kabo view --no-open ", line)
-    line = re.sub(r"^(kabo|python)\b", lambda word: _PROGRAMS[word[0]], line)
+    line = re.sub(r"^(kabo|python)\b", lambda word: shlex.join(_PROGRAMS[word[0]]), line)
     done = subprocess.run(  # noqa: S602 - the pages are ours, and pipe and redirect as a reader does
         line,
         shell=True,
@@ -130,7 +163,7 @@ def _command(line: str, folder: Path, wanted: int) -> str:
     return done.stdout + done.stderr
 
 
-_PROGRAMS = {"kabo": shlex.join(kabo()), "python": shlex.quote(sys.executable)}
+_PROGRAMS = {"kabo": [sys.executable, "-m", "kabo.cli"], "python": [sys.executable]}
 
 
 def _compare(text: str, printed: str) -> None:

@@ -97,6 +97,11 @@ def plan_task(
 
     Raises:
         InputError: the file, the scene or the arguments have errors, all of which are listed.
+
+    Example:
+        >>> example = "examples/pick_and_place"
+        >>> kabo.plan_task(f"{example}/task.yaml", f"{example}/scene.yaml", max_solutions=1)
+        <TaskReport pick and place: 1 solution, the best costs ...>
     """
     task = file if isinstance(file, TaskFile) else load_task_file(file)
     given = dict(arguments or {})

@@ -13,7 +13,7 @@ from kabo.language.scene_description import Shape
 from kabo.meshes import Mesh, hull_of
 from kabo.plan import Plan
 from kabo.planner.result import Result
-from kabo.scene import Body, GeometricState, Scene, load_scene
+from kabo.scene import Body, GeometricState, Scene, attachment, load_scene
 from kabo.tasks import TaskReport
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View, ViewDocument
@@ -110,7 +110,8 @@ def _alone(thing: BoundingMesh | Decomposition | Mesh) -> Scene:
     else:
         name = "mesh" if thing.path is None else thing.path.stem
         named = [(name, thing)]
-    bodies = {each: Body(each, mesh, Shape("mesh", Path(each)), False, {}, {}, {}) for each, mesh in named}
-    epsilon = 0.01 if isinstance(thing, Mesh) else thing.epsilon
-    poses = {each: np.eye(4) for each in bodies}
-    return Scene(name, epsilon, {}, bodies, {}, {}, frozenset(), poses, GeometricState({}, {}), {})
+    # As movable bodies, parts have different colours.
+    bodies = {each: Body(each, mesh, Shape("mesh", Path(each)), True, {}, {}, {}) for each, mesh in named}
+    here = {each: attachment("world", np.eye(4)) for each in bodies}
+    epsilon = 0.0 if isinstance(thing, Mesh) else thing.epsilon
+    return Scene(name, epsilon, {}, bodies, {}, {}, frozenset(), {}, GeometricState({}, here), {})

@@ -23,6 +23,7 @@ export function show(shown, stage, shell) {
   place.append(...sentences("Of no use, or never known", explanation.useless));
   place.append(...sentences("Not finished", explanation.unfinished));
   shell.addPanel("explanation", "Explanation", place);
+  place.querySelector("button.sample")?.click(); // the first sample of what matters most, at once
 }
 
 function sentences(title, lines) {
@@ -51,6 +52,7 @@ function buttons(chosen, samples, each) {
   return samples === null ? [] : chosen.map((sample, k) => {
     const button = samples.toggle(sample, String(k + 1), `show sample ${k + 1} of ${each.text}`);
     button.addEventListener("click", () => {
+      samples.lookOnce(each, [...each.things, ...(sample.between ?? []).map((name) => name.split(".")[0])]);
       samples.mark(each.things.filter((name) => !(sample.between ?? []).includes(name)
         && !(sample.between ?? []).some((other) => other.startsWith(`${name}.`))), "chosen");
       samples.mark(sample.between ?? [], "bad");

@@ -31,12 +31,12 @@ function row(finding, shown, stage) {
 
 /** Shows the place of a finding: the state in which it is so, its things in colour, all else faded. */
 function visit(finding, shown, stage) {
-  const { things, robots } = finding.place;
+  const { things, robots, metres } = finding.place;
   stage.setState(shown.scene.start);
   stage.setState({ robots });
   stage.highlight([], null);
   stage.highlight(things.slice(0, 1), finding.severity === "error" ? "bad" : "warn");
   stage.highlight(things.slice(1), "chosen");
-  stage.focus(things);
+  stage.focus(things, metres !== null && metres < 0);
   stage.look(things);
 }

@@ -37,20 +37,46 @@ export class Labels {
     this.element.hidden = !visible;
   }
 
-  /** Puts every label to its thing's place on the canvas, above those that are there; without room it is hidden. */
+  /** Puts every label to its thing's place on the canvas; one that finds no room is hidden. */
   place(camera, canvas) {
+    this.shown.forEach((label) => { label.width ??= label.element.offsetWidth || null; });
+    for (const { label, at } of this.places(camera, canvas.clientWidth, canvas.clientHeight)) {
+      label.element.style.visibility = at === null ? "hidden" : "visible";
+      if (at !== null) {
+        label.element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
+      }
+    }
+  }
+
+  /** Where each label stands in a picture of a width and height: above those before it; null without room. */
+  places(camera, width, height) {
     const taken = [];
-    for (const label of this.shown) {
+    return this.shown.map((label) => {
       const point = anchor(label.thing).project(camera);
       const seen = Math.abs(point.z) < 1 && Math.abs(point.x) < 1 && Math.abs(point.y) < 1;
-      label.width ??= label.element.offsetWidth || null;
-      const x = (point.x + 1) / 2 * canvas.clientWidth - (label.width ?? 60) / 2;
-      const y = (1 - point.y) / 2 * canvas.clientHeight - (label.thing.kind === "body" ? HEIGHT + 2 : HEIGHT / 2);
-      const free = seen ? room(taken, x, y, label.width ?? 60) : null;
-      label.element.style.visibility = free === null ? "hidden" : "visible";
-      if (free !== null) {
-        taken.push(free);
-        label.element.style.transform = `translate(${x.toFixed(1)}px, ${free.y.toFixed(1)}px)`;
+      const x = (point.x + 1) / 2 * width - (label.width ?? 60) / 2;
+      const y = (1 - point.y) / 2 * height - (label.thing.kind === "body" ? HEIGHT + 2 : HEIGHT / 2);
+      const at = seen ? room(taken, x, y, label.width ?? 60) : null;
+      if (at !== null) {
+        taken.push(at);
+      }
+      return { label, at };
+    });
+  }
+
+  /** Writes the labels into a picture that was drawn with the camera; `scale` is that of its letters. */
+  write(context, camera, scale) {
+    if (this.element.hidden) {
+      return;
+    }
+    const { width, height } = context.canvas;
+    context.font = `${12 * scale}px system-ui, sans-serif`;
+    for (const { label, at } of this.places(camera, width / scale, height / scale)) {
+      if (at !== null) {
+        context.fillStyle = "#ffffffd0";
+        context.fillRect(at.x * scale, at.y * scale, at.width * scale, (HEIGHT - 1) * scale);
+        context.fillStyle = "#1b1f24";
+        context.fillText(label.element.textContent, (at.x + 4) * scale, (at.y + 12.5) * scale);
       }
     }
   }

@@ -1,7 +1,7 @@
 // The panel of a task's report: why it failed, its solutions with their motions, the tree of its stages with what they did.
 import { make } from "kabo/elements.js";
 import { FilmBar } from "kabo/film_bar.js";
-import { Samples, legend } from "kabo/samples.js";
+import { Samples, legend, swatch } from "kabo/samples.js";
 import { folded, table, told } from "kabo/tables.js";
 
 /** Adds the panel of the document's report. */
@@ -23,8 +23,9 @@ export function show(shown, stage, shell) {
   for (const { seed, text } of report.whys) {
     place.append(make("h2", { className: "bad" }, [`No solution with seed ${seed}`]), make("pre", {}, [text]));
   }
-  place.append(...solutions(report, films, bar));
-  place.append(make("h2", {}, ["Stages"]), make("div", { className: "stages" }, tree(report.stages, samples)));
+  const { top, nodes } = tree(report.stages, samples);
+  place.append(...solutions(report, films, bar), ...failing(report.stages, nodes));
+  place.append(make("h2", {}, ["Stages"]), make("div", { className: "stages" }, top));
   shell.addPanel("report", "Report", place);
 }
 
@@ -66,19 +67,40 @@ function whole(solution, number, bar) {
 }
 
 // --------------------------------------------------------------------------------------------------------- stages
-/** The stages, each inside its container. */
+/** The stages that failed, those with most failures first, as buttons that unfold their failures in the tree. */
+function failing(stages, nodes) {
+  const failed = stages.map((stage, k) => ({ stage, node: nodes[k] })).filter(({ stage }) => stage.failures.rows.length);
+  failed.sort((a, b) => b.stage.failed - a.stage.failed);
+  const lines = failed.map(({ stage, node }) => make("li", {}, [
+    make("button", { type: "button", className: "failing", onclick: () => unfold(node) }, [stage.path]), " ",
+    ...stage.reasons.flatMap(([reason, words, count]) => [swatch(reason), `${words} ${count} `])]));
+  return failed.length ? [make("h2", {}, ["Failures"]), make("ul", { className: "failures" }, lines)] : [];
+}
+
+/** Unfolds what holds a stage, the stage and its failures, and shows the first sample. */
+function unfold({ above, made }) {
+  [...above, made].forEach((each) => each.unfold());
+  const failures = made.querySelector(":scope > details.failed");
+  failures.unfold();
+  made.scrollIntoView({ block: "start" });
+  failures.querySelector("button.sample")?.click();
+}
+
+/** The stages, each inside its container: those at the top, and all in their order with what holds them. */
 function tree(stages, samples) {
   const top = [];
+  const nodes = [];
   const open = []; // the containers above the present stage
   for (const [k, stage] of stages.entries()) {
     const holds = k + 1 < stages.length && stages[k + 1].depth > stage.depth;
     const made = folded(summary(stage), () => details(stage, samples), {
       open: stage.open && (holds || stage.blamed), className: stage.blamed ? "stage blame" : "stage" });
     open.length = stage.depth;
+    nodes.push({ made, above: [...open] });
     (open.at(-1) ?? { append: (each) => top.push(each) }).append(made);
     open.push(made);
   }
-  return top;
+  return { top, nodes };
 }
 
 function summary(stage) {
@@ -132,7 +154,7 @@ function failures(stage, samples) {
   const between = (row) => (row.between && !row.comment.includes(row.between[0]) ? row.between.join(" and ") : "");
   const cells = () => rows.map((row, k) => [button(row, k), [...told(row.comment, []), ...told(between(row), []),
     ...told("", row.changes)]]);
-  const made = folded(title, () => [table(["reason", "what"], cells())]);
+  const made = folded(title, () => [table(["reason", "what"], cells())], { className: "failed" });
   if (seen.length) {
     made.addEventListener("toggle", () => samples.cloud(made.open ? seen : []));
   }

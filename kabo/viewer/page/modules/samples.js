@@ -34,7 +34,8 @@ export function wholeState(view, change) {
 export class Samples {
   /** @param {object|null} stage @param {object|null} view the SceneView */
   constructor(stage, view) {
-    Object.assign(this, { stage, view, marked: [], button: null, before: () => {} });
+    Object.assign(this, { stage, view, marked: [], button: null, before: () => {},
+      looked: new Set() });
   }
 
   /**
@@ -58,6 +59,14 @@ export class Samples {
     if (button) {
       button.setAttribute("aria-pressed", "true");
       this.button = button;
+    }
+  }
+
+  /** Turns the camera to some things, unless it has been turned for this `what` before. */
+  lookOnce(what, names) {
+    if (!this.looked.has(what)) {
+      this.looked.add(what);
+      this.stage.look([...new Set(names)]);
     }
   }
 

@@ -21,6 +21,7 @@ export function show(shown, stage, shell) {
     layers(shown.scene, stage, shell), chosen(shown.scene, stage), ...robotControls(shown.scene, stage),
     ...contacts(shown.scene, stage)]);
   shell.addPanel("scene", "Scene", place);
+  prints(stage);
   shell.onKey("f", "look at the whole scene", () => stage.look([]));
   shell.onKey("0", "back to the start", () => stage.setState(shown.scene.start));
   shell.onKey("Escape", "nothing chosen", () => {
@@ -30,6 +31,18 @@ export function show(shown, stage, shell) {
   shell.note("drag", "turn the view; with the right button: move it; wheel: nearer");
   shell.note("shift + drag", "move the joint that carries a link");
   shell.note("click", "what a link or body is");
+}
+
+/** Puts a picture into the page while it is printed: on paper a canvas may be empty. */
+function prints(stage) {
+  let picture = null;
+  addEventListener("beforeprint", () => {
+    picture?.remove();
+    picture = stage.picture(1600, 900);
+    picture.className = "printed";
+    stage.canvas.parentElement.append(picture);
+  });
+  addEventListener("afterprint", () => { picture?.remove(); picture = null; });
 }
 
 // ---------------------------------------------------------------------------------------------------------- layers

@@ -5,6 +5,20 @@ const TITLES = {
   scene: "scene", problem: "problem", task: "task", plan: "plan", report: "report of a task", explanation: "explanation",
 };
 
+/** Whether a key means something to what has the focus: letters to fields of text, arrows to sliders. */
+function isOwn({ target, key }) {
+  if (key === "Escape" || !target.closest) {
+    return false;
+  }
+  if (target.closest("select, textarea, input[type=text], input[type=number], input[type=search]")) {
+    return true;
+  }
+  if (key === " " || key === "Enter") {
+    return target.closest("input, button, summary, a") !== null;
+  }
+  return key.length > 1 && target.closest("input") !== null;
+}
+
 export class Shell {
   /**
    * @param {HTMLElement} body
@@ -92,11 +106,8 @@ export class Shell {
   }
 
   pressed(event) {
-    const field = event.target.closest?.("input, select, textarea, button, summary");
-    const own = field !== null && field !== undefined && (event.key.length > 1 || event.key === " "
-      || field.matches("select, textarea, input[type=text], input[type=number]"));
     const known = this.keys.get(event.key);
-    if (!known || own || event.ctrlKey || event.metaKey || event.altKey) {
+    if (!known || isOwn(event) || event.ctrlKey || event.metaKey || event.altKey) {
       return;
     }
     event.preventDefault();

@@ -10,6 +10,7 @@ import { Labels } from "kabo/labels.js";
 import { grid } from "kabo/layers.js";
 import { thingsOf } from "kabo/things.js";
 
+const PICTURE = 800; // width of a picture in which names are as large as on the screen [pixels]
 const FRAME = 0.06; // length of the axes of frames [m]
 const HIGHLIGHTS = { bad: 0xd0342c, good: 0x2c9a4b, chosen: 0x2f7de1, warn: 0xd08a00 };
 
@@ -106,11 +107,11 @@ export class Stage {
     return names.flatMap((name) => all.filter((each) => each.name === name || each.robotName === name));
   }
 
-  /** Lets all but some things fade; null: nothing fades. */
-  focus(names) {
+  /** Lets all but some things fade; null: nothing fades. With `through`, one sees where these overlap. */
+  focus(names, through = false) {
     const seen = names === null ? null : new Set(this.named(names));
     for (const thing of this.things.values()) {
-      thing.fade(seen !== null && !seen.has(thing));
+      thing.fade(seen !== null && !seen.has(thing), through && seen.has(thing));
     }
     this.draw();
   }
@@ -176,6 +177,23 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
     this.labels.place(this.camera, this.canvas);
     this.framed.forEach((f) => f());
+  }
+
+  /** A picture of what is shown, with names, as a canvas of a width and height [pixels]; the page's own stays. */
+  picture(width, height) {
+    const made = document.createElement("canvas");
+    Object.assign(made, { width, height });
+    this.renderer.setPixelRatio(1);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.scene.background = this.colour("--stage");
+    this.renderer.render(this.scene, this.camera);
+    const context = made.getContext("2d");
+    context.drawImage(this.renderer.domElement, 0, 0);
+    this.labels.write(context, this.camera, width / PICTURE);
+    this.drawNow();
+    return made;
   }
 
   /** Calls `f` after each frame. */

@@ -32,17 +32,24 @@ export function told(comment, changes) {
   return [...(comment ? [comment] : []), ...changes.map((line) => make("span", { className: "dim" }, [line]))];
 }
 
-/** A section that can be folded; its content is made when it is first unfolded. */
+/** A section that can be folded; its content is made when it is first unfolded, by a reader or by `unfold()`. */
 export function folded(title, content, { open = false, className = "" } = {}) {
   const summary = make("summary", {}, Array.isArray(title) ? title : [title]);
   const made = make("details", { className }, [summary]);
+  let filled = false;
   const fill = () => {
-    if (made.open && made.childElementCount === 1) {
-      made.append(...content());
+    if (made.open && !filled) {
+      filled = true;
+      summary.after(...content());
     }
   };
   made.addEventListener("toggle", fill);
-  made.open = open;
-  fill();
+  made.unfold = () => {
+    made.open = true;
+    fill();
+  };
+  if (open) {
+    made.unfold();
+  }
   return made;
 }

@@ -11,8 +11,9 @@ const MOVABLE = [0x3f8f5b, 0xc8563c, 0x8a6bbf, 0xd2a12b, 0x3d86b5, 0xb65a8c, 0x7
 const FIXED = 0xb4b8be;
 const REGION = 0x4d8fd6;
 const HULL = 0x7a5cc0;
-const PARTS = [0x1f9e89, 0x46b3d9, 0x7fb800, 0x2f6fb0, 0x5fc9a8, 0x9a9ee0];
+const HUES = [0, 0.06, -0.04, 0.1, 0.03, 0.14]; // by which the colours of a thing's parts differ, of the circle
 const FADED = 0.12; // opacity of what is not looked at
+const THROUGH = 0.6; // opacity of what lets its inside be seen
 const SOLID = ["original", "enclosing", "hull"];
 
 /** All things of a scene by name: bodies, regions and `robot.link`. */
@@ -41,6 +42,7 @@ export class Thing {
     this.layers = new Map();
     this.marked = null;
     this.isFaded = false;
+    this.isThrough = false;
     this.setVisible(this.kind === "region" ? "regions" : "original", true);
   }
 
@@ -101,8 +103,11 @@ export class Thing {
     const own = layer === "hull" ? HULL : this.colour;
     const material = new MeshLambertMaterial({ color: new Color(own), side: DoubleSide });
     if (layer === "enclosing") {
-      tintParts(geometry, shapes.map((each) => this.view.meshes[each.mesh]), this.arrays);
+      tintParts(geometry, shapes.map((each) => this.view.meshes[each.mesh]), this.arrays, this.colour);
       Object.assign(material, { vertexColors: true, color: new Color(0xffffff) });
+    }
+    if (layer !== "original") { // in front of a mesh that it coincides with
+      Object.assign(material, { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -4 });
     }
     const made = new Mesh(geometry, material);
     made.userData = { name: this.name, own: material.color.getHex(), opacity: layer === "original" ? 1 : 0.45 };
@@ -127,9 +132,10 @@ export class Thing {
     this.colourAll();
   }
 
-  /** Whether the thing steps back behind others. */
-  fade(faded) {
+  /** Whether the thing steps back behind others, or lets what is inside be seen. */
+  fade(faded, through = false) {
     this.isFaded = faded;
+    this.isThrough = through;
     this.colourAll();
   }
 
@@ -144,7 +150,8 @@ export class Thing {
       material.color.set(this.marked ?? own);
       material.emissive?.set(this.marked ?? 0).multiplyScalar(0.3);
       const alone = opacity < 1 && covered && !this.layers.get("original")?.visible && this.kind !== "region";
-      const wanted = (alone ? 1 : opacity * (this.marked !== null && opacity < 1 ? 2.5 : 1)) * (this.isFaded ? FADED : 1);
+      const strong = this.marked !== null && opacity < 1 ? 2.5 : 1;
+      const wanted = (alone ? 1 : opacity * strong) * (this.isFaded ? FADED : 1) * (this.isThrough ? THROUGH : 1);
       const transparent = wanted < 1;
       if (material.transparent !== transparent) {
         material.needsUpdate = true;
@@ -172,11 +179,11 @@ export class Thing {
 }
 
 /** Gives each part of an enclosure a colour of its own, so that one sees where it ends. */
-function tintParts(geometry, meshes, arrays) {
+function tintParts(geometry, meshes, arrays, own) {
   const colours = new Float32Array(geometry.getAttribute("position").array.length);
   let at = 0;
   meshes.forEach((mesh, index) => {
-    const colour = new Color(PARTS[index % PARTS.length]).toArray();
+    const colour = new Color(own).offsetHSL(HUES[index % HUES.length], 0, 0.09 * (index % 3) - 0.05).toArray();
     for (let corner = 0; corner < arrays[mesh.faces.array].length; corner += 1, at += 3) {
       colours.set(colour, at);
     }
