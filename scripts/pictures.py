@@ -92,9 +92,9 @@ def _rows() -> tuple[Row, ...]:
     rows += [Row(f"examples/{name}/scene.png", f"examples/{name}/scene.yaml") for name in TASKS]
     bartender, tap = "domains/bartender/four_bottles.yaml", "meshes/tap/tap.stl"
     rows += [
-        Row("docs/pictures/bound.png", tap, ("--scale", "0.001", "--epsilon", "1%")),
+        Row("docs/pictures/bound.png", tap, ("--epsilon", "1%")),
         Row("docs/pictures/swept_volume.png", bartender, ("--sweep", "pick_up(o=bottle_2, r=right)"), plan=True),
-        Row("docs/pictures/grasps.png", bartender, ("--samples", "left:bottle_2.side", "--look-at", "bottle_2")),
+        Row("docs/pictures/grasps.png", bartender, ("--samples", "left:bottle_2.side")),
         Row("docs/pictures/branch.gif", "domains/stacked/n3.yaml", plan=True),
     ]
     return tuple(rows)
@@ -103,6 +103,7 @@ def _rows() -> tuple[Row, ...]:
 TABLE = _rows()
 # Charts, and pictures of things that no scene holds, have programs of their own.
 PROGRAMS = {
+    "docs/pictures/viewer.png": "scripts.picture_viewer",
     "docs/pictures/sampling.png": "scripts.picture_sampling",
     "docs/pictures/exploration.png": "scripts.picture_exploration",
     "examples/lifting_a_bar/explored.png": "scripts.picture_lifting_a_bar",
@@ -140,9 +141,7 @@ def _drawn(row: Row, what: Path, options: tuple[str, ...]) -> bytes:
         problem=ROOT / given["--problem"] if "--problem" in given else None,
         sweep=_node(given["--sweep"], what) if "--sweep" in given else None,
         samples=given.get("--samples"),
-        scale=float(given.get("--scale", 1.0)),
         epsilon=None if epsilon is None else lambda mesh: 0.01 * float(epsilon.removesuffix("%")) * mesh.diagonal,
-        view=ViewWishes(look_at=given.get("--look-at")),
     )
     return picture_of_file(what, Path(row.picture).suffix, wishes)
 
@@ -158,16 +157,16 @@ def gearbox() -> bytes:
     apart = (("tree", 0.0, 0), ("bearing", 0.165, 1), ("pipe", 0.22, 2), ("bearing", 0.375, 3))
     together = (("tree", 0.0, 0), ("bearing", SHOULDER, 1), ("pipe", COLLAR, 2), ("bearing", COLLAR + SEAT, 3))
     solids, glass, labels = [], [], []
-    for y, places in ((0.0, apart), (0.22, together)):
+    for y, lifted, places in ((0.0, 0.0, apart), (0.22, 0.12, together)):
         for number, (part, z, colour) in enumerate(places):
             pose = np.eye(4)
-            pose[1:3, 3] = y, z
+            pose[1:3, 3] = y, z + lifted
             solid = Solid(f"{part} {number} {y}", *triangles(GEARBOX[part](HIGH)), MOVABLE[colour], pose)
             (glass if part == "pipe" and y else solids).append(solid)
             if not y:
                 labels.append(Label(part, pose[:3, 3], MOVABLE[colour], about=frozenset([solid.name])))
     drawing = Drawing(tuple(solids), (Glass(tuple(glass), 0.4),), labels=tuple(labels))
-    view = ViewWishes(camera=(1.4, 0.11, 0.75))
+    view = ViewWishes(camera=(1.4, 0.11, 0.8))
     return png(titled(picture_of(drawing, view), "A gearbox: its parts on their axis, and put together"))
 
 

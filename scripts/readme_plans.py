@@ -17,8 +17,9 @@ COMMAND = re.compile(r"^ *kabo (solve .*?)(?: -o \S+)?$", re.MULTILINE)
 
 
 def shown() -> list[Path]:
-    """The README files of domains that show a plan."""
-    return [path for path in sorted(ROOT.glob("domains/*/README.md")) if PLAN.search(path.read_text())]
+    """The README files of domains and examples that show a plan."""
+    pages = [*sorted(ROOT.glob("domains/*/README.md")), *sorted(ROOT.glob("examples/*/README.md"))]
+    return [path for path in pages if PLAN.search(path.read_text())]
 
 
 def printed(command: str) -> str:

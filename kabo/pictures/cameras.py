@@ -8,7 +8,7 @@ from kabo.arrays import Array
 
 VIEW_ANGLE = np.deg2rad(28.0)  # from the bottom to the top of a picture, where nobody asked for another
 MARGIN = 1.06  # how much wider a picture is than what it shows
-ASPECTS = (1.15, 2.3)  # of pictures whose size is free: width by height
+ASPECTS = (0.95, 2.3)  # of pictures whose size is free: width by height
 AZIMUTHS, ELEVATIONS = (
     16,
     (22.0, 32.0, 44.0),

@@ -82,6 +82,8 @@ def place(drawing: Drawing, camera: Camera, seen: Numbers, size: int) -> list[Pl
             continue
         shown = replace(label, text=f"{label.text} (hidden)") if hidden else label
         anchor = _anchor(shown, camera, own, hidden=bool(hidden))
+        if not (0.0 <= anchor[0] < width and 0.0 <= anchor[1] < height):
+            continue
         wide, high = font(size).getlength(shown.text) + 12, size + 9
         boxes = _boxes(*anchor, wide, high)
         prices = [_price(box, anchor, found, sums) + _own_price(box, own) for box in boxes]
@@ -107,7 +109,7 @@ def _anchor(label: Label, camera: Camera, own: npt.NDArray[np.bool_], *, hidden:
     height, width = own.shape
     if not label.about or hidden:
         (x, y, _), *_ = camera.seen(label.anchor[None], (width, height))
-        return float(np.clip(x, 0, width)), float(np.clip(y, 0, height))
+        return float(x), float(y)
     rows, columns = np.nonzero(own)
     # The seen pixel nearest to the middle of all that are seen: never beside a thing with a hole.
     away = (rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2

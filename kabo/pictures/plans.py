@@ -16,6 +16,7 @@ from kabo.pictures.views import View, ViewWishes, chosen_view, taken
 from kabo.plan import Plan
 from kabo.scene import Scene
 
+MAX_LOOKS = 4  # frames by which the side is chosen
 STRIP_WIDTH, COLUMNS, MAX_PANELS, CAPTION_ROWS = 1200, (3, 4), 12, 3
 ANIMATION_WIDTH, MAX_FRAMES, FRAME_STEP = 520, 90, 0.1  # pixels, frames, and [s] of plan time between two
 
@@ -105,11 +106,12 @@ def _staged(film: Film, frames: Sequence[Frame], wishes: ViewWishes, width: int)
     """A stage for all frames, and a view that holds what moves in any of them."""
     drawing = scene_drawing(film.scene, film.start)
     stage = Stage(drawing, (width, width))
-    # Every frame must fit, so the view is fitted to all of them; the side is chosen at the start.
+    # Every frame must fit, so the view is fitted to all of them; the side is that which shows most of a few.
     points = [_points(drawing, film, frame) for frame in frames]
     halfway = [film.at(name, film.duration(name) / 2.0) for name in film.moving]
     points += [drawing.moved(poses_in(film.scene, state)).points for state in halfway]
-    return stage, chosen_view(stage, np.concatenate(points), wishes, width)
+    shown = [poses_in(film.scene, frames[k].state) for k in _spread(len(frames), MAX_LOOKS)]
+    return stage, chosen_view(stage, np.concatenate(points), wishes, width, shown)
 
 
 def _points(drawing: Drawing, film: Film, frame: Frame) -> Array:

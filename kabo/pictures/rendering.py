@@ -62,19 +62,25 @@ class Stage:
             pixels = (1.0 - share) * pixels + share * _outlined(over, nearer)
         return _smaller(pixels, self.size), depth[::SAMPLES, ::SAMPLES]
 
-    def best_direction(self, points: Array) -> Array:
-        """The direction (3,) from which the solids show most of themselves, by their weights.
+    def best_direction(self, points: Array, states: Sequence[Mapping[str, Array]] = ({},)) -> Array:
+        """The direction (3,) from which the solids show most of themselves, by their weights, in all of some states.
 
         Sides on which what weighs most is nearer than the rest are preferred: arms are seen behind their work.
+
+        Args:
+            points: that are in the picture [m]. states: of each, the poses (4, 4) of solids that move.
         """
         aspect = SMALL[0] / SMALL[1]
         self._plotter.window_size = list(SMALL)
         self._flat(True)
         front = _front(self.drawing.everything)
-        scores = []
-        for away in directions():
-            turned = 1.0 + FRONT * float(away[:2] @ front) / float(np.linalg.norm(away[:2]))
-            scores.append(round(turned * self._score(fitted(points, away, aspect)), 6))
+        scores = np.zeros(len(directions()))
+        for poses in states:
+            self.place(poses)
+            for number, away in enumerate(directions()):
+                turned = 1.0 + FRONT * float(away[:2] @ front) / float(np.linalg.norm(away[:2]))
+                scores[number] += round(turned * self._score(fitted(points, away, aspect)), 6)
+        self.place({solid.name: solid.pose for solid in self.drawing.solids})
         self._flat(False)
         self._plotter.window_size = [SAMPLES * side for side in self.size]
         return directions()[int(np.argmax(scores))]

@@ -1,5 +1,7 @@
 """Samples of a grasp as a picture: hands where constraints allow them, as glass around the object."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -9,7 +11,7 @@ from kabo.scene import Robot, Scene, link_poses
 
 OPTION = "--samples"
 FORM = "write ROBOT:OBJECT.GRASP, as left:bottle_1.side"
-SHOWN, OPACITY = 40, 0.5  # hands that are drawn
+SHOWN, OPACITY = 10, 0.55  # hands that are drawn
 
 
 def samples_drawing(scene: Scene, wanted: str) -> tuple[Drawing, str]:
@@ -35,11 +37,17 @@ def samples_drawing(scene: Scene, wanted: str) -> tuple[Drawing, str]:
         hint = "look at it: `kabo view`; `kabo check` says what is out of reach"
         raise _refusal(f'{robot.name} finds no sample of "{grasp}" of {thing} where it stands', hint)
     shown = found[np.linspace(0, len(found) - 1, min(SHOWN, len(found))).astype(int)]
-    hands = tuple(solid for number, q in enumerate(shown) for solid in _hand(robot, tuple(q.tolist()), number))
+    # Each hand is glass of its own: its outline stays visible behind that of others.
+    hands = tuple(Glass(_hand(robot, tuple(q.tolist()), number), OPACITY) for number, q in enumerate(shown))
     drawing = scene_drawing(scene)
-    glass = (*drawing.glass, Glass(hands, OPACITY))
+    # The picture holds the hands and what they grasp; the rest is there as far as there is room.
+    solids = tuple(replace(each, weight=1.0 if each.name == thing else 0.0) for each in drawing.solids)
+    around = tuple(
+        replace(each, solids=tuple(replace(s, weight=0.0) for s in each.solids)) for each in drawing.glass
+    )
+    glass = (*around, *hands)
     figures = f"{robot.name} grasps {thing} by {grasp}: {len(found)} samples, {len(shown)} drawn"
-    return Drawing(drawing.solids, glass, labels=drawing.labels), figures
+    return Drawing(solids, glass, labels=drawing.labels), figures
 
 
 def _parsed(scene: Scene, wanted: str) -> tuple[Robot, str, str]:
@@ -65,7 +73,7 @@ def _refusal(message: str, hint: str) -> InputError:
     return InputError([Diagnostic(OPTION, 1, 1, message, hint)])
 
 
-def _hand(robot: Robot, q: tuple[float, ...], number: int) -> list[Solid]:
+def _hand(robot: Robot, q: tuple[float, ...], number: int) -> tuple[Solid, ...]:
     """The links of the hand in one configuration; of a robot without a tool, all links."""
     poses = link_poses(robot, q)
     names = carried_by_tool(robot)
@@ -74,4 +82,4 @@ def _hand(robot: Robot, q: tuple[float, ...], number: int) -> list[Solid]:
         mesh = robot.links[name].mesh
         if mesh is not None and len(mesh.faces):
             found.append(Solid(f"sample {number} {name}", mesh.vertices, mesh.faces, ORANGE, poses[name], 0.02))
-    return found
+    return tuple(found)

@@ -1,6 +1,6 @@
 """From where a drawing is looked at: chosen, unless somebody asks for a place, a thing to look at, or a size."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,12 +65,19 @@ def taken(
     return pixels
 
 
-def chosen_view(stage: Stage, points: Array, wishes: ViewWishes, width: int) -> View:
+def chosen_view(
+    stage: Stage,
+    points: Array,
+    wishes: ViewWishes,
+    width: int,
+    states: Sequence[Mapping[str, Array]] = ({},),
+) -> View:
     """The view of points (N, 3): as wished; else from the side that shows most, as near as shows all.
 
     Args:
         stage: shows the drawing. points: that must be seen [m]. wishes: what is asked for. width: of the picture
-            where no size is asked for [pixels]; its height follows from what is seen.
+            where no size is asked for [pixels]; its height follows from what is seen. states: of a film: the poses
+            (4, 4) of what moves at some of its moments.
 
     Raises:
         InputError: the thing to be looked at does not exist.
@@ -78,7 +85,7 @@ def chosen_view(stage: Stage, points: Array, wishes: ViewWishes, width: int) -> 
     looked_at = _looked_at(stage.drawing, points, wishes.look_at)
     middle = (looked_at.min(axis=0) + looked_at.max(axis=0)) / 2.0
     if wishes.camera is None:
-        away = stage.best_direction(looked_at)
+        away = stage.best_direction(looked_at, states)
     else:
         away = np.array(wishes.camera) - middle
         if not np.any(away):

@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
 from threading import Lock
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TextIO
@@ -12,7 +11,9 @@ from kabo.cli.terminal import tell
 from kabo.cli.waiting.doing import Doing, of_phase, of_preparing, of_progress
 from kabo.phases import Phase
 
-if TYPE_CHECKING:  # they are other rooms' classes, which only some commands load
+if TYPE_CHECKING:  # only some commands load them
+    from multiprocessing.connection import Connection
+
     from kabo.cli import rooms
 
 REPORT_S, REPORT_SHARE = 1.0, 0.02  # kept of a limit for saying what was found out: at most, and as a share of it
@@ -70,7 +71,7 @@ class ChildSurrounding(Surrounding):
     if it has to end the command.
     """
 
-    def __init__(self, channel: Connection, began: float) -> None:
+    def __init__(self, channel: "Connection", began: float) -> None:
         self.began, self._channel = began, channel
         self._lock = Lock()  # a signal handler or another thread may come between
         self._step, self._next, self._quiet_until = "", 0.0, 0.0

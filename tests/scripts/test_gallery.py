@@ -1,0 +1,79 @@
+"""The gallery: what README files say of a plan, and their pictures, are what the commands make."""
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kabo.plan import load_plan
+from scripts.gallery import readme_of, renewed
+from scripts.pictures import MOVING, NAMES, PROGRAMS, ROOT, SHOWN, SYMBOLIC, TABLE, drawn, plan_of
+
+PICTURES = [
+    path
+    for folder in ("docs", "domains", "examples")
+    for path in (ROOT / folder).rglob("*")
+    if path.suffix in {".png", ".gif", ".svg"}
+]
+LARGEST = {".png": 300_000, ".svg": 300_000, ".gif": 2_000_000}  # bytes
+ROWS = {row.picture: row for row in TABLE}
+LIKE = 6.0  # of 255: mean difference of pixels that other versions of the graphics library may make
+
+
+@pytest.fixture(scope="module")
+def plans(tmp_path_factory):
+    return tmp_path_factory.mktemp("plans")
+
+
+def text_of(folder: str) -> str:
+    readme = readme_of(folder)
+    return "" if readme is None else readme.read_text()
+
+
+def require_alike(name: str, plans: Path) -> None:
+    """Checks that a picture has the size and the likeness of the one that is drawn now."""
+    pytest.importorskip("pyvista")
+    from PIL import Image
+
+    new = np.asarray(Image.open(BytesIO(drawn(ROWS[name], plans))).convert("RGB"), float)
+    old = np.asarray(Image.open(ROOT / name).convert("RGB"), float)
+    assert new.shape == old.shape and np.abs(new - old).mean() < LIKE, f"python -m scripts.pictures {name}"
+
+
+def test_every_domain_shows_a_plan():
+    assert {path.parent for path in (ROOT / "domains").glob("*/domain.yaml")} == {
+        ROOT / folder for folder in SHOWN if folder.startswith("domains/")
+    }
+
+
+@pytest.mark.parametrize("path", PICTURES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_a_picture_is_of_moderate_size_and_made_by_a_command(path):
+    name = path.relative_to(ROOT).as_posix()
+    assert path.stat().st_size <= LARGEST[path.suffix]
+    assert name in NAMES or name.rpartition("/")[0] in PROGRAMS
+
+
+def test_every_picture_of_the_table_is_there():
+    assert [name for name in NAMES if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("folder", SYMBOLIC)
+def test_a_readme_and_a_graph_are_what_the_commands_write(folder, plans):
+    plan_file = plan_of(f"{folder}/{SHOWN[folder]}.yaml", plans)
+    assert renewed(text_of(folder), folder, load_plan(plan_file)) == text_of(folder), "python -m scripts.gallery"
+    assert drawn(ROWS[f"{folder}/plan.svg"], plans) == (ROOT / folder / "plan.svg").read_bytes()
+
+
+def test_the_picture_of_a_scene_is_like_the_one_drawn_now(plans):
+    require_alike("domains/assembly/scene.png", plans)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", MOVING)
+def test_a_plan_with_motion_is_what_the_commands_write(folder, plans):
+    plan_file = plan_of(f"{folder}/{SHOWN[folder]}.yaml", plans)
+    text = text_of(folder)
+    assert text == "" or renewed(text, folder, load_plan(plan_file)) == text, "python -m scripts.gallery"
+    assert drawn(ROWS[f"{folder}/plan.svg"], plans) == (ROOT / folder / "plan.svg").read_bytes()
+    require_alike(f"{folder}/plan.png", plans)
