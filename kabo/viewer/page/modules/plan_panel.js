@@ -13,6 +13,7 @@ import { Player, filmOf } from "kabo/player.js";
 import { Sweeps } from "kabo/sweeps.js";
 import { TimeLine } from "kabo/timeline.js";
 
+const CALM = 250; // milliseconds between two nodes whose details are shown
 const WRITE_AFTER = 250; // milliseconds without a change until the link is written
 
 /** Adds what the document has of the plan to the shell. */
@@ -96,6 +97,7 @@ class PlanPanel {
     this.branch = this.branches.branch;
     const steps = this.branch.map(({ node }) => ({ id: node.id, ...node.motion }));
     this.shownNode = null;
+    this.shownAt = -CALM; // what is chosen by hand is shown at once
     this.player.load(filmOf(this.plan.start, steps), time);
     if (this.dag.only) {
       this.dag.arrange();
@@ -144,18 +146,31 @@ class PlanPanel {
     }
     this.stage?.setState(this.player.state);
     if (this.shownNode !== step.id) {
-      this.showNode(this.branch[number]);
+      this.showSoon(this.branch[number]);
     }
-    this.margins.play(local);
-    this.sweeps.show(this.branch[number].node, local);
-    this.dag.progress(step.length > 0 ? local / step.length : 1);
-    this.markNearest();
+    if (this.shownNode === step.id) {
+      this.margins.play(local);
+      this.sweeps.show(this.branch[number].node, local);
+      this.dag.progress(step.length > 0 ? local / step.length : 1);
+      this.markNearest();
+    }
     clearTimeout(this.writing);
     this.writing = setTimeout(() => this.writeLink(), WRITE_AFTER);
   }
 
+  /** Shows a node at once, or soon if another has just been shown: where time runs through nodes, text is slow to draw. */
+  showSoon(met) {
+    const wait = (this.shownAt ?? -CALM) + CALM - performance.now();
+    if (wait <= 0) {
+      this.showNode(met);
+    } else {
+      this.waiting ??= setTimeout(() => { this.waiting = null; this.moved(); }, wait);
+    }
+  }
+
   showNode({ node, port }) {
     this.shownNode = node.id;
+    this.shownAt = performance.now();
     this.dag.choose(node.id);
     this.title.replaceChildren(make("span", { className: "id" }, [node.id]), ` ${callOf(node)}`);
     this.about.textContent = this.words(node);
