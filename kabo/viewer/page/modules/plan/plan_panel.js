@@ -14,6 +14,7 @@ import { Sweeps } from "kabo/sweeps.js";
 import { TimeLine } from "kabo/timeline.js";
 
 const CALM = 250; // milliseconds between two nodes whose details are shown
+const [SLOW, REST] = [45, 600]; // milliseconds: of a frame that takes long, and after which time is at rest
 const WRITE_AFTER = 250; // milliseconds without a change until the link is written
 
 /** Adds what the document has of the plan to the shell. */
@@ -83,7 +84,7 @@ class PlanPanel {
     shell.onKey("Home", "to the beginning", () => player.scrub(0));
     shell.onKey("End", "to the end", () => player.scrub(player.film.duration));
     shell.onKey("o", "the next outcome at this node, or at the branching before it", () => this.otherOutcome());
-    shell.onKey("v", "show or hide the swept volume", () => this.sweeps.element.hidden || this.sweeps.box.click());
+    shell.onKey("w", "show or hide the swept volume", () => this.sweeps.element.hidden || this.sweeps.box.click());
     shell.onKey("b", "only the chosen branch, or all of the plan", () => dag.toggleOnly());
     shell.onKey("c", "hide or show what is behind this node", () => dag.toggleFold(dag.chosen));
     shell.onKey("+", "zoom into the plan", () => dag.zoom(1.4));
@@ -145,6 +146,7 @@ class PlanPanel {
       return;
     }
     this.stage?.setState(this.player.state);
+    this.keepPace();
     if (this.shownNode !== step.id) {
       this.showSoon(this.branch[number]);
     }
@@ -156,6 +158,18 @@ class PlanPanel {
     }
     clearTimeout(this.writing);
     this.writing = setTimeout(() => this.writeLink(), WRITE_AFTER);
+  }
+
+  /** Where frames take long while time runs, the stage has fewer pixels; all of them come back when it rests. */
+  keepPace() {
+    const now = performance.now();
+    const between = now - (this.movedAt ?? -Infinity);
+    this.movedAt = now;
+    if (between > SLOW && between < REST) {
+      this.stage?.setCoarse(true);
+    }
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.stage?.setCoarse(false), REST);
   }
 
   /** Shows a node at once, or soon if another has just been shown: where time runs through nodes, text is slow to draw. */
