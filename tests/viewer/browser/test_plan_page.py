@@ -252,8 +252,8 @@ def test_paper_has_the_graph_and_a_picture_of_each_motion(cups, open_page):
 def test_the_swept_volume_of_the_present_segment_can_be_seen(cups, open_page):
     shown = open_page(cups.page)
     assert shown.run("kabo.stage.overlays.has('sweep')") is False
-    shown.page.keyboard.press("v")
+    shown.page.keyboard.press("w")
     assert shown.run("kabo.stage.overlays.get('sweep').children.length") > 3
-    shown.page.keyboard.press("v")
+    shown.page.keyboard.press("w")
     assert shown.run("kabo.stage.overlays.has('sweep')") is False
     shown.require_clean()

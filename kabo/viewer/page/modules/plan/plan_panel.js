@@ -13,6 +13,8 @@ import { Player, filmOf } from "kabo/player.js";
 import { Sweeps } from "kabo/sweeps.js";
 import { TimeLine } from "kabo/timeline.js";
 
+const CALM = 250; // milliseconds between two nodes whose details are shown
+const [SLOW, REST] = [45, 600]; // milliseconds: of a frame that takes long, and after which time is at rest
 const WRITE_AFTER = 250; // milliseconds without a change until the link is written
 
 /** Adds what the document has of the plan to the shell. */
@@ -82,7 +84,7 @@ class PlanPanel {
     shell.onKey("Home", "to the beginning", () => player.scrub(0));
     shell.onKey("End", "to the end", () => player.scrub(player.film.duration));
     shell.onKey("o", "the next outcome at this node, or at the branching before it", () => this.otherOutcome());
-    shell.onKey("v", "show or hide the swept volume", () => this.sweeps.element.hidden || this.sweeps.box.click());
+    shell.onKey("w", "show or hide the swept volume", () => this.sweeps.element.hidden || this.sweeps.box.click());
     shell.onKey("b", "only the chosen branch, or all of the plan", () => dag.toggleOnly());
     shell.onKey("c", "hide or show what is behind this node", () => dag.toggleFold(dag.chosen));
     shell.onKey("+", "zoom into the plan", () => dag.zoom(1.4));
@@ -96,6 +98,7 @@ class PlanPanel {
     this.branch = this.branches.branch;
     const steps = this.branch.map(({ node }) => ({ id: node.id, ...node.motion }));
     this.shownNode = null;
+    this.shownAt = -CALM; // what is chosen by hand is shown at once
     this.player.load(filmOf(this.plan.start, steps), time);
     if (this.dag.only) {
       this.dag.arrange();
@@ -143,19 +146,45 @@ class PlanPanel {
       return;
     }
     this.stage?.setState(this.player.state);
+    this.keepPace();
     if (this.shownNode !== step.id) {
-      this.showNode(this.branch[number]);
+      this.showSoon(this.branch[number]);
     }
-    this.margins.play(local);
-    this.sweeps.show(this.branch[number].node, local);
-    this.dag.progress(step.length > 0 ? local / step.length : 1);
-    this.markNearest();
+    if (this.shownNode === step.id) {
+      this.margins.play(local);
+      this.sweeps.show(this.branch[number].node, local);
+      this.dag.progress(step.length > 0 ? local / step.length : 1);
+      this.markNearest();
+    }
     clearTimeout(this.writing);
     this.writing = setTimeout(() => this.writeLink(), WRITE_AFTER);
   }
 
+  /** Where frames take long while time runs, the stage has fewer pixels; all of them come back when it rests. */
+  keepPace() {
+    const now = performance.now();
+    const between = now - (this.movedAt ?? -Infinity);
+    this.movedAt = now;
+    if (between > SLOW && between < REST) {
+      this.stage?.setCoarse(true);
+    }
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.stage?.setCoarse(false), REST);
+  }
+
+  /** Shows a node at once, or soon if another has just been shown: where time runs through nodes, text is slow to draw. */
+  showSoon(met) {
+    const wait = (this.shownAt ?? -CALM) + CALM - performance.now();
+    if (wait <= 0) {
+      this.showNode(met);
+    } else {
+      this.waiting ??= setTimeout(() => { this.waiting = null; this.moved(); }, wait);
+    }
+  }
+
   showNode({ node, port }) {
     this.shownNode = node.id;
+    this.shownAt = performance.now();
     this.dag.choose(node.id);
     this.title.replaceChildren(make("span", { className: "id" }, [node.id]), ` ${callOf(node)}`);
     this.about.textContent = this.words(node);

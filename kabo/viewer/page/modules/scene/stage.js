@@ -201,9 +201,17 @@ export class Stage {
     this.framed.push(f);
   }
 
+  /** Draws with half as many pixels in each direction, or with all again: for time that runs on a slow machine. */
+  setCoarse(coarse) {
+    if (Boolean(this.coarse) !== coarse) {
+      this.coarse = coarse;
+      this.draw();
+    }
+  }
+
   fit() {
     const { clientWidth, clientHeight } = this.canvas;
-    const ratio = Math.min(devicePixelRatio, 2);
+    const ratio = Math.min(devicePixelRatio, 2) * (this.coarse ? 0.5 : 1);
     if (clientWidth && (this.canvas.width !== Math.floor(clientWidth * ratio)
       || this.canvas.height !== Math.floor(clientHeight * ratio))) {
       this.renderer.setPixelRatio(ratio);
