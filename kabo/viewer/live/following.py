@@ -49,18 +49,14 @@ class Follower:
     """
 
     def __init__(self, config: zenoh.Config, where: str, port: int = 0) -> None:
-        self._where, self._ended = where, threading.Event()
-        self._closing = ExitStack()
-        self._client = self._closing.enter_context(Client(config))
+        self._where, self._ended, self._lock = where, threading.Event(), threading.Lock()
         self._now: Followed | None = None
-        self._lock = threading.Lock()
-        try:
+        with ExitStack() as opened:
+            self._client = opened.enter_context(Client(config))
             self._wait_for_server()
+            self._folder = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="kabo-view-")))
             self._live = LiveServer(page_of(self._waiting()), port)
-        except BaseException:
-            self._closing.close()
-            raise
-        self._folder = Path(self._closing.enter_context(tempfile.TemporaryDirectory(prefix="kabo-view-")))
+            self._closing = opened.pop_all()
         self._client.watch(self._watched)
         self._looking = threading.Thread(target=self._look, daemon=True)
         self._looking.start()
