@@ -9,7 +9,9 @@ from pathlib import Path
 
 import zenoh
 
-from kabo.errors import InputError, ServiceError
+from kabo.errors import Diagnostic, InputError, ServiceError
+from kabo.language import load_problem
+from kabo.scene import load_scene
 from kabo.service import (
     Client,
     ErrorReply,
@@ -21,8 +23,10 @@ from kabo.service import (
     read,
     unpack_problem,
 )
+from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import ViewDocument
 from kabo.viewer.content.given import ViewOptions, document_of_file
+from kabo.viewer.content.scene_view import scene_view
 from kabo.viewer.live.http_server import EVENTS, LiveServer
 from kabo.viewer.page.writing import page_of
 
@@ -168,7 +172,7 @@ class Follower:
                 path.write_bytes(plan)
                 made = document_of_file(path, ViewOptions(problem=now.problem, domain=now.domain))
             else:
-                made = document_of_file(now.problem, ViewOptions(domain=now.domain))
+                made = _scene_document(now)
         except (InputError, OSError):  # a problem without a scene, or one that the server will refuse
             return replace(self._waiting(version), title=now.problem.stem)
         return replace(made, live={"events": EVENTS, "where": self._where, "version": version})
@@ -176,6 +180,18 @@ class Follower:
     def _waiting(self, version: str = "waiting") -> ViewDocument:
         live = {"events": EVENTS, "where": self._where, "version": version}
         return ViewDocument(f"requests at {self._where}", "problem", live=live)
+
+
+def _scene_document(now: Followed) -> ViewDocument:
+    """The scene of a request as it is at the start; without findings, which take seconds.
+
+    Raises:
+        InputError: the problem cannot be read, or has no scene.
+    """
+    problem, arrays = load_problem(now.problem, now.domain), Arrays()
+    if problem.scene is None:
+        raise InputError([Diagnostic(str(now.problem), 1, 1, "this problem has no scene to show", None)])
+    return ViewDocument(problem.name, "problem", scene_view(load_scene(problem.scene), arrays), arrays=arrays)
 
 
 def _said(answer: Reply) -> str:
