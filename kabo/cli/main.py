@@ -72,7 +72,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if _asks_for_json(given):
             print(json.dumps({"code": "bad_request", "message": str(error)}))
         raise SystemExit(exit_codes.BAD_INPUT) from None
-    apart = arguments is None and hasattr(options, "surrounding") and hasattr(os, "fork")
+    serves = getattr(options, "follow", None) is not None  # there is no end that could be waited for, or told of
+    apart = arguments is None and hasattr(options, "surrounding") and hasattr(os, "fork") and not serves
 
     def run(options: argparse.Namespace) -> int:
         with logging_as(options):

@@ -4,7 +4,7 @@ States are told as in plan files, and only where they differ from the start of t
 to 1e-6, because nothing is proven of them here.
 """
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Refusal
 from kabo.plan import Node, node_to_json
@@ -60,7 +60,15 @@ def state_of(situation: "Situation", scene: "Scene") -> StateReport:
     from kabo.tasks.robots import changed_between
 
     changes = whole_state(scene, changed_between(Situation.of(scene.start), situation))
-    return cast("StateReport", node_to_json(Node("action", "", after=changes)).get("after", {}))
+    made: StateReport = {}
+    if changes.robots:
+        made["robots"] = {name: {"joints": dict(joints)} for name, joints in changes.robots.items()}
+    if changes.objects:
+        made["objects"] = {
+            name: {"parent": pose.parent, "position": pose.position, "quaternion": pose.quaternion}
+            for name, pose in changes.objects.items()
+        }
+    return made
 
 
 def _short(segment: SegmentReport) -> SegmentReport:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import zenoh
 
-from kabo.errors import InputError, ServiceError
+from kabo.errors import Diagnostic, InputError, ServiceError
+from kabo.language import load_problem
+from kabo.scene import load_scene
 from kabo.service import (
     Client,
     ErrorReply,
@@ -21,8 +23,10 @@ from kabo.service import (
     read,
     unpack_problem,
 )
+from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import ViewDocument
 from kabo.viewer.content.given import ViewOptions, document_of_file
+from kabo.viewer.content.scene_view import scene_view
 from kabo.viewer.live.http_server import EVENTS, LiveServer
 from kabo.viewer.page.writing import page_of
 
@@ -49,18 +53,14 @@ class Follower:
     """
 
     def __init__(self, config: zenoh.Config, where: str, port: int = 0) -> None:
-        self._where, self._ended = where, threading.Event()
-        self._closing = ExitStack()
-        self._client = self._closing.enter_context(Client(config))
+        self._where, self._ended, self._lock = where, threading.Event(), threading.Lock()
         self._now: Followed | None = None
-        self._lock = threading.Lock()
-        try:
+        with ExitStack() as opened:
+            self._client = opened.enter_context(Client(config))
             self._wait_for_server()
+            self._folder = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="kabo-view-")))
             self._live = LiveServer(page_of(self._waiting()), port)
-        except BaseException:
-            self._closing.close()
-            raise
-        self._folder = Path(self._closing.enter_context(tempfile.TemporaryDirectory(prefix="kabo-view-")))
+            self._closing = opened.pop_all()
         self._client.watch(self._watched)
         self._looking = threading.Thread(target=self._look, daemon=True)
         self._looking.start()
@@ -172,7 +172,7 @@ class Follower:
                 path.write_bytes(plan)
                 made = document_of_file(path, ViewOptions(problem=now.problem, domain=now.domain))
             else:
-                made = document_of_file(now.problem, ViewOptions(domain=now.domain))
+                made = _scene_document(now)
         except (InputError, OSError):  # a problem without a scene, or one that the server will refuse
             return replace(self._waiting(version), title=now.problem.stem)
         return replace(made, live={"events": EVENTS, "where": self._where, "version": version})
@@ -180,6 +180,18 @@ class Follower:
     def _waiting(self, version: str = "waiting") -> ViewDocument:
         live = {"events": EVENTS, "where": self._where, "version": version}
         return ViewDocument(f"requests at {self._where}", "problem", live=live)
+
+
+def _scene_document(now: Followed) -> ViewDocument:
+    """The scene of a request as it is at the start; without findings, which take seconds.
+
+    Raises:
+        InputError: the problem cannot be read, or has no scene.
+    """
+    problem, arrays = load_problem(now.problem, now.domain), Arrays()
+    if problem.scene is None:
+        raise InputError([Diagnostic(str(now.problem), 1, 1, "this problem has no scene to show", None)])
+    return ViewDocument(problem.name, "problem", scene_view(load_scene(problem.scene), arrays), arrays=arrays)
 
 
 def _said(answer: Reply) -> str:

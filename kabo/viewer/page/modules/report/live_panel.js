@@ -12,7 +12,8 @@ export function show(shown, stage, shell) {
 class Live {
   constructor(shown, stage) {
     Object.assign(this, { live: shown.live, stage, marked: [], chosen: null });
-    this.state = make("p", { className: "headline", role: "status" }, [`waiting for a request at ${shown.live.where}`]);
+    this.state = make("p", { className: "headline", role: "status" }, [shown.scene === null
+      ? `waiting for a request at ${shown.live.where}` : `listening at ${shown.live.where}`]);
     this.doing = make("p", {});
     this.bar = make("progress", { max: 1, hidden: true, "aria-label": "share that is done" });
     this.counts = make("p", { className: "dim" });
