@@ -5,7 +5,10 @@ The façade: `load_problem`, `solve`, `explain`, `verify`, `load_scene`, `Geomet
 name imports its package when it is first used, so that `import kabo` takes milliseconds.
 """
 
+import logging
+
 from kabo.lazy import lazy_names
 
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # who uses kabo decides what comes of its messages
 __getattr__, __dir__ = lazy_names(__name__, __file__, rooms=("explain", "verify"))
 __version__ = "0.1.0"

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from time import perf_counter
 
 EVERY_S = 0.1  # between two steps that are heard
-LOGGED_S = 0.01  # shorter phases are logged as details
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,8 @@ class Phase:
 Listener = Callable[[Phase], None]
 Step = Callable[[], None]
 _LISTENER: ContextVar[tuple[int, Listener] | None] = ContextVar("kabo_listener", default=None)
+_AROUND: ContextVar[Step | None] = ContextVar("kabo_phase", default=None)  # says the phase around this one again
+WORKING = Phase("working")
 
 
 @contextmanager
@@ -61,12 +62,18 @@ def phase(
     """
     listener = _listener()
     if listener is None:
-        step: Step = _nothing
-    else:
-        listener(Phase(doing, 0, total, unit))
-        step = _Steps(listener, doing, total, unit)
-    with timed(doing, log):
-        yield step
+        with timed(doing, log):
+            yield _nothing
+        return
+    steps, around = _Steps(listener, doing, total, unit), _AROUND.get()
+    steps.tell()
+    token = _AROUND.set(steps.tell)
+    try:
+        with timed(doing, log):
+            yield steps
+    finally:
+        _AROUND.reset(token)
+        listener(WORKING) if around is None else around()
 
 
 @contextmanager
@@ -77,9 +84,8 @@ def timed(doing: str, log: logging.Logger | None = None) -> Iterator[None]:
         yield
     finally:
         seconds = perf_counter() - began
-        level = logging.INFO if seconds >= LOGGED_S else logging.DEBUG
         fields = {"phase": doing, "seconds": round(seconds, 6)}
-        (log or _LOG).log(level, "%s: %.3f s", doing, seconds, extra={"fields": fields})
+        (log or _LOG).info("%s: %.3f s", doing, seconds, extra={"fields": fields})
 
 
 def _listener() -> Listener | None:
@@ -104,7 +110,11 @@ class _Steps:
         now = perf_counter()
         if now >= self._next:
             self._next = now + EVERY_S
-            self._listener(Phase(self._doing, self._done, self._total, self._unit))
+            self.tell()
+
+    def tell(self) -> None:
+        """Tells how many steps are done."""
+        self._listener(Phase(self._doing, self._done, self._total, self._unit))
 
 
 _LOG = logging.getLogger("kabo")

@@ -40,7 +40,8 @@ def script(top: Command) -> str:
     commands = list(top.all())
     lines = [HEAD.rstrip("\n")]
     names = "|".join(f'"{_name(each)}"' for each in commands if each.path)
-    lines.append(f'            {names}) command="$command $word"; count=0;;')
+    if names:
+        lines.append(f'            {names}) command="$command $word"; count=0;;')
     with_values = [
         f'"{_name(each)} {name}"'
         for each in commands

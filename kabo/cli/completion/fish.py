@@ -2,28 +2,29 @@
 
 from kabo.cli.completion.tree import Command, Option, Value
 
-HEAD = """# fish completion for kabo: kabo --completion fish > ~/.config/fish/completions/kabo.fish
+HEAD = r"""# fish completion for kabo: kabo --completion fish > ~/.config/fish/completions/kabo.fish
 function __kabo_command  # the command that is being written: its words
     set -l words (commandline -opc)
     set -l path
     for word in $words[2..-1]
-        if contains -- (string join ' ' $path $word) COMMANDS
+        if contains -- (string trim -- "$path $word") COMMANDS
             set path $path $word
         end
     end
-    string join ' ' $path
+    echo -- "$path"
 end
 function __kabo_at
-    test (string join ' ' (__kabo_command)) = "$argv"
+    set -l path (__kabo_command)
+    test "$path" = "$argv"
 end
 function __kabo_files  # files with one of these endings, and folders, for the way to files; any file if there is none
     set -l found (complete -C"'' "(commandline -ct))
-    set -l pattern '(/|\\\\.('(string join '|' $argv)'))(\\\\t|$)'
-    set -l fitting (string match -r -e -- $pattern $found)
+    set -l endings (string join -- '|' $argv)
+    set -l fitting (string match -r -e -- "(?:/|\.(?:$endings))(?:\t|\$)" $found)
     if test -n "$fitting"
-        string join \\n $fitting
+        string join -- \n $fitting
     else
-        string join \\n $found
+        string join -- \n $found
     end
 end
 complete -c kabo -f
@@ -34,7 +35,7 @@ def script(top: Command) -> str:
     """The script for a command line."""
     commands = list(top.all())
     names = " ".join(_quoted(" ".join(each.path)) for each in commands if each.path)
-    lines = [HEAD.replace("COMMANDS", names).replace("\\\\", "\\").rstrip("\n")]
+    lines = [HEAD.replace("COMMANDS", names).rstrip("\n")]
     for command in commands:
         at = f"complete -c kabo -n {_quoted(('__kabo_at ' + ' '.join(command.path)).strip())}"
         lines += [f"{at} -a {inner.path[-1]} -d {_quoted(inner.help)}" for inner in command.inner]

@@ -111,9 +111,9 @@ def bounding_decomposition(
     own = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), getattr(mesh, "path", None))
     shape, name = shape_of(own), name_of(own)
     aims = Aims(aims_for(shape, epsilon, name).tolerance, corners=vertices_per_part)
-    cover = kept_cover(
-        shape, Request(aims, parts, MAX_CELLS, engine, seed if engine == "coacd" else 0), folder, name
-    )
+    request = Request(aims, parts, MAX_CELLS, engine, seed if engine == "coacd" else 0)
+    with phase("making convex parts", log=_LOG):
+        cover = kept_cover(shape, request, folder, name)
     tree = CoverTree.of(shape, cover, aims, name, folder)
     following = 0
     with phase("refining parts", log=_LOG) as step:

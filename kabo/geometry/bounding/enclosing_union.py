@@ -109,7 +109,8 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], aims: Aims) -> Co
     voids = Voids(solid)
     sets = _sets(solid, cells, epsilon, voids)
     made: dict[Members, Array | None] = {}
-    chosen = _chosen(solid, cells, sets, made, aims, voids)
+    with phase("choosing parts", log=_LOG):
+        chosen = _chosen(solid, cells, sets, made, aims, voids)
     needed = {members: set(members) for members in chosen}
     parts = {members: part for members in chosen if (part := made[members]) is not None}
     for members in chosen:
@@ -122,7 +123,8 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], aims: Aims) -> Co
                 parts[name], needed[name] = part, set(name)
             del needed[members]
     live = sorted(set().union(*needed.values()))
-    parts = _shrunk(solid, cells, live, parts, needed, epsilon, voids)
+    with phase("shrinking parts", log=_LOG):
+        parts = _shrunk(solid, cells, live, parts, needed, epsilon, voids)
     if not _covers(cells, live, list(parts.values())):
         raise Undecided
     ordered = sorted(parts.values(), key=lambda part: tuple(part.mean(axis=0)))

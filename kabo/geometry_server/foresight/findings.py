@@ -1,5 +1,6 @@
 """What is foreseen of a scene as findings of `kabo check`, each at its place in the file."""
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 
 from kabo.children import never
@@ -13,7 +14,10 @@ from kabo.geometry_server.preparation.preparing import Preparing, prepare
 from kabo.geometry_server.server import GeometryServer
 from kabo.language.formulas import Place
 from kabo.language.scene_description import SceneDescription
+from kabo.phases import phase
 from kabo.scene import Body, Scene, load_scene
+
+_LOG = logging.getLogger("kabo.geometry_server")
 
 
 def start_findings(
@@ -46,10 +50,12 @@ def start_findings(
             prepare(server.surroundings.enclosures, told=preparing)
         except MeshError as error:
             return list(error.diagnostics)
-    faults = start_faults(server.surroundings, parts=parts)
+    with phase("looking at the start", log=_LOG):
+        faults = start_faults(server.surroundings, parts=parts)
     found = [*_at_the_start(description, faults), *_regions(description, loaded), *_grippers(description, loaded)]
-    idle = idle_contacts(description, server.surroundings) if parts else iter(())
-    return found + [_contact(description, pair, said) for pair, said in idle]
+    with phase("looking for contacts that are never needed", log=_LOG):
+        idle = idle_contacts(description, server.surroundings) if parts else iter(())
+        return found + [_contact(description, pair, said) for pair, said in idle]
 
 
 def _at_the_start(description: SceneDescription, faults: Sequence[StartFault]) -> Iterator[Diagnostic]:

@@ -1,5 +1,6 @@
 """Makes the entry of a robot for scenes from its URDF: joints, tool, gripper, home, pairs of links that always touch."""
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,9 +24,12 @@ from kabo.language.scene_description import (
     SceneDescription,
 )
 from kabo.language.semantic_description import SemanticDescription
+from kabo.phases import phase
 from kabo.scene import Robot, Scene, is_open, load_scene
 from kabo.scene.semantics import Groups
 from kabo.scene.urdf_file import read_urdf
+
+_LOG = logging.getLogger("kabo.geometry_server")
 
 HOME_WORDS = (
     "home",
@@ -138,14 +142,18 @@ def make_robot_model(
         if errors := [each for each in found if each.severity == "error"]:
             raise InputError(errors)
     description = RobotDescription(name, urdf, PoseDescription(), semantics=semantics)
-    order = list(_scene(description, epsilon, look).robots[name].model.names)[1:]
+    with phase("loading the robot", log=_LOG):
+        names = _scene(description, epsilon, look).robots[name].model.names
+    order = list(names)[1:]
     tree = Tree(file.joints, frozenset(file.mimics))
     hands = _hands(tree, order, wishes or Wishes(), semantics)
     if not hands:
         raise InputError([_nothing_moves(urdf)])
-    description, gripper = _with_hand(description, hands[0], tree, epsilon, look)
-    hulls = _open_links(_scene(description, epsilon, look).robots[name])
-    robot, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
+    with phase("measuring the gripper", log=_LOG):
+        description, gripper = _with_hand(description, hands[0], tree, epsilon, look)
+        hulls = _open_links(_scene(description, epsilon, look).robots[name])
+    with phase("looking which links touch", log=_LOG):
+        robot, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
     return RobotModel(
         name, urdf, srdf, epsilon, robot, hands[0], tuple(each for each in hands[1:] if each.is_arm), gripper, home, margin,
         always, hulls, file.visual,
