@@ -72,6 +72,7 @@ def test_what_is_taken_moves_with_the_hand_and_stays_where_it_is_let_go(tmp_path
     before, after = (world_T(scene, state, "cup") for state in (taken, film.at("n0", 3.0)))
     hand = [world_T(scene, state, "arm.hand") for state in (taken, film.at("n0", 3.0))]
     assert taken.objects["cup"].parent == "arm.hand"
+    assert np.allclose(before, world_T(scene, film.start, "cup"), atol=1e-8)  # it does not jump into the hand
     assert np.allclose(np.linalg.inv(hand[0]) @ before, np.linalg.inv(hand[1]) @ after, atol=1e-8)
     assert not np.allclose(before, after)
     assert film.end.objects["cup"].parent == "world" and np.allclose(
