@@ -6,7 +6,7 @@ import pytest
 
 import kabo
 from kabo.errors import InputError
-from kabo.tasks.files.report_form import read_report
+from kabo.tasks.files.report_form import read_report, report_bytes
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "pick_and_place"
 
@@ -18,7 +18,8 @@ def test_a_task_is_planned_in_the_scene_of_a_file_and_its_report_is_shown_and_sa
     report.print()
     assert "grasp pose IK" in capsys.readouterr().out
     report.save(tmp_path / "report.json")
-    assert read_report((tmp_path / "report.json").read_bytes(), "report.json") == report.content
+    saved = (tmp_path / "report.json").read_bytes()
+    assert saved == report_bytes(report.content) == report_bytes(read_report(saved, "report.json"))
     assert "1 solution" in report._repr_html_()
 
 
