@@ -1,4 +1,4 @@
-"""docs/reference/files.md names every key, constraint and procedure that the code reads."""
+"""The pages of docs/reference/ about files name every key, constraint and procedure that the code reads."""
 
 from pathlib import Path
 
@@ -8,7 +8,10 @@ from kabo.language.constraint_kinds import CONSTRAINT_KINDS
 from kabo.language.yaml import domain_file, exploration_file, problem_file, procedures
 from kabo.language.yaml.scenes import bodies, drives, poses, robots, scene_file, sensors
 
-PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "files.md").read_text()
+REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
+PAGE = "".join(
+    (REFERENCE / f"{page}.md").read_text() for page in ("files", "scenes", "explorations", "procedures")
+)
 KEYS = {
     *domain_file.DOMAIN_KEYS, *domain_file.ACTION_KEYS, *domain_file.FUNCTION_KEYS, *problem_file.PROBLEM_KEYS,
     *problem_file.OPTION_KEYS, *problem_file.BUDGET_KEYS, *scene_file.SCENE_KEYS, *scene_file.MATE_KEYS,
