@@ -212,7 +212,7 @@ def check_files(paths: Iterable[Path], preparing: "Callable[[Preparing], None] |
         if path.suffix.lower() == MODEL:
             found += _model_findings(path)
     faulty = {finding.file for finding in found if finding.severity == "error"}
-    with phase("checking", len(named), "files", log=_LOG) as step:
+    with phase("checking", len(named) if len(named) > 1 else None, "files", log=_LOG) as step:
         for path in named:
             if str(path) not in faulty and not is_imported(path):
                 found += _geometry_findings(path, preparing)

@@ -11,6 +11,7 @@ from kabo.cli.limits import add_limits
 from kabo.cli.mesh import meshing
 from kabo.cli.terminal import clean_standard_output, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.phases import phase
 
 NAME = "picture"
 HELP = "draw a scene, a plan, what a motion sweeps, samples of a grasp, or a mesh, without a display"
@@ -91,7 +92,8 @@ def run(options: argparse.Namespace) -> int:
             scale=options.scale,
             view=view,
         )
-        picture = rooms.picture_of_file(options.what, options.output.suffix.lower(), wishes)
+        with phase("drawing"):
+            picture = rooms.picture_of_file(options.what, options.output.suffix.lower(), wishes)
         rooms.write_atomically(options.output, picture)
     tell(f"{options.output}: {len(picture) / 1000:.0f} kB")
     return exit_codes.DONE

@@ -12,6 +12,7 @@ from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, tell
 from kabo.errors import Diagnostic, InputError
+from kabo.phases import phase
 
 NAME = "view"
 HELP = "show a scene, problem, task, plan, report or explanation as one page for a browser"
@@ -87,7 +88,8 @@ def run(options: argparse.Namespace) -> int:
             options.prepare,
             options.surrounding.preparing,
         )
-        page = rooms.page_of(rooms.document_of_file(options.file, chosen))
+        with phase("making the page"):
+            page = rooms.page_of(rooms.document_of_file(options.file, chosen))
         rooms.write_atomically(options.output, page)
     tell(f"{options.output}: {len(page) / 1e6:.2f} MB")
     if options.open and not webbrowser.open(options.output.resolve().as_uri()):
@@ -107,6 +109,7 @@ def _follow(options: argparse.Namespace) -> int:
         tell(f"{follower.address} shows the requests at {options.follow}; Ctrl-C ends it")
         if options.open and not webbrowser.open(follower.address):
             tell("no browser was found: open this address yourself")
+        options.surrounding.rest()
         ended.wait(options.surrounding.left(options.timeout))
     finally:
         follower.close()

@@ -1,6 +1,7 @@
 """The scene: robots, bodies and regions placed in the world, allowed collisions, and the first geometric state."""
 
 import hashlib
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -28,6 +29,7 @@ from kabo.language.scene_description import (
     Shape,
 )
 from kabo.meshes import Mesh, unusable
+from kabo.phases import phase
 from kabo.scene.bounds import findings
 from kabo.scene.elements import Element
 from kabo.scene.robots import Robot, link_poses
@@ -37,6 +39,7 @@ from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
 
+_LOG = logging.getLogger("kabo.scene")
 ROOM_BELOW = (
     1e-3  # [m] below a region with a support: what stands on the support is inside, however flush they are
 )
@@ -58,6 +61,10 @@ class Body:
     grasps: Mapping[str, GraspFamily]
     placements: Mapping[str, PlacementFamily]
     mass: float | None = None
+
+    def __repr__(self) -> str:
+        shape = self.mesh if self.shape.path is not None else self.shape.kind
+        return f"<Body {self.name}: {'movable' if self.movable else 'fixed'}, {shape}>"
 
     @cached_property
     def elements(self) -> tuple[Element, ...]:
@@ -246,10 +253,11 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
     """
     if not isinstance(description, SceneDescription):
         description = load_scene_description(description)
-    loader = _Loader(description, look)
-    robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)
-    bodies = loader.collect(loader.body, description.bodies)
-    regions = {} if loader.findings else loader.collect(loader.region, description.regions)
+    with phase("loading the scene", log=_LOG):
+        loader = _Loader(description, look)
+        robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)
+        bodies = loader.collect(loader.body, description.bodies)
+        regions = {} if loader.findings else loader.collect(loader.region, description.regions)
     if loader.findings:
         raise InputError(loader.findings)
     poses = {name: loader.frame(name, body.place) for name, body in description.bodies.items()}

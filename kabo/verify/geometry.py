@@ -39,8 +39,7 @@ def check_geometry(
     if plan.start is None:
         text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
         return dict(problem.files), [Finding(None, text)], {}, []
-    with phase("loading the scene", log=_LOG):
-        scene = load_scene(problem.scene)
+    scene = load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()

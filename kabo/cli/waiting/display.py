@@ -8,7 +8,7 @@ from threading import Event, Thread
 from time import perf_counter
 
 from kabo.cli.terminal import is_quiet
-from kabo.cli.waiting.doing import Doing
+from kabo.cli.waiting.doing import RESTING, Doing
 from kabo.cli.waiting.lines import Estimate, Style, barred, piped
 
 FIRST_S, DRAWN_EVERY_S = 1.0, 0.1  # on a terminal: quick commands show nothing
@@ -34,12 +34,14 @@ class Display:
     def show(self, doing: Doing) -> None:
         """Notes what is done now."""
         self.doing = doing
+        if doing == RESTING:
+            self.erase()
         self._estimate.left(doing, perf_counter())
 
     def tick(self) -> None:
         """Draws, if it is time to."""
         now = perf_counter()
-        if now < self._next or self._silent:
+        if now < self._next or self._silent or self.doing == RESTING:
             return
         left = self._estimate.left(self.doing, now)
         if self.row:

@@ -40,6 +40,9 @@ class Doing:
         return self.step if self.fraction is None or self.of_budget else self.text
 
 
+RESTING = Doing("", "")  # nothing is shown of it
+
+
 def of_phase(phase: Phase) -> Doing:
     """What a phase says: `checking motions: 34 of 120 motions`."""
     unit = f" {phase.unit}" if phase.unit else ""

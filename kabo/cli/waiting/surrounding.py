@@ -8,8 +8,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, TextIO
 
 from kabo.cli.terminal import tell
-from kabo.cli.waiting.doing import Doing, of_phase, of_preparing, of_progress
-from kabo.phases import Phase
+from kabo.cli.waiting.doing import RESTING, Doing, of_phase, of_preparing, of_progress
+from kabo.phases import WORKING, Phase
 
 if TYPE_CHECKING:  # only some commands load them
     from multiprocessing.connection import Connection
@@ -26,6 +26,8 @@ OnFound = Callable[[Mapping[str, Any], bytes], None]
 
 class Surrounding:
     """The surroundings of a command in this process: lines that stay are told, all else is not shown."""
+
+    _planned: Doing | None = None  # what the planner said last
 
     def __init__(self) -> None:
         self.began = perf_counter()
@@ -44,13 +46,18 @@ class Surrounding:
         if line:
             tell(line)
 
+    def rest(self) -> None:
+        """Says that nothing is done now, as by a server that waits: then nothing is shown."""
+        self.say(RESTING)
+
     def phase(self, phase: Phase) -> None:
-        """Says what a phase of the work does."""
-        self.say(of_phase(phase))
+        """Says what a phase of the work does; after the last one, what the planner said before."""
+        self.say(self._planned if phase == WORKING and self._planned is not None else of_phase(phase))
 
     def planning(self, progress: "rooms.Progress") -> None:
         """Says what the planner does."""
-        self.say(of_progress(progress), progress.line)
+        self._planned = of_progress(progress)
+        self.say(self._planned, progress.line)
 
     def preparing(self, state: "rooms.Preparing") -> None:
         """Says how far a preparation of geometry is."""
