@@ -95,6 +95,7 @@ def _rows() -> tuple[Row, ...]:
         Row("docs/pictures/bound.png", tap, ("--epsilon", "1%")),
         Row("docs/pictures/swept_volume.png", bartender, ("--sweep", "pick_up(o=bottle_2, r=right)"), plan=True),
         Row("docs/pictures/grasps.png", bartender, ("--samples", "left:bottle_2.side")),
+        Row("docs/pictures/two_cans.png", "examples/two_cans/scene.yaml"),
         Row("docs/pictures/branch.gif", "domains/stacked/n3.yaml", plan=True),
     ]
     return tuple(rows)
