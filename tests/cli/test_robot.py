@@ -31,7 +31,7 @@ def test_without_an_output_the_scene_is_printed_and_json_is_one_object(kabo, tmp
 def test_without_the_library_of_pictures_the_scene_is_written_and_the_command_says_what_is_missing(
     kabo, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("kabo.meshes.pictures.find_spec", lambda _: None)
+    monkeypatch.setattr("kabo.pictures.files.find_spec", lambda _: None)
     said = kabo("robot", write_arm(tmp_path), "-o", tmp_path / "scene.yaml", "--picture", tmp_path / "arm.png")
     assert said.code == 2 and "kabo[pictures]" in said.err
     assert kabo("check", tmp_path / "scene.yaml").code == 0
