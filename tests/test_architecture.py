@@ -51,6 +51,7 @@ REMEMBERED = {
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
+    "kabo/pictures/labels.py": {"font"},  # of this installation
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts
     "kabo/tasks/binding.py": {"library_task"},  # of this installation
     "kabo/tasks/files/costs.py": {"_registered"},  # by modules that a person names on the command line

@@ -49,6 +49,9 @@ class GeometryServer:
         self.surroundings.look = self.look
         self.identifiers = IdentifierMap()
 
+    def __repr__(self) -> str:
+        return f"<GeometryServer {self.scene.name}: epsilon {1000 * self.budget.epsilon:g} mm, seed {self.seed}>"
+
     def look(self) -> None:
         """Raises CutOff if time or budget is spent."""
         if self.stop():

@@ -91,6 +91,12 @@ class Domain:
     procedures: Mapping[str, Procedure] = field(default_factory=dict)
     worldly: bool = False
 
+    def __repr__(self) -> str:
+        facts = counted(
+            len(self.predicates) + len(self.functions), "predicate and function", "predicates and functions"
+        )
+        return f"<Domain {self.name}: {counted(len(self.actions), 'action')}, {facts}>"
+
     def is_a(self, kind: str, ancestor: str) -> bool:
         """Whether type `kind` is `ancestor` or one of its subtypes."""
         current: str | None = kind

@@ -22,6 +22,7 @@ from kabo.pictures.views import ViewWishes, picture_of
 from kabo.plan import Plan, load_plan
 from kabo.scene import Scene, load_scene
 from kabo.viewer.content.files import given_file, problem_of_plan
+from kabo.viewer.content.plan_boxes import in_order_of_parameters
 
 ENDINGS = (".png", ".svg", ".gif")
 
@@ -143,7 +144,7 @@ def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
             if getattr(wishes, option) is not None:
                 raise _refusal(f"--{option}", "the graph of a plan shows all of it", "end the picture with .png")
         try:
-            return plan_svg(plan, f"{plan.problem}: {described(plan)}")
+            return plan_svg(_ordered(plan, path, wishes), f"{plan.problem}: {described(plan)}")
         except ValueError as error:
             raise _refusal(file, str(error), "see `kabo verify`") from None
     scene = _scene_of_plan(plan, path, wishes)
@@ -158,6 +159,16 @@ def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     if wishes.at is not None:
         return _titled(at_node(plan, scene, wishes.at, file), f"after {_node_text(plan, wishes.at)}", wishes.view)
     return film_strip(plan, scene, wishes.branch, wishes.view, file)
+
+
+def _ordered(plan: Plan, path: Path, wishes: PictureWishes) -> Plan:
+    """The plan with arguments in the order of their actions' parameters; as it is if its problem is not at hand."""
+    if wishes.problem is not None:
+        return in_order_of_parameters(plan, load_problem(wishes.problem, wishes.domain))
+    try:
+        return in_order_of_parameters(plan, load_problem(problem_of_plan(plan, path), wishes.domain))
+    except InputError:
+        return plan
 
 
 def _titled(drawing: Drawing, title: str, view: ViewWishes) -> bytes:

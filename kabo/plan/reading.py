@@ -43,9 +43,9 @@ def load_plan(path: str | Path) -> Plan:
 
     Example:
         >>> plan = kabo.solve(kabo.load_problem("domains/grid/n3.yaml")).plan
-        >>> plan.save(folder / "plan.json")
+        >>> plan.save("plan.json")
         'sha256:...'
-        >>> kabo.load_plan(folder / "plan.json") == plan
+        >>> kabo.load_plan("plan.json") == plan
         True
     """
     content = Path(path).read_bytes()

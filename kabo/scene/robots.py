@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array
+from kabo.displays import counted
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
@@ -110,6 +111,11 @@ class Robot:
         """Registers the robot under a new index."""
         object.__setattr__(self, "_number", next(_NUMBERS))
         _SHARED[self._number] = self  # type: ignore[attr-defined]
+
+    def __repr__(self) -> str:
+        joints, links = counted(self.planned, "planned joint"), counted(len(self.links), "link")
+        hand = "no gripper" if self.gripper is None else "a gripper"
+        return f"<Robot {self.name}: {joints}, {links}, {hand}>"
 
     def __reduce__(self) -> "tuple[Callable[[int], Robot], tuple[int]]":
         return shared, (self._number,)  # type: ignore[attr-defined]

@@ -62,6 +62,10 @@ class Body:
     placements: Mapping[str, PlacementFamily]
     mass: float | None = None
 
+    def __repr__(self) -> str:
+        shape = self.mesh if self.shape.path is not None else self.shape.kind
+        return f"<Body {self.name}: {'movable' if self.movable else 'fixed'}, {shape}>"
+
     @cached_property
     def elements(self) -> tuple[Element, ...]:
         """The elements of which the body consists, in its own frame."""

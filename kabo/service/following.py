@@ -30,7 +30,7 @@ class RefusedCall(msgspec.Struct, frozen=True):
     pairs: list[tuple[str, str, int]]
 
 
-class Followed(msgspec.Struct, frozen=True, omit_defaults=True):
+class Followed(msgspec.Struct, frozen=True):
     """One message to those who follow; with `found`, the body of an answer, comes the plan file of the best plan so far."""
 
     format: str = FORMAT

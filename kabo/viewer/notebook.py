@@ -59,8 +59,8 @@ def view(
 
     Example:
         >>> result = kabo.solve(kabo.load_problem("domains/grid/n3.yaml"))
-        >>> kabo.view(result, folder / "plan.html", open=False)
-        <Page ...plan.html: ... MB>
+        >>> kabo.view(result, "plan.html", open=False)
+        <Page plan.html: ... MB>
     """
     if isinstance(thing, str | Path):
         named = None if problem is None else problem.path

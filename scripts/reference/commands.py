@@ -120,8 +120,10 @@ def default(action: argparse.Action) -> str:
 
 def help_of(action: argparse.Action) -> str:
     """The help message of an argument, as `--help` prints it."""
-    words = {**vars(action), "prog": "kabo"}
-    return re.sub(r"%\((\w+)\)s", lambda found: str(words.get(found[1], "")), action.help or "").replace("%%", "%")
+    words, text = {**vars(action), "prog": "kabo"}, action.help or ""
+    if isinstance(action, argparse.BooleanOptionalAction):
+        text = text.replace(" (default: %(default)s)", "")  # older versions of Python append it
+    return re.sub(r"%\((\w+)\)s", lambda found: str(words.get(found[1], "")), text).replace("%%", "%")
 
 
 def meaning(action: argparse.Action, text: str) -> str:

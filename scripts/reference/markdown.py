@@ -1,6 +1,7 @@
 """Pieces of Markdown: tables, text of help messages, docstrings."""
 
 import re
+import textwrap
 from collections.abc import Iterable, Sequence
 
 _SECTIONS = ("Args", "Returns", "Raises", "Yields", "Attributes", "Example", "Examples", "Note")
@@ -49,8 +50,10 @@ def _split(text: str) -> list[str]:
 
 
 def _section(text: str) -> str:
-    """One section of a docstring, each entry an item."""
+    """One section of a docstring, each entry an item; an example is a block of code."""
     title, _, body = text.partition("\n")
+    if body.lstrip().startswith(">>>"):
+        return f"*{title.removesuffix(':')}*\n\n```pycon\n{textwrap.dedent(body).strip()}\n```"
     entries: list[str] = []
     for line in body.splitlines():
         if re.match(r" {1,4}\S", line):

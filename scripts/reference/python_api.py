@@ -15,8 +15,18 @@ def sections(module: str) -> str:
     """A list of a module's public names, and a section for each."""
     found = {name: place for name in names_of(module) if (place := resolve(module, name)) is not None}
     described = {name: section(name, *place) for name, place in sorted(found.items(), key=by_name)}
-    listed = ", ".join(f"[`{name}`](#{name.lower()})" for name in described)
-    return "\n\n" + "\n\n".join([listed, *described.values()]) + "\n\n"
+    links = ", ".join(f"[`{name}`](#{anchor})" for name, anchor in anchors(list(described)).items())
+    return "\n\n" + "\n\n".join([links, *described.values()]) + "\n\n"
+
+
+def anchors(names: list[str]) -> dict[str, str]:
+    """The anchors of headings, in their order: of names that differ in capitals alone the later ones get a number."""
+    lower = [name.lower() for name in names]
+    repeated = [lower[:number].count(each) for number, each in enumerate(lower)]
+    return {
+        name: each + (f"-{count}" if count else "")
+        for name, each, count in zip(names, lower, repeated, strict=True)
+    }
 
 
 def by_name(entry: tuple[str, object]) -> str:
@@ -32,8 +42,19 @@ def section(name: str, here: Source, node: ast.stmt) -> str:
     elif isinstance(node, ast.ClassDef):
         parts += class_parts(here, node, name)
     else:
-        parts += [block([here.segment(node)]), plain(here.comment(node))]
+        parts += [block([value_of(here, node, name)]), sentence(here.comment(node))]
     return "\n\n".join(part for part in parts if part)
+
+
+def value_of(here: Source, node: ast.stmt, name: str) -> str:
+    """A name with its value, unless that is made by something private."""
+    text = here.segment(node)
+    return name if text.startswith(f"{name} = _") else text
+
+
+def sentence(text: str) -> str:
+    """A comment as a sentence."""
+    return plain(text[:1].upper() + text[1:] + ".") if text else ""
 
 
 def block(lines: list[str]) -> str:
@@ -49,11 +70,15 @@ def class_parts(here: Source, node: ast.ClassDef, name: str) -> Iterator[str]:
     if rows := list(fields(here, node)):
         yield table(("field", "type", "meaning"), rows)
     methods = [each for each in node.body if isinstance(each, ast.FunctionDef) and is_public(each)]
-    rows = [
-        (code(member(here, each)), plain(first_sentence(each))) for each in {m.name: m for m in methods}.values()
-    ]
-    if rows:
-        yield table(("member", "meaning"), rows)
+    if methods:
+        last = {each.name: each for each in methods}  # of several that overload each other
+        yield "\n".join(listed(here, each) for each in last.values())
+
+
+def listed(here: Source, method: ast.FunctionDef) -> str:
+    """A method as an item of a list."""
+    said = plain(first_sentence(method))
+    return f"- {code(member(here, method))}" + (f": {said}" if said else "")
 
 
 def is_public(method: ast.FunctionDef) -> bool:

@@ -31,7 +31,9 @@ def sections(page: Path) -> set[str]:
     """The anchors of a page's headings, as GitHub makes them."""
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
     headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    anchors = [re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings]
+    repeated = [anchors[:number].count(anchor) for number, anchor in enumerate(anchors)]
+    return {f"{anchor}-{count}" if count else anchor for anchor, count in zip(anchors, repeated, strict=True)}
 
 
 def resolves(page: Path, section: str) -> bool:

@@ -110,7 +110,9 @@ def plan_task(
     solutions = max_solutions or task.max_solutions
     runs = plan_file(task, given, known, PlanningOptions(solutions, limit, seed, repeat, workers))
     name = task.description.source.name
-    return TaskReport(report(runs, file=name, arguments=given), tuple(runs), known)
+    where = str(scene) if isinstance(scene, str | Path) else None
+    made = report(runs, file=name, arguments=given, scene=known, scene_file=where)
+    return TaskReport(made, tuple(runs), known)
 
 
 def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]) -> "Scene | None":

@@ -124,7 +124,9 @@ def _of_plan(given: GivenFile, options: ViewOptions) -> ViewDocument:
     scene = _scene_of(problem)
     arrays = Arrays()
     shown = _scene_view(scene, arrays, options)
-    return ViewDocument(problem.name, "plan", shown, plan=plan_view(plan, problem, scene, arrays), arrays=arrays)
+    return ViewDocument(
+        problem.name, "plan", shown, plan=plan_view(plan, problem, scene, arrays, sweeps=True), arrays=arrays
+    )
 
 
 def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:

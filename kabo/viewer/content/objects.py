@@ -1,6 +1,7 @@
 """The view document of an object of kabo in memory: a scene, problem, plan, report, explanation or mesh."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -65,15 +66,16 @@ def _of_problem(problem: Problem, whole: bool) -> ViewDocument:
     if problem.scene is None:
         raise ValueError(f"the problem {problem.name} has no scene to show; plans of it can be seen")
     if whole:
-        return document_of_scene("problem", [problem.path], problem.scene, ViewOptions())
+        made = document_of_scene("problem", [problem.path], problem.scene, ViewOptions())
+        return replace(made, title=problem.name)
     shown, arrays = _scene_view(load_scene(problem.scene))
-    return ViewDocument(problem.scene.name, "problem", shown, arrays=arrays)
+    return ViewDocument(problem.name, "problem", shown, arrays=arrays)
 
 
 def _of_plan(plan: Plan, problem: Problem | None, whole: bool) -> ViewDocument:
     scene = None if problem is None else _scene_of(problem)
     shown, arrays = _scene_view(scene)
-    made = plan_view(plan, problem, scene, arrays, margins=whole)
+    made = plan_view(plan, problem, scene, arrays, margins=whole, sweeps=whole)
     return ViewDocument(plan.problem, "plan", shown, plan=made, arrays=arrays)
 
 

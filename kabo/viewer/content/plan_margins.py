@@ -13,13 +13,14 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup, distance
-from kabo.geometry_server import GeometryServer
+from kabo.geometry_server import SceneSurroundings
 from kabo.plan import Plan, Segment
 from kabo.planner.certify.component_values import ComponentValues
 from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, stretches
-from kabo.scene import Robot, Scene, link_poses
+from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
+from kabo.viewer.content.moving_things import moving_joints, moving_things
 
 EVERY = 0.06  # [s] between two moments
 MOST = 60  # moments of a stretch
@@ -40,22 +41,12 @@ class _Thing:
     half: Array
 
 
-@dataclass(frozen=True)
-class Margins:
-    """The curve of one node: rows (time [s], distance [m], number of the pair, or -1 if nothing is near)."""
-
-    rows: tuple[tuple[float, float, int], ...]
-
-
 class MarginCurves:
     """The margins of the nodes of a plan; `pairs` are the names of all pairs that were nearest somewhere."""
 
-    def __init__(self, plan: Plan, scene: Scene, values: ComponentValues) -> None:
-        epsilon = plan.options.get("epsilon")
-        self._surroundings = GeometryServer(
-            scene, float(epsilon) if isinstance(epsilon, int | float) else None
-        ).surroundings
-        self._plan, self._scene, self._values = plan, scene, values
+    def __init__(self, plan: Plan, surroundings: SceneSurroundings, values: ComponentValues) -> None:
+        self._surroundings, self._scene = surroundings, surroundings.scene
+        self._plan, self._values = plan, values
         self._within = self._surroundings.budget.geometry
         self._boxes: dict[str, tuple[Array, Array]] = {}
         self._numbers: dict[tuple[str, str], int] = {}
@@ -103,29 +94,27 @@ class MarginCurves:
     ) -> tuple[list[tuple[_Thing, Array]], list[tuple[_Thing, FixedGroup, Array, Array]]]:
         """The moving things with their pose in their joint's frame, and the standing ones with their box in the world."""
         scene = self._scene
-        moving: list[tuple[_Thing, Array]] = []
+        moving = [
+            (self._thing(each.name, each.robot, each.joint), each.joint_T)
+            for each in moving_things(scene, situation, stretch)
+        ]
         standing = [self._stood(name, pose) for name, pose in scene.fixed_poses.items()]
         for robot in scene.robots.values():
-            links = [link for link in robot.links.values() if link.mesh is not None]
-            if robot.name in stretch.waypoints:
-                moving += [
-                    (self._thing(f"{robot.name}.{link.name}", robot.name, link.joint), link.joint_T_link)
-                    for link in links
-                ]
-                continue
-            known = situation.q.get(robot.name)
-            found = [known] if known is not None else self._values.configurations(node, robot.name)
-            for q in found:
-                poses = link_poses(robot, tuple(float(v) for v in q))
-                standing += [self._stood(f"{robot.name}.{link.name}", poses[link.name]) for link in links]
+            if robot.name not in stretch.waypoints:
+                known = situation.q.get(robot.name)
+                for q in [known] if known is not None else self._values.configurations(node, robot.name):
+                    standing += self._links(robot, q)
+        moved = {thing.name for thing, _ in moving}
         for name in scene.movable:
-            where = situation.mounted(name) if name in situation.hung else None
-            if where is not None and where.robot in stretch.waypoints:
-                moving.append((self._thing(name, where.robot, where.joint), where.joint_T))
-            else:
+            if name not in moved:
                 places = situation.places.get(name)
                 standing += [self._stood(name, pose) for pose in places or [situation.pose(name)]]
         return moving, standing
+
+    def _links(self, robot: Robot, q: Sequence[float] | Array) -> list[tuple[_Thing, FixedGroup, Array, Array]]:
+        poses = link_poses(robot, tuple(float(value) for value in q))
+        links = [link.name for link in robot.links.values() if link.mesh is not None]
+        return [self._stood(f"{robot.name}.{link}", poses[link]) for link in links]
 
     def _thing(self, name: str, robot: str | None = None, joint: int = 0) -> _Thing:
         if name not in self._boxes:
@@ -148,7 +137,7 @@ class MarginCurves:
     ) -> Array:
         """Which of all things (moving, then standing) each moving thing is compared with: (M, A) of booleans."""
         names = [thing.name for thing, _ in moving] + [thing.name for thing, *_ in standing]
-        chains = [_joints(self._scene.robots[thing.robot or ""], thing.joint, stretch) for thing, _ in moving]
+        chains = [self._chain(thing, stretch) for thing, _ in moving]
         compared = np.zeros((len(moving), len(names)), bool)
         for i, (thing, _) in enumerate(moving):
             for k in range(i + 1, len(names)):
@@ -160,6 +149,12 @@ class MarginCurves:
                     and not self._surroundings.never_collide(thing.name, names[k])
                 )
         return compared
+
+    def _chain(self, thing: _Thing, stretch: MotionStretch) -> frozenset[tuple[str, int]]:
+        """The joints that move between the world and a moving thing."""
+        name = thing.robot or ""
+        joints = moving_joints(self._scene.robots[name], thing.joint, stretch.waypoints[name])
+        return frozenset((name, joint) for joint in joints)
 
     def _poses(self, moving: Sequence[tuple[_Thing, Array]], stretch: MotionStretch, time: float) -> list[Array]:
         joints: dict[tuple[str, int], Array] = {}
@@ -213,18 +208,6 @@ def _moments(times: Array, most: int) -> list[float]:
     begin, end = float(times[0]), float(times[-1])
     count = int(min(most, max(2, np.ceil((end - begin) / EVERY) + 1)))
     return [float(t) for t in np.linspace(begin, end, count)]
-
-
-def _joints(robot: Robot, joint: int, stretch: MotionStretch) -> frozenset[tuple[str, int]]:
-    """The joints between the world and a joint that move in a stretch."""
-    tree, waypoints = robot.tree, stretch.waypoints[robot.name]
-    moves = np.ptp(waypoints, axis=0) > 0.0
-    found = set()
-    while joint > 0:
-        if moves[int(tree.source[joint])]:
-            found.add((robot.name, joint))
-        joint = int(tree.parent[joint])
-    return frozenset(found)
 
 
 def _joint_poses(robot: Robot, q: Array) -> Mapping[tuple[str, int], Array]:

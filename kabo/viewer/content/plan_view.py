@@ -1,6 +1,5 @@
 """A plan in the view document: its nodes and where they are drawn, motions, knowledge, margins and proofs."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from kabo.plan import Learned, Node, Plan, plan_statistics, topological_order
@@ -17,13 +16,19 @@ if TYPE_CHECKING:
 
 
 def plan_view(
-    plan: Plan, problem: "Problem | None", scene: "Scene | None", arrays: Arrays, *, margins: bool = True
+    plan: Plan,
+    problem: "Problem | None",
+    scene: "Scene | None",
+    arrays: Arrays,
+    *,
+    margins: bool = True,
+    sweeps: bool = False,
 ) -> View | None:
     """The part `plan` of a view document; without its problem, there is no knowledge in it.
 
     Motions are played as they are written, right or wrong: whether a plan holds is said by `kabo verify`. What cannot
     be found out of a wrong plan, its knowledge or its margins, is null; margins are also left out if they are not
-    wanted, since they take most of the time.
+    wanted, since they take most of the time. With `sweeps` there is what moving things sweep, segment by segment.
 
     Raises:
         ValueError: the plan has a cycle.
@@ -32,7 +37,7 @@ def plan_view(
     if problem is not None:
         plan = in_order_of_parameters(plan, problem)
     picture = plan_picture(plan)
-    motions, curves = _geometry(plan, scene, margins)
+    found = _geometry(plan, scene, arrays, margins, sweeps)
     clearances = clearances_of(plan)
     return {
         "problem": plan.problem,
@@ -45,8 +50,8 @@ def plan_view(
         "start": state_view(plan.start),
         "nodes": [
             _node(name, plan.nodes[name], picture.cards[name], picture)
-            | {"motion": motions.get(name), "margin": curves["nodes"].get(name)}
-            | {"clearances": clearances.get(name, [])}
+            | {"motion": found["motions"].get(name), "margin": found["margins"].get(name)}
+            | {"sweeps": found["sweeps"].get(name), "clearances": clearances.get(name, [])}
             for name in picture.cards
         ],
         "edges": [
@@ -59,7 +64,8 @@ def plan_view(
             for route in picture.layout.routes
         ],
         "size": [picture.layout.width, picture.layout.height],
-        "pairs": curves["pairs"],
+        "pairs": found["pairs"],
+        "unmeasured": found["unmeasured"],
         "knowledge": None if problem is None else knowledge_view(plan, problem),
         "proofs": proofs_of(plan),
     }
@@ -105,26 +111,31 @@ def _epsilon(plan: Plan, scene: "Scene | None") -> float | None:
     return None if scene is None else scene.epsilon
 
 
-def _geometry(
-    plan: Plan, scene: "Scene | None", with_margins: bool
-) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-    """The motion of every node that moves something, and the margins of these motions if they are wanted."""
-    nothing: Mapping[str, Any] = {"pairs": [], "nodes": {}}
+def _geometry(plan: Plan, scene: "Scene | None", arrays: Arrays, margins: bool, sweeps: bool) -> dict[str, Any]:
+    """By node the `motions`, `margins` and `sweeps`; the `pairs` of margins; `unmeasured`: things without convex parts."""
     order = topological_order(plan) or []
     moving = [name for name in order if plan.nodes[name].motion or plan.nodes[name].after is not None]
+    found: dict[str, Any] = {"motions": {}, "margins": {}, "sweeps": {}, "pairs": [], "unmeasured": []}
     if scene is None or plan.start is None:
-        return {name: motion_view(plan.nodes[name], []) for name in moving}, nothing
-    from kabo.planner.certify.component_values import ComponentValues  # loads kernels, as all below does
+        found["motions"] = {name: motion_view(plan.nodes[name], []) for name in moving}
+        return found
+    from kabo.geometry_server import read_prepared  # loads kernels, as all below does
+    from kabo.planner.certify.component_values import ComponentValues
+    from kabo.viewer.content.moving_things import server_of
     from kabo.viewer.content.plan_margins import MarginCurves
+    from kabo.viewer.content.plan_sweeps import sweeps_of
 
-    values = ComponentValues(plan, scene, order)
-    curves, margins = MarginCurves(plan, scene, values), {}
-    motions = {}
+    values, surroundings = ComponentValues(plan, scene, order), server_of(plan, scene).surroundings
+    if margins or sweeps:
+        found["unmeasured"] = list(read_prepared(surroundings.enclosures))
+    curves = MarginCurves(plan, surroundings, values)
     for name in moving:
         try:
-            motions[name] = motion_view(plan.nodes[name], handovers_of(name, plan, values, scene))
-            if with_margins:
-                margins[name] = curves.of(name)
+            found["motions"][name] = motion_view(plan.nodes[name], handovers_of(name, plan, values, scene))
+            if margins and not found["unmeasured"]:
+                found["margins"][name] = curves.of(name)
+            if sweeps and not found["unmeasured"]:
+                found["sweeps"][name] = sweeps_of(name, plan, values, surroundings, arrays)
         except (ValueError, KeyError, IndexError):  # a wrong plan: names or shapes that the scene does not have
-            motions.setdefault(name, motion_view(plan.nodes[name], []))
-    return motions, {"pairs": curves.pairs, "nodes": margins}
+            found["motions"].setdefault(name, motion_view(plan.nodes[name], []))
+    return found | {"pairs": curves.pairs}

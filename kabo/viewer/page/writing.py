@@ -3,11 +3,18 @@
 import base64
 import gzip
 import json
+import re
+import sys
 from collections.abc import Iterator
 from html import escape
 from importlib.resources import files
 
 from kabo.viewer.content.document import ViewDocument
+
+if sys.version_info >= (3, 11):
+    from importlib.resources.abc import Traversable
+else:
+    from importlib.abc import Traversable
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; img-src data: blob:"
 LIVE_POLICY = "; connect-src 'self'"  # only a page that follows a server asks for anything
@@ -26,20 +33,27 @@ def page_of(document: ViewDocument) -> bytes:
         "loader": _read("loader.js"),
         "parts": "\n".join(_parts(document)),
     }
-    for name, text in content.items():
-        shown = shown.replace(f"{{{{{name}}}}}", text)
+    shown = re.sub(r"\{\{(\w+)\}\}", lambda found: content[found[1]], shown)
     return shown.encode("utf-8")
 
 
 def _parts(document: ViewDocument) -> Iterator[str]:
     """The elements of the page that hold the modules by the names of their imports, the document and its arrays."""
     yield _part(f"module:{THREE}", _read("static/three.js", "kabo.viewer").encode("utf-8"))
-    for module in sorted(each.name for each in files(__package__).joinpath("modules").iterdir()):
-        if module.endswith(".js"):
-            yield _part(f"module:kabo/{module}", _read(f"modules/{module}").encode("utf-8"))
+    for name, content in sorted(_modules(files("kabo.viewer.page").joinpath("modules"))):
+        yield _part(f"module:kabo/{name}", content)
     text = json.dumps(document.to_json(), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     yield _part("document", text.encode("utf-8"))
     yield _part("arrays", document.arrays.block)
+
+
+def _modules(folder: Traversable) -> Iterator[tuple[str, bytes]]:
+    """The names and contents of all modules in a folder and those inside it: they import each other by name alone."""
+    for each in folder.iterdir():
+        if each.is_dir():
+            yield from _modules(each)
+        elif each.name.endswith(".js"):
+            yield each.name, each.read_bytes()
 
 
 def _part(name: str, content: bytes) -> str:

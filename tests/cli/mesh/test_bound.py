@@ -177,7 +177,7 @@ def test_the_costs_are_those_of_the_geometry_room_and_an_unknown_one_is_correcte
 
 
 def test_a_picture_without_its_library_is_refused_before_the_work(kabo, folder, monkeypatch):
-    monkeypatch.setattr("kabo.meshes.pictures.find_spec", lambda name: None)
+    monkeypatch.setattr("kabo.pictures.files.find_spec", lambda name: None)
     said = kabo("bound", "ball.stl", "--epsilon", "1%", "-o", "out.off", "--picture", "out.png", "--json")
     assert said.code == 2 and "pyvista" in said.json["message"] and "kabo[pictures]" in said.json["message"]
     assert written(folder) == set()

@@ -54,10 +54,12 @@ def open_page(browser: Any) -> Iterator[Callable[..., OpenPage]]:
     """A function that opens a page from disk, and waits until its first frame was drawn."""
     contexts = []
 
-    def opened(path: Path, *, fragment: str = "", **options: Any) -> OpenPage:
+    def opened(path: Path, *, fragment: str = "", before: str = "", **options: Any) -> OpenPage:
         context = browser.new_context(viewport={"width": 1280, "height": 720}, **options)
         contexts.append(context)
         shown = OpenPage(context.new_page())
+        if before:
+            shown.page.add_init_script(before)
         shown.page.on("console", lambda message: _note(shown, message))
         shown.page.on("pageerror", lambda error: shown.said.append(f"error: {error}"))
         shown.page.on("request", lambda request: _ask(shown, request.url))

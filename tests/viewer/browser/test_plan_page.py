@@ -41,7 +41,7 @@ class Case:
     def write(self, plan: Plan, page: Path) -> Path:
         arrays = Arrays()
         shown = None if self.scene is None else scene_view(self.scene, arrays)
-        view = plan_view(plan, self.problem, self.scene, arrays)
+        view = plan_view(plan, self.problem, self.scene, arrays, sweeps=True)
         page.write_bytes(page_of(ViewDocument(self.problem.name, "plan", shown, plan=view, arrays=arrays)))
         return page
 
@@ -167,9 +167,14 @@ def test_nothing_jumps_where_an_object_is_taken_or_let_go(cups, open_page):
     shown = open_page(cups.page)
     jumps = shown.run("""() => {
       const { player, stage } = kabo;
-      return player.film.steps.flatMap((step) => [...(step.handovers ?? []).map(({ time, object }) => [step.begin + time, object]),
-        ...Object.keys(step.after?.objects ?? {}).map((object) => [step.end, object])]).map(([time, object]) => {
-        const at = [time - 1e-6, time + 1e-6].map((moment) => { player.scrub(moment); return [...stage.poseOf(object)]; });
+      const events = player.film.steps.flatMap((step) => [
+        ...(step.handovers ?? []).map(({ time, object }) => [step.begin + time, object]),
+        ...Object.keys(step.after?.objects ?? {}).map((object) => [step.end, object])]);
+      return events.map(([time, object]) => {
+        const at = [time - 1e-6, time + 1e-6].map((moment) => {
+          player.scrub(moment);
+          return [...stage.poseOf(object)];
+        });
         return Math.max(...at[0].map((value, k) => Math.abs(value - at[1][k])));
       });
     }""")
@@ -241,4 +246,14 @@ def test_paper_has_the_graph_and_a_picture_of_each_motion(cups, open_page):
     assert shown.page.locator(".film .graph .node").count() == len(cups.plan.nodes)
     shown.run("dispatchEvent(new Event('afterprint'))")
     assert shown.page.locator(".film").count() == 0
+    shown.require_clean()
+
+
+def test_the_swept_volume_of_the_present_segment_can_be_seen(cups, open_page):
+    shown = open_page(cups.page)
+    assert shown.run("kabo.stage.overlays.has('sweep')") is False
+    shown.page.keyboard.press("v")
+    assert shown.run("kabo.stage.overlays.get('sweep').children.length") > 3
+    shown.page.keyboard.press("v")
+    assert shown.run("kabo.stage.overlays.has('sweep')") is False
     shown.require_clean()

@@ -223,3 +223,54 @@ def test_the_page_can_be_embedded_in_another_one(bartender, tmp_path, open_page)
     frame = shown.page.frame_locator("iframe")
     frame.locator("html[data-ready=yes]").wait_for(state="attached", timeout=60_000)
     shown.require_clean()
+
+
+def test_a_browser_without_3d_still_shows_what_was_found(tmp_path, open_page):
+    scene = tmp_path / "broken.yaml"
+    scene.write_text(BROKEN)
+    lacking = "HTMLCanvasElement.prototype.getContext = () => null"
+    shown = open_page(page_of(tmp_path, scene), before=lacking)
+    assert "draws no 3D" in shown.page.locator(".told").inner_text()
+    assert "overlap at the start" in shown.page.locator(".findings").inner_text()
+    shown.require_clean()
+
+
+def test_on_paper_the_scene_is_a_picture(bartender, open_page):
+    shown = open_page(bartender)
+    shown.run("dispatchEvent(new Event('beforeprint'))")
+    colours = shown.run(
+        """() => {
+          const canvas = document.querySelector(".printed");
+          const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+          return new Set(new Uint32Array(data.buffer)).size;
+        }"""
+    )
+    assert colours > 100
+    shown.run("dispatchEvent(new Event('afterprint'))")
+    assert shown.page.locator(".printed").count() == 0
+
+
+COLLIDING = """scene: colliding
+epsilon: 0.01
+robots:
+  arm:
+    urdf: {meshes}/arm6/arm6.urdf
+    base: {{position: [0, 0, 0]}}
+    configurations: {{home: [0, -20 deg, 110 deg, 0, 90 deg, 0], low: [0, 120 deg, 40 deg, 0, 0, 0]}}
+objects:
+  table: {{box: [2.0, 2.0, 0.04], pose: {{position: [0, 0, -0.02]}}}}
+allowed_contacts:
+  - [arm.base_link, table]
+"""
+
+
+def test_a_configuration_in_collision_is_shown_with_the_pair_that_collides(tmp_path, open_page):
+    scene = tmp_path / "colliding.yaml"
+    scene.write_text(COLLIDING.format(meshes=(Path("meshes").resolve())))
+    shown = open_page(page_of(tmp_path, scene))
+    shown.page.get_by_role("tab", name="Findings").click()
+    shown.page.get_by_role("button", name='configuration "low"').first.click()
+    values = shown.run("kabo.stage.stateNow().robots.arm")
+    assert values["joint_2"] == pytest.approx(np.radians(120.0))
+    assert shown.run("kabo.stage.things.get('table').marked !== null")
+    shown.require_clean()

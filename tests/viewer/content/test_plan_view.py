@@ -3,10 +3,13 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 import kabo
 from kabo.plan import plan_from_json
+from kabo.scene import link_poses
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.plan_view import plan_view
 
@@ -58,6 +61,41 @@ def test_measured_margins_are_above_the_proven_clearances(stacked):
             assert times[-1] == pytest.approx(node["motion"]["duration"], abs=1e-4)
             assert least >= min(proven, default=0.0) - 1e-6
             assert all(0 <= pair < len(view["pairs"]) or pair == -1 for *_, pair in node["margin"])
+
+
+def test_sweeps_contain_every_moving_link_at_every_way_point(stacked):
+    """Against the corners of the meshes themselves; a polyhedron of its own contains each link."""
+    plan, scene, _view = stacked
+    arrays = Arrays()
+    problem = kabo.load_problem(N2)
+    view = plan_view(plan, problem, scene, arrays, margins=False, sweeps=True)
+    node = next(node for node in view["nodes"] if node["sweeps"])
+    segment, sweep = node["motion"]["segments"][0], node["sweeps"][0]
+    solids = corners_of(sweep, arrays)
+    robot = scene.robots[segment["robot"]]
+    q = dict(zip(robot.joint_names, scene.start.robots[robot.name], strict=True))
+    for values in segment["waypoints"]:
+        q.update(zip(segment["joints"], values, strict=True))
+        poses = link_poses(robot, tuple(q[name] for name in robot.joint_names))
+        last = list(robot.links.values())[-1]
+        points = last.mesh.vertices @ poses[last.name][:3, :3].T + poses[last.name][:3, 3]
+        assert any(inside(points, solid) for solid in solids)
+    assert not any(inside(points + (0.0, 0.0, 3.0), solid) for solid in solids)
+
+
+def corners_of(sweep, arrays) -> list[np.ndarray]:
+    """The polyhedra of a sweep, each by its corners [m]."""
+    entry = arrays.table[sweep["corners"]["array"]]
+    numbers = np.frombuffer(
+        arrays.block, {"u16": "<u2", "u32": "<u4"}[entry["type"]], entry["length"], entry["offset"]
+    )
+    corners = np.array(sweep["origin"]) + sweep["step"] * numbers.reshape(-1, 3)
+    return np.split(corners, np.cumsum(sweep["sizes"])[:-1])
+
+
+def inside(points: np.ndarray, corners: np.ndarray) -> bool:
+    """Whether all points lie in the hull of some corners."""
+    return bool((Delaunay(corners).find_simplex(points, tol=1e-6) >= 0).all())
 
 
 def test_a_plan_whose_scene_lacks_what_it_moves_is_still_shown(stacked):

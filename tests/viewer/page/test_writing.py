@@ -36,6 +36,7 @@ def test_all_that_a_page_needs_is_in_it():
 
 
 def test_a_title_is_text_and_no_markup():
-    page = page_of(document("<script>alert(1)</script>")).decode()
+    page = page_of(document("<script>alert(1)</script>{{parts}}")).decode()
+    assert page.count('data-name="document"') == 1
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert(1)" in page

@@ -44,10 +44,12 @@ def _maker(base: type[Stage], *methods: str) -> Callable[..., Callable[[Function
     return declare
 
 
-generator = _maker(Generator, "generate")
-monitor = _maker(Monitor, "generate")
-forward = _maker(Propagator, "forward")
-backward = _maker(Propagator, "backward")
-propagator = _maker(Propagator, "forward", "backward")  # the same function both ways
-connector = _maker(Connector, "connect")
-wrapper = _maker(Wrapper, "transform")
+generator = _maker(Generator, "generate")  # a decorator: makes a Generator of a function (scene, properties, seed)
+monitor = _maker(Monitor, "generate")  # a decorator: makes a Monitor of a function (scene, properties, seed)
+forward = _maker(
+    Propagator, "forward"
+)  # a decorator: a Propagator that runs forward, of (scene, properties, seed)
+backward = _maker(Propagator, "backward")  # a decorator: a Propagator that runs backward
+propagator = _maker(Propagator, "forward", "backward")  # a decorator: one function both ways
+connector = _maker(Connector, "connect")  # a decorator: makes a Connector of (start, end, properties, seed)
+wrapper = _maker(Wrapper, "transform")  # a decorator: makes a Wrapper of a function (solution, properties, seed)

@@ -19,6 +19,11 @@ const PANELS = [
   [findings, (shown) => shown.findings.length > 0],
 ];
 
+/** Whether the browser has WebGL 2. */
+function canDraw() {
+  return document.createElement("canvas").getContext("webgl2") !== null;
+}
+
 /**
  * Shows a document in this page.
  * @param {object} shown the view document
@@ -32,9 +37,12 @@ export async function start(shown, block) {
   document.getElementById("waiting")?.remove();
   const shell = new Shell(document.body, shown);
   kabo.shell = shell;
-  if (shown.scene !== null) {
+  if (shown.scene !== null && canDraw()) {
     kabo.stage = new Stage(shell.canvas, shown.scene, arrays);
     shell.onTheme(() => kabo.stage.setVisible("grid", kabo.stage.visible.get("grid")));
+  } else if (shown.scene !== null) {
+    shell.withoutStage("This browser draws no 3D (WebGL 2): only the panels are shown.");
+    shown = { ...shown, scene: null };
   }
   for (const [panel, isThere] of PANELS) {
     if (isThere(shown)) {

@@ -58,6 +58,12 @@ export class Shell {
     return make("header", {}, [make("h1", {}, [shown.title]), kind, this.tools]);
   }
 
+  /** Leaves the stage out, and says why. */
+  withoutStage(why) {
+    this.view.parentElement.classList.add("no-stage");
+    this.view.parentElement.before(make("p", { className: "told", role: "status" }, [why]));
+  }
+
   /** Adds a panel with a tab; the first one is shown. */
   addPanel(id, title, element) {
     const tab = make("button", { type: "button", id: `tab-${id}`, role: "tab", "aria-controls": `panel-${id}`,

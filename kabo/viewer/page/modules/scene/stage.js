@@ -3,7 +3,7 @@ import {
   AmbientLight, Box3, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster,
   Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
-import { distanceTo, freeDirection } from "kabo/camera.js";
+import { distanceTo, freeDirection, viewedBox } from "kabo/camera.js";
 import { drag } from "kabo/dragging.js";
 import { scenePoses, valuesOf } from "kabo/kinematics.js";
 import { Labels } from "kabo/labels.js";
@@ -133,7 +133,7 @@ export class Stage {
   /** Turns the camera's middle to some things, and goes as near as shows them; no names: all that is solid. */
   look(names) {
     this.fit();
-    const box = names.length ? boxOf(this.named(names)) : this.solidBox();
+    const box = names.length ? boxOf(this.named(names)) : boxed(viewedBox(this.wanted(), this.regions(), this.solids()));
     const middle = box.getCenter(new Vector3());
     const radius = Math.max(0.05, box.getSize(new Vector3()).length() / 2);
     const towards = this.looked ? this.camera.position.clone().sub(this.controls.target).normalize()
@@ -220,6 +220,11 @@ export class Stage {
     return [...robots, ...things.filter((each) => each.described.movable).map((each) => each.box())];
   }
 
+  /** The boxes of all regions. */
+  regions() {
+    return [...this.things.values()].filter((each) => each.kind === "region").map((each) => each.box());
+  }
+
   /** The boxes of all links and bodies. */
   solids() {
     return [...this.things.values()].filter((each) => each.kind !== "region").map((each) => each.box())
@@ -269,6 +274,10 @@ export class Stage {
 }
 
 function boxOf(things) {
-  const box = things.reduce((whole, each) => whole.union(each.box()), new Box3());
+  return boxed(things.reduce((whole, each) => whole.union(each.box()), new Box3()));
+}
+
+/** A box, or one of a metre if it is empty. */
+function boxed(box) {
   return box.isEmpty() ? box.set(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 1)) : box;
 }

@@ -72,13 +72,17 @@ export class Samples {
 
   /** Highlights things until something else is shown. */
   mark(names, kind) {
-    this.marked.push(...names);
-    this.stage.highlight(names, kind);
+    if (names.length) {
+      this.marked.push(...names);
+      this.stage.highlight(names, kind);
+    }
   }
 
   /** Shows nothing any more as highlighted or chosen. */
   unmark() {
-    this.stage.highlight(this.marked, null);
+    if (this.marked.length) {
+      this.stage.highlight(this.marked, null);
+    }
     this.marked = [];
     this.button?.setAttribute("aria-pressed", "false");
     this.button = null;

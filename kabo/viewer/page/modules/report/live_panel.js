@@ -82,12 +82,16 @@ class Live {
   }
 
   mark(first, second, button) {
-    this.stage.highlight(this.marked, null);
+    if (this.marked.length) {
+      this.stage.highlight(this.marked, null);
+    }
     this.element.querySelectorAll("button[aria-pressed=true]").forEach((each) => each.setAttribute("aria-pressed", "false"));
     const again = this.chosen === `${first}|${second}`;
     this.marked = again ? [] : [first, second];
     this.chosen = again ? null : `${first}|${second}`;
     button.setAttribute("aria-pressed", String(!again));
-    this.stage.highlight(this.marked, "bad");
+    if (this.marked.length) {
+      this.stage.highlight(this.marked, "bad");
+    }
   }
 }

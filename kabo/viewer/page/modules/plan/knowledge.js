@@ -18,7 +18,7 @@ export class KnowledgeList {
   show(node, port) {
     const known = this.knowledge?.nodes[node.id];
     if (!known) {
-      this.element.replaceChildren(make("p", { className: "dim" }, ["What is known cannot be said: the plan is not of this problem."]));
+      this.element.replaceChildren(make("p", { className: "dim" }, ["What is known is not shown: the problem was not given, or the plan is not of it."]));
       return;
     }
     const outcome = node.outcomes[port]?.outcome;

@@ -33,12 +33,23 @@ export class MarginChart {
     this.node = node;
     this.rows = node.margin ?? [];
     this.end = Math.max(node.motion?.duration ?? 0, 1e-6);
-    this.element.hidden = this.rows.length === 0;
+    this.drawing.toggleAttribute("hidden", this.rows.length === 0);
+    this.told.textContent = this.rows.length ? "" : this.why(node);
     this.drawing.setAttribute("aria-label", this.summary());
     this.drawing.replaceChildren(...this.axes(), ...this.permitted(), ...this.proven(), ...this.epsilon(), ...this.curve());
     this.cursor = svg("line", { class: "cursor", y1: TOP, y2: HEIGHT - BOTTOM });
     this.dot = svg("circle", { class: "dot", r: 3 });
     this.drawing.append(this.cursor, this.dot);
+  }
+
+  /** Why a motion has no curve. */
+  why(node) {
+    const { unmeasured } = this.plan;
+    if (!node.motion?.segments.length) {
+      return "";
+    }
+    return unmeasured.length ? `Not measured: ${unmeasured.length} things, such as ${unmeasured[0]}, have no convex parts yet; `
+      + "kabo view --prepare makes them." : "Not measured.";
   }
 
   summary() {

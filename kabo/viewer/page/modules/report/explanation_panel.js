@@ -23,7 +23,15 @@ export function show(shown, stage, shell) {
   place.append(...sentences("Of no use, or never known", explanation.useless));
   place.append(...sentences("Not finished", explanation.unfinished));
   shell.addPanel("explanation", "Explanation", place);
-  place.querySelector("button.sample")?.click(); // the first sample of what matters most, at once
+  firstOf(place, explanation.calls)?.click();
+}
+
+/** The button of a sample that shows what matters most: of the first call, what it would pass without. */
+function firstOf(place, calls) {
+  const body = calls[0]?.without.find(([, count]) => count > 0)?.[0];
+  const row = Math.max(0, calls[0]?.failures.findIndex((failure) => failure.between?.includes(body)) ?? 0);
+  return place.querySelectorAll("details.call:first-of-type .failures > li")[row]?.querySelector("button.sample")
+    ?? place.querySelector("button.sample");
 }
 
 function sentences(title, lines) {
@@ -52,7 +60,7 @@ function buttons(chosen, samples, each) {
   return samples === null ? [] : chosen.map((sample, k) => {
     const button = samples.toggle(sample, String(k + 1), `show sample ${k + 1} of ${each.text}`);
     button.addEventListener("click", () => {
-      samples.lookOnce(each, [...each.things, ...(sample.between ?? []).map((name) => name.split(".")[0])]);
+      samples.lookOnce(each, each.things);
       samples.mark(each.things.filter((name) => !(sample.between ?? []).includes(name)
         && !(sample.between ?? []).some((other) => other.startsWith(`${name}.`))), "chosen");
       samples.mark(sample.between ?? [], "bad");

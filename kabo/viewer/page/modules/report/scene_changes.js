@@ -1,6 +1,7 @@
 // How a change of the scene is drawn over it: both as it is and as it would be.
 import {
-  ArrowHelper, Box3, Box3Helper, BufferGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Vector3,
+  ArrowHelper, Box3, Box3Helper, BufferGeometry, Color, Group, LineBasicMaterial, LineSegments, Mesh,
+  MeshLambertMaterial, Vector3,
 } from "three";
 
 const COLOUR = 0x2c9a4b;
@@ -47,18 +48,19 @@ export class Changes {
     return made;
   }
 
-  /** The outlines of a robot where it would stand, and an arrow from where it stands. */
+  /** The robot where it would stand, and an arrow from where it stands. */
   shifted(robot, by) {
     const made = new Group();
+    const ghostly = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.45, depthWrite: false });
     for (const thing of this.stage.named([robot])) {
       for (const solid of thing.solids()) {
-        const lines = new LineSegments(new EdgesGeometry(solid.geometry, 30), material());
-        lines.matrixAutoUpdate = false;
-        lines.matrix.copy(thing.group.matrix);
-        lines.matrix.elements[12] += by.x;
-        lines.matrix.elements[13] += by.y;
-        lines.matrix.elements[14] += by.z;
-        made.add(lines);
+        const ghost = new Mesh(solid.geometry, ghostly);
+        ghost.matrixAutoUpdate = false;
+        ghost.matrix.copy(thing.group.matrix);
+        ghost.matrix.elements[12] += by.x;
+        ghost.matrix.elements[13] += by.y;
+        ghost.matrix.elements[14] += by.z;
+        made.add(ghost);
       }
     }
     const base = this.view.robots.find((each) => each.name === robot).links[0].name;

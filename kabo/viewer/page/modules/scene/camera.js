@@ -1,11 +1,18 @@
 // Where the camera stands: so near that a box fills the view, and where few things hide the robots and objects.
-import { Ray, Vector3 } from "three";
+import { Box3, Ray, Vector3 } from "three";
 
 const UP = 0.62; // height of the direction from which the camera looks at first, of a length of about 1.4
 const TURNS = 12; // directions around the scene that are compared
 const FILLED = 0.9; // of the view, at most
 const HIDDEN = 1.5; // how much worse a view is in which all is hidden: as one from 1.5 times as far
 const ASIDE = 0.02; // how much worse each turn from the front right is
+
+const LARGE = 1.7; // times the robots' and objects' size: other things that are larger are not shown whole at first
+const NEAR = 0.25; // of that size: as far around them such things are shown
+
+function diagonal(box) {
+  return box.getSize(new Vector3()).length();
+}
 
 /** The corners of a box. */
 function corners(box) {
@@ -31,6 +38,25 @@ export function distanceTo(box, direction, camera) {
     const arm = corner.sub(middle);
     return arm.dot(direction) + Math.max(Math.abs(arm.dot(right)) / wide, Math.abs(arm.dot(up)) / high);
   }));
+}
+
+/**
+ * The box that is looked at first: of the wanted boxes, of regions that are no larger, and of all others, of which
+ * large ones, as floors, count as far as they are near.
+ */
+export function viewedBox(wanted, regions, all) {
+  const first = wanted.reduce((whole, each) => whole.union(each), new Box3());
+  if (first.isEmpty()) {
+    return all.reduce((whole, each) => whole.union(each), new Box3());
+  }
+  const small = regions.filter((each) => diagonal(each) <= diagonal(first));
+  const core = small.reduce((whole, each) => whole.union(each), first);
+  const size = diagonal(core);
+  const near = core.clone().expandByScalar(NEAR * size);
+  return all.reduce((whole, each) => {
+    const both = core.clone().union(each);
+    return whole.union(diagonal(both) > LARGE * size ? each.clone().intersect(near) : each);
+  }, core.clone());
 }
 
 /**

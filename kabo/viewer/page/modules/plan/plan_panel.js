@@ -10,13 +10,14 @@ import { KnowledgeList } from "kabo/knowledge.js";
 import { MarginChart } from "kabo/margins.js";
 import { readMoment, writeMoment } from "kabo/moment.js";
 import { Player, filmOf } from "kabo/player.js";
+import { Sweeps } from "kabo/sweeps.js";
 import { TimeLine } from "kabo/timeline.js";
 
 const WRITE_AFTER = 250; // milliseconds without a change until the link is written
 
 /** Adds what the document has of the plan to the shell. */
-export function show(shown, stage, shell) {
-  const panel = new PlanPanel(shown.plan, stage);
+export function show(shown, stage, shell, arrays) {
+  const panel = new PlanPanel(shown.plan, stage, arrays);
   shell.addPanel("plan", "Plan", panel.element);
   shell.timeline.append(panel.timeline.element);
   panel.keys(shell);
@@ -28,7 +29,7 @@ export function show(shown, stage, shell) {
 }
 
 class PlanPanel {
-  constructor(plan, stage) {
+  constructor(plan, stage, arrays) {
     this.plan = plan;
     this.stage = stage;
     this.branches = new Branches(plan);
@@ -39,6 +40,7 @@ class PlanPanel {
     });
     this.knowledge = new KnowledgeList(plan.knowledge);
     this.margins = new MarginChart(plan, (time) => this.scrubLocal(time));
+    this.sweeps = new Sweeps(plan, stage, arrays);
     this.certificate = new CertificateList(plan, (names) => this.mark(names));
     this.element = make("div", { className: "plan" }, [this.dag.element, this.details()]);
     this.marked = [];
@@ -52,7 +54,7 @@ class PlanPanel {
     this.outcomes = make("div", { className: "outcomes" });
     this.marking = make("input", { type: "checkbox", checked: true, onchange: () => this.markNearest() });
     const nearest = make("label", {}, [this.marking, " mark the nearest pair"]);
-    this.marginPart = section("Margin", true, [this.margins.element, legend(nearest)]);
+    this.marginPart = section("Margin", true, [this.margins.element, legend(nearest, this.sweeps.element)]);
     this.proofPart = section("Certificate", false, [this.certificate.element]);
     const moves = this.plan.nodes.some((node) => node.motion?.segments.length);
     return make("div", { className: "node-details", tabIndex: 0, "aria-label": "the present node" }, [
@@ -80,6 +82,7 @@ class PlanPanel {
     shell.onKey("Home", "to the beginning", () => player.scrub(0));
     shell.onKey("End", "to the end", () => player.scrub(player.film.duration));
     shell.onKey("o", "the next outcome at this node, or at the branching before it", () => this.otherOutcome());
+    shell.onKey("v", "show or hide the swept volume", () => this.sweeps.element.hidden || this.sweeps.box.click());
     shell.onKey("b", "only the chosen branch, or all of the plan", () => dag.toggleOnly());
     shell.onKey("c", "hide or show what is behind this node", () => dag.toggleFold(dag.chosen));
     shell.onKey("+", "zoom into the plan", () => dag.zoom(1.4));
@@ -144,6 +147,7 @@ class PlanPanel {
       this.showNode(this.branch[number]);
     }
     this.margins.play(local);
+    this.sweeps.show(this.branch[number].node, local);
     this.dag.progress(step.length > 0 ? local / step.length : 1);
     this.markNearest();
     clearTimeout(this.writing);
@@ -163,7 +167,7 @@ class PlanPanel {
     }
     this.knowledge.show(node, port);
     this.margins.show(node);
-    this.marginPart.hidden = !node.margin?.length;
+    this.marginPart.hidden = !node.motion?.segments.length;
     this.proofPart.hidden = !node.motion?.segments.length;
     this.certificate.show(node);
   }
@@ -236,7 +240,7 @@ class PlanPanel {
   }
 }
 
-function legend(nearest) {
+function legend(...choices) {
   const names = [
     ["accent", "nearest pair", "the least distance of two bodies that may not touch, measured at these moments"],
     ["good", "proven", "what the certificate proves of the pair named there, all along its segment; the distance may be larger"],
@@ -246,7 +250,7 @@ function legend(nearest) {
     const line = make("i");
     line.style.borderColor = `var(--${colour})`;
     return make("span", { title }, [line, name]);
-  }), nearest]);
+  }), ...choices]);
 }
 
 function section(title, open, content) {

@@ -1,0 +1,47 @@
+"""`kabo view`: pages are written where they are wanted; what cannot be shown is exit code 2, with what would help."""
+
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[2]
+BARTENDER = REPOSITORY / "domains" / "bartender"
+
+
+def test_a_page_is_written_and_not_opened(kabo, tmp_path):
+    said = kabo("view", str(BARTENDER / "scene.yaml"), "-o", str(tmp_path / "seen.html"), "--no-open")
+    assert said.code == 0
+    assert said.out == ""
+    assert "seen.html: 0." in said.err
+    assert (tmp_path / "seen.html").read_text().startswith("<!DOCTYPE html>")
+
+
+def test_the_same_scene_gives_the_same_page(kabo, tmp_path):
+    pages = [tmp_path / "one.html", tmp_path / "two.html"]
+    for page in pages:
+        assert kabo("view", str(BARTENDER / "four_bottles.yaml"), "-o", str(page), "--no-open").code == 0
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        ("absent.yaml", "absent.yaml"),
+        ("one.yaml", "this problem has no scene to show"),
+        ("domain.yaml", "a file of kind domain, which shows nothing by itself"),
+        (str(REPOSITORY / "examples/pick_and_place/task.yaml"), "--scene FILE"),
+    ],
+)
+def test_what_cannot_be_shown_is_exit_2_with_a_remedy_and_without_a_page(kabo, parcels, file, said):
+    answer = kabo("view", file, "-o", "page.html", "--no-open")
+    assert answer.code == 2
+    assert said in answer.err
+    assert not (parcels / "page.html").exists()
+
+
+def test_a_task_is_shown_in_the_scene_that_is_named(kabo, tmp_path):
+    example = REPOSITORY / "examples" / "pick_and_place"
+    page = tmp_path / "page.html"
+    scene = ("--scene", str(example / "scene.yaml"))
+    assert kabo("view", str(example / "task.yaml"), *scene, "-o", str(page), "--no-open").code == 0
+    assert "pick_and_place" in page.read_text()
