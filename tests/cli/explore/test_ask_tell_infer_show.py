@@ -166,7 +166,7 @@ def test_the_page_is_not_written_over_the_model(kabo, model, path):
         (["tell", "--case", "bar=steel", "--set", "alog=0", "force=2", "--invalid"], 'did you mean "along"?'),
         (["tell", "--case", "bar=steel", "--set", "force=1", "force=2", "--invalid"], '"force" is given twice'),
         (["tell", "--set", "along=0", "force=2", "--invalid"], "--case:1:1: the case must say bar"),
-        (["tell", "--case", "bar=steel", "--set", "along=0", "force=2"], "one of the arguments --valid --invalid"),
+        (["tell", "--case", "bar=steel", "--set", "along=0", "force=2"], "one of --valid and --invalid is missing"),
         (["tell", "--case", "bar=steel", "--set", "along=0", "force=2", "--valid"], "a valid trial has an outcome"),
         (
             ["tell", "--case", "bar=steel", "--set", "along=0", "force=2", "--valid", "--outcome", "torqe=1"],
