@@ -181,7 +181,7 @@ def test_show_prints_what_planning_found_and_writes_a_page(kabo, walk):
     assert kabo("task", "show", "r.json", "--json").json["format"] == "kabo-task/1"
     said = kabo("task", "show", "r.json", "--html", "r.html")
     page = (walk / "r.html").read_text()
-    assert said.code == 0 and not said.out and page.lower().startswith("<!doctype html>")
+    assert said.code == 0 and not said.out and page.startswith("<!DOCTYPE html>") and "<title>walk – kabo" in page
 
 
 def test_show_of_no_report_and_a_page_of_no_report_are_told(kabo, walk):
