@@ -94,6 +94,12 @@ WRONG_ROBOTS = [
     ),
     (
         "      home: [0, -90 deg, 0.5]",
+        "      home: «[0, 1]»\n    joints: [a, b, c]",
+        'the configuration "home" must have 3 numbers, not 2',
+        "one for each of `joints`, in their order: a, b, c",
+    ),
+    (
+        "      home: [0, -90 deg, 0.5]",
         "      home: [0, «90°», 0.5]",
         'every number of the configuration "home" must be a number, this is "90°"',
         None,
