@@ -54,7 +54,7 @@ class PlanPanel {
     this.about = make("p", { className: "dim" });
     this.outcomes = make("div", { className: "outcomes" });
     this.marking = make("input", { type: "checkbox", checked: true, onchange: () => this.markNearest() });
-    const nearest = make("label", {}, [this.marking, " mark the nearest pair"]);
+    const nearest = make("label", {}, [this.marking, " mark the nearest pair ", make("i", { className: "mark", "aria-hidden": "true" })]);
     this.marginPart = section("Margin", true, [this.margins.element, legend(nearest, this.sweeps.element)]);
     this.proofPart = section("Certificate", false, [this.certificate.element]);
     const moves = this.plan.nodes.some((node) => node.motion?.segments.length);
@@ -215,7 +215,7 @@ class PlanPanel {
 
   mark(names) {
     if (this.stage && names.join() !== this.marked.join()) {
-      if (this.marked.length) { // no names would mean all things
+      if (this.marked.length) { // without names, all things would lose their marks
         this.stage.highlight(this.marked, null);
       }
       this.marked = [...names];
