@@ -173,5 +173,8 @@ def _no_plan(body: Mapping[str, Any]) -> str:
     }.get(body["status"], "")
     said = "no plan found, " if reason.get("budget") == "reasoning" else said
     details = reason["details"]
-    more = ["  kabo explain says more, and what would help"] if len(details) > SHOWN_DETAILS else []
+    refused = body["status"] == "exhausted" and any(
+        row["failures"] for row in body["statistics"]["procedures"].values()
+    )
+    more = ["  kabo explain says more, and what would help"] if refused or len(details) > SHOWN_DETAILS else []
     return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:SHOWN_DETAILS]), *more])
