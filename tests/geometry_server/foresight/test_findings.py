@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kabo.errors import About
 from kabo.geometry_server import opening_of, start_findings
 from kabo.language import load_problem, load_scene_description
 from kabo.language.scene_description import SceneDescription
@@ -116,3 +117,16 @@ def test_a_cube_wider_than_the_gripper_opens_is_a_proof(tmp_path: Path) -> None:
     assert only.endswith("10 mm too little, proven")
     across = replace(cube, shape=replace(cube.shape, size=(0.04, 0.08, 0.04)))
     assert said(replace(scene, bodies={**scene.bodies, "cube": across})) == []
+
+
+def test_a_movable_thing_that_nobody_can_grasp_is_told_where_it_overlaps_and_nowhere_else(tmp_path: Path) -> None:
+    given = scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.0)})
+    sunk = replace(given, bodies={**given.bodies, "cube": replace(given.bodies["cube"], grasps={})})
+    (only,) = start_findings(sunk)
+    assert only.message == "cube and table overlap at the start, by up to 20 mm, proven"
+    assert (only.severity, only.about) == ("warning", About(("cube", "table"), pytest.approx(-0.02, abs=1e-6)))
+    fixed = replace(sunk.bodies["cube"], movable=False)
+    assert start_findings(replace(sunk, bodies={**sunk.bodies, "cube": fixed})) == []
+    pose = replace(sunk.bodies["cube"].pose, position=(0.2, 0.0, 0.5))
+    hanging = replace(sunk.bodies["cube"], pose=pose)
+    assert start_findings(replace(sunk, bodies={**sunk.bodies, "cube": hanging})) == []
