@@ -48,5 +48,7 @@ def reduced(mesh: Mesh, faces: int = LOW_FACES) -> Mesh:
         return mesh
     from fast_simplification import simplify  # a page of a scene without large meshes does not need it
 
-    points, triangles = simplify(mesh.vertices, mesh.faces.astype(np.int32), target_count=faces, agg=AGGRESSIVENESS)
+    points, triangles = simplify(
+        mesh.vertices, mesh.faces.astype(np.int32), target_count=faces, agg=AGGRESSIVENESS
+    )
     return Mesh(np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int64))

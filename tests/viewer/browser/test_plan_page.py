@@ -273,3 +273,19 @@ def test_the_details_of_a_node_fill_the_panel_and_end_within_it(cups, open_page,
     ends = "['.node-details', '.plan'].map(name => document.querySelector(name).getBoundingClientRect().bottom)"
     details, panel = shown.run(ends)
     assert details == pytest.approx(panel, abs=1.0)
+
+
+def test_a_key_shows_the_whole_plan_beside_a_scene(cups, open_page):
+    shown = open_page(cups.page)
+    shown.page.keyboard.press("+")
+    nearer = shown.run("kabo.plan.dag.view.scale")
+    shown.page.keyboard.press("0")
+    assert shown.run("kabo.plan.dag.view.scale") < nearer
+
+
+def test_the_help_begins_with_its_first_line_and_escape_closes_it(cups, open_page):
+    shown = open_page(cups.page)
+    shown.page.keyboard.press("?")
+    assert shown.run("document.querySelector('dialog.help').scrollTop") == 0
+    shown.page.keyboard.press("Escape")
+    assert not shown.run("document.querySelector('dialog.help').open")

@@ -113,7 +113,8 @@ export class Shell {
 
   pressed(event) {
     const known = this.keys.get(event.key);
-    if (!known || isOwn(event) || event.ctrlKey || event.metaKey || event.altKey) {
+    const inHelp = this.help.open && event.key !== "?"; // Escape closes it, arrows scroll it
+    if (!known || inHelp || isOwn(event) || event.ctrlKey || event.metaKey || event.altKey) {
       return;
     }
     event.preventDefault();
@@ -129,7 +130,7 @@ export class Shell {
     const rows = lines.map(([key, what]) => make("tr", {}, [
       make("th", { scope: "row" }, [make("kbd", {}, [key])]), make("td", {}, [what])]));
     const close = make("button", { type: "button", onclick: () => this.help.close() }, ["Close"]);
-    this.help.replaceChildren(make("h2", {}, ["Keys"]), make("table", {}, rows), close);
+    this.help.replaceChildren(make("div", { className: "top" }, [make("h2", {}, ["Keys"]), close]), make("table", {}, rows));
     this.help.showModal();
   }
 

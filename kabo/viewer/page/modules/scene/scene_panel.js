@@ -23,7 +23,9 @@ export function show(shown, stage, shell) {
   shell.addPanel("scene", "Scene", place);
   prints(stage);
   shell.onKey("f", "look at the whole scene", () => stage.look([]));
-  shell.onKey("0", "back to the start", () => stage.setState(shown.scene.start));
+  if (shown.plan === null) { // there 0 shows the whole plan, and Home is the beginning
+    shell.onKey("0", "back to the start", () => stage.setState(shown.scene.start));
+  }
   shell.onKey("Escape", "nothing chosen", () => {
     stage.highlight([], null);
     stage.focus(null);
