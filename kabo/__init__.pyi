@@ -13,6 +13,7 @@ from kabo.geometry import Decomposition as Decomposition
 from kabo.geometry import bounding_decomposition as bounding_decomposition
 from kabo.geometry import bounding_mesh as bounding_mesh
 from kabo.geometry_server import GeometryServer as GeometryServer
+from kabo.geometry_server import robot_scene as robot_scene
 from kabo.language import load_problem as load_problem
 from kabo.language.problem import Problem as Problem
 from kabo.meshes import Mesh as Mesh

@@ -13,15 +13,13 @@ from kabo.geometry import crossing_faces as crossing_faces
 from kabo.geometry_server import Preparing as Preparing
 from kabo.geometry_server import RobotModel as RobotModel
 from kabo.geometry_server import Wishes as Wishes
+from kabo.geometry_server import existing_file as existing_file
 from kabo.geometry_server import make_robot_model as make_robot_model
+from kabo.geometry_server import robot_name as robot_name
 from kabo.geometry_server import robot_scene_text as robot_scene_text
 from kabo.geometry_server import robot_summary as robot_summary
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
-from kabo.language.names import proper_name as proper_name
-from kabo.language.robot_files.packages import package_folder as package_folder
-from kabo.language.robot_files.packages import searched_places as searched_places
-from kabo.language.yaml.paths import installed_folder as installed_folder
 from kabo.meshes import Mesh as Mesh
 from kabo.meshes import hull_faces as hull_faces
 from kabo.meshes import load_mesh as load_mesh

@@ -147,7 +147,7 @@ def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namesp
         print(rooms.describe(rooms.plan_from_json(plan)).rstrip("\n"))
         tell(f"{options.output}: {_size(body['statistics'])}")
         gaps = body["statistics"].get("certificate_gaps", ())
-        if gaps:
+        if gaps and not body.get("cut_off"):  # which says the same below
             more = f" (and {len(gaps) - 1} more)" if len(gaps) > 1 else ""
             warn(f"the plan has no certificate: {gaps[0]}{more}; `kabo verify` measures distances instead")
     if not options.json and body["reason"] is not None:
@@ -173,5 +173,8 @@ def _no_plan(body: Mapping[str, Any]) -> str:
     }.get(body["status"], "")
     said = "no plan found, " if reason.get("budget") == "reasoning" else said
     details = reason["details"]
-    more = ["  kabo explain says more, and what would help"] if len(details) > SHOWN_DETAILS else []
+    refused = body["status"] == "exhausted" and any(
+        row["failures"] for row in body["statistics"]["procedures"].values()
+    )
+    more = ["  kabo explain says more, and what would help"] if refused or len(details) > SHOWN_DETAILS else []
     return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:SHOWN_DETAILS]), *more])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kabo.displays import counted
 from kabo.errors import InputError
 from kabo.explain.blame import blocking
 from kabo.explain.findings import (
@@ -24,6 +25,7 @@ from kabo.geometry_server import SceneSurroundings, Situation, supports
 from kabo.language.problem import Problem
 from kabo.phases import phase
 from kabo.plan import plan_statistics
+from kabo.planner.result import Result
 from kabo.planner.solve import solve
 
 _LOG = logging.getLogger("kabo.explain")
@@ -34,6 +36,7 @@ MARGINS_M = (0.03, 0.1)  # metres beyond the least move of a base, so that the a
 FLOOR_MARGINS_M = (0.1, 0.5)  # likewise for a floor: other targets may need more of it
 BUDGET_DIVISOR = 8  # each change may use samples and expansions divided by this, but at most the greater of
 MIN_SAMPLES, MIN_EXPANSIONS = 5_000, 10_000  # samples and expansions, and
+LEAST_SAMPLES = 2_000  # that a change may use in any case, or as many as the problem itself
 USED_FACTOR = 4  # times what the problem itself used
 
 
@@ -56,7 +59,7 @@ class TrialBudget:
     def share(self) -> tuple[int, int]:
         """The greatest numbers of samples and of expansions for solving the problem with one change."""
         samples = min(self.samples // BUDGET_DIVISOR, max(MIN_SAMPLES, USED_FACTOR * self.used_samples))
-        return samples, min(
+        return max(samples, min(self.samples, LEAST_SAMPLES)), min(
             self.expansions // BUDGET_DIVISOR, max(MIN_EXPANSIONS, USED_FACTOR * self.used_expansions)
         )
 
@@ -166,5 +169,13 @@ def _tried(
         if isinstance(change, BodyRemoved):  # without the body the problem is not valid: something else names it
             return None
         return Counterfactual(change, "not_tried", None, error.diagnostics[0].message)
-    actions = None if result.plan is None else plan_statistics(result.plan).plan_actions
-    return Counterfactual(change, result.status, actions)
+    if result.plan is not None:
+        return Counterfactual(change, result.status, plan_statistics(result.plan).plan_actions)
+    return Counterfactual(change, result.status, None, _how_far(result) if result.status == "exhausted" else None)
+
+
+def _how_far(result: Result) -> str:
+    """How much was tried in vain: a few samples say less than many."""
+    count, budget = result.statistics["inverse_kinematics_calls"], result.reason and result.reason.budget
+    until = " until the time was up" if budget == "time" else ""
+    return f"{counted(count, 'sample')} {'was' if count == 1 else 'were'} tried{until}"

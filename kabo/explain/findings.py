@@ -173,7 +173,7 @@ class Counterfactual:
     """A change, and the result of solving the problem with it.
 
     `plan_actions`: the number of actions on the longest branch of the plan that was found; None if none was found.
-    `why`: why the change could not be tried.
+    `why`: why the change could not be tried; or how much was tried in vain.
     """
 
     change: Change

@@ -67,6 +67,9 @@ from kabo.geometry_server.reachability import grasp_missing as grasp_missing
 from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.reachability import wherever as wherever
 from kabo.geometry_server.robot_models.describing import robot_summary as robot_summary
+from kabo.geometry_server.robot_models.entry import existing_file as existing_file
+from kabo.geometry_server.robot_models.entry import robot_name as robot_name
+from kabo.geometry_server.robot_models.entry import robot_scene as robot_scene
 from kabo.geometry_server.robot_models.findings import robot_findings as robot_findings
 from kabo.geometry_server.robot_models.model import RobotModel as RobotModel
 from kabo.geometry_server.robot_models.model import Wishes as Wishes

@@ -92,7 +92,8 @@ class SceneSurroundings:
         coarse = geometry.budget_of_roots((first.enclosure, second.enclosure), self.budget)
         if coarse is not None and not geometry.collides(first, second, coarse):
             return False
-        if coarse is not None and geometry.surfaces_touch(first, second):
+        whole = first.mesh is not None and second.mesh is not None  # sight lines have parts alone
+        if coarse is not None and whole and geometry.surfaces_touch(first, second):
             return True
         return geometry.collides(first, second, self.budget)
 

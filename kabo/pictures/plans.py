@@ -1,5 +1,6 @@
 """Pictures of plans: a branch as a film strip or an animation, what a motion sweeps, the scene at a node."""
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.phases import phase
 from kabo.pictures.drawing import Drawing, Label
 from kabo.pictures.film import Film, Frame, branch_of, described
 from kabo.pictures.panels import captioned, framed, gif, grid, png, titled
@@ -16,6 +18,7 @@ from kabo.pictures.views import View, ViewWishes, chosen_view, taken
 from kabo.plan import Plan
 from kabo.scene import Scene
 
+_LOG = logging.getLogger("kabo.pictures")
 MAX_LOOKS = 4  # frames by which the side is chosen
 STRIP_WIDTH, COLUMNS, MAX_PANELS, CAPTION_ROWS = 1200, (3, 4), 12, 3
 ANIMATION_WIDTH, MAX_FRAMES, FRAME_STEP = 520, 90, 0.1  # pixels, frames, and [s] of plan time between two
@@ -34,13 +37,15 @@ def film_strip(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes,
     stage, view = _staged(film, frames, wishes, STRIP_WIDTH // columns)
     panels = []
     try:
-        for number in kept:
-            frame = frames[number]
-            stage.place(poses_in(scene, frame.state))
-            drawing = _named(stage.drawing, film, frame, everything=number == 0)
-            pixels = framed(taken(stage, view, labels=wishes.labels, font=13, drawing=drawing))
-            lines = _caption(frames, kept, number)
-            panels.append(captioned(pixels, lines, CAPTION_ROWS))
+        with phase("drawing", len(kept), "frames", log=_LOG) as step:
+            for number in kept:
+                frame = frames[number]
+                stage.place(poses_in(scene, frame.state))
+                drawing = _named(stage.drawing, film, frame, everything=number == 0)
+                pixels = framed(taken(stage, view, labels=wishes.labels, font=13, drawing=drawing))
+                lines = _caption(frames, kept, number)
+                panels.append(captioned(pixels, lines, CAPTION_ROWS))
+                step()
     finally:
         stage.close()
     title = f"{plan.problem}: {described(plan)}; shown: {_branch_text(film)}"
@@ -62,11 +67,13 @@ def animation(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes, 
     stage, view = _staged(film, list(film.key_frames()), wishes, ANIMATION_WIDTH)
     found = []
     try:
-        for frame in frames:
-            stage.place(poses_in(scene, frame.state))
-            drawing = _named(stage.drawing, film, frame, everything=False)
-            pixels = taken(stage, view, labels=wishes.labels, font=13, drawing=drawing)
-            found.append(captioned(pixels, [frame.caption], 1))
+        with phase("drawing", len(frames), "frames", log=_LOG) as drawn:
+            for frame in frames:
+                stage.place(poses_in(scene, frame.state))
+                drawing = _named(stage.drawing, film, frame, everything=False)
+                pixels = taken(stage, view, labels=wishes.labels, font=13, drawing=drawing)
+                found.append(captioned(pixels, [frame.caption], 1))
+                drawn()
     finally:
         stage.close()
     return gif(found, step)

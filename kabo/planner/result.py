@@ -46,7 +46,8 @@ class Progress:
     `doing`: the present step in two or three words. `fraction`: the share that is done (0 to 1); None if the total
     is unknown. `line`: what was just done, if it is worth a line of its own that stays; else empty. `spent`: the share
     that is spent of the budget of expansions or of samples, of that which is spent more. `seconds_left`: of the budget
-    of time; None if it has no limit.
+    of time; None if it has no limit. `refused`: the call that was refused most until now, how often, and by what;
+    empty if none was.
     """
 
     doing: str
@@ -57,6 +58,7 @@ class Progress:
     line: str = ""
     spent: float | None = None
     seconds_left: float | None = None
+    refused: str = ""
 
 
 @dataclass(frozen=True)

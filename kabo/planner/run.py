@@ -17,6 +17,7 @@ from kabo.phases import timed
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
+from kabo.planner.proofs.refused_calls import most_refused
 from kabo.planner.result import Progress, Result
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.packed import PackedTask
@@ -38,6 +39,7 @@ if (
 
 
 _LOG = logging.getLogger("kabo.planner")
+COUNTED_EVERY_S = 1.0  # what was refused most
 OnProcedures = Callable[["GeometricProcedures"], None]
 
 
@@ -60,6 +62,7 @@ class SolveRun:
     on_procedures: OnProcedures | None = None
     certified: Mapping[str, Any] = field(default_factory=dict)
     counts: Callable[[], tuple[int, int]] | None = None  # of procedure calls and samples, once there are any
+    refusals: Callable[[], Sequence[tuple[GroundCall, Refusal]]] | None = None  # of calls that never succeeded
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
     on_refused: Callable[[Result], None] | None = None
@@ -67,6 +70,7 @@ class SolveRun:
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)
         self._process, self._doing, self._expanding = os.getpid(), "reading", 0
+        self._refused, self._refused_at = "", self.began
 
     @property
     def began(self) -> float:
@@ -103,9 +107,18 @@ class SolveRun:
             calls, drawn = self.counts()
         spent = max(expanded / max(1, options.max_expansions), drawn / max(1, options.max_samples))
         left = self.stop.seconds_left()
+        generated, refused = self.searched.generated, self._most_refused()
         self.progress(
-            Progress(self._doing, expanded, self.searched.generated, calls, spent=spent, seconds_left=left)
+            Progress(self._doing, expanded, generated, calls, spent=spent, seconds_left=left, refused=refused)
         )
+
+    def _most_refused(self) -> str:
+        """The call that was refused most, counted anew at most every second: that goes through all refusals."""
+        now = perf_counter()
+        if self.refusals is not None and now >= self._refused_at + COUNTED_EVERY_S:
+            self._refused = most_refused(self.refusals())
+            self._refused_at = now
+        return self._refused
 
     def report_line(self, doing: str, line: str) -> None:
         """Calls `progress`, if it is set, with a line that stays."""

@@ -135,7 +135,7 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         with_bases,
         with_start_faults,
     )
-    from kabo.planner.telling import Telling
+    from kabo.planner.telling import Telling, refused_so_far
 
     run.report_progress("loading the scene", again=False)
     try:
@@ -145,6 +145,7 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         spent = Exhausted(run.searched, run.stop.spent or "time")
         result = without_plan(run, task, spent, statistics_of(run))
         return replace(result, reason=None if result.reason is None else result.reason.with_details(error.details))
+    run.refusals = lambda: refused_so_far(server)
     if run.on_procedures is not None:
         run.on_procedures(server)
     if run.on_refused is not None:

@@ -21,7 +21,7 @@ import zenoh
 from kabo.errors import ServiceError
 from kabo.service import keys
 from kabo.service.messages import Cancelled, Envelope, ErrorReply, LatestRequest, Status
-from kabo.service.session import open_session
+from kabo.service.session import open_session, unanswered
 
 ELSEWHERE = frozenset({"busy", "shutting_down", "worker_died"})  # another server, or the same one later, may do it
 MAX_WORKER_DEATHS = 4  # each stands for two: a poisonous request must not go round for ever
@@ -94,7 +94,7 @@ class Client:
     """
 
     def __init__(self, config: zenoh.Config, patience_s: float = 5.0) -> None:
-        self._patience_s = patience_s
+        self._patience_s, self._unanswered = patience_s, unanswered(config)
         self._lock = threading.Condition()
         self._load: dict[str, int] = {}  # live server -> our requests there
         self._open: dict[str, set[zenoh.CancellationToken]] = {}
@@ -183,7 +183,7 @@ class Client:
         until = time.monotonic() + deadline_s
         patient_until = time.monotonic() + self._patience_s
         avoid: set[str] = set()
-        lost, deaths = _Lost("unavailable", "no server answers; `kabo serve` starts one"), 0
+        lost, deaths = _Lost("unavailable", self._unanswered), 0
         while time.monotonic() < until:
             server = self._pick(avoid, min(patient_until, until))
             if server is None:

@@ -6,7 +6,7 @@ Shared memory is off even if a configuration file enables it: a receiver that ge
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import zenoh
 from kabo.errors import ServiceError
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+SECURE = ("tls/", "quic/")  # endpoints at which either side may refuse the other
 LEASE_MS = 4000  # a frozen host is noticed after this time
 MAX_MESSAGE_BYTES = 64 << 20
 ENVELOPE_BYTES = 64 << 10  # what a message needs beside its payload
@@ -46,6 +47,28 @@ def open_session(config: zenoh.Config) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise ServiceError("unavailable", f"no zenoh session can be opened: {error}") from None
+
+
+def unanswered(config: zenoh.Config) -> str:
+    """The message of a client with this configuration that finds no server.
+
+    A server that refuses a client by TLS is as silent as none at all, so that strangers learn nothing.
+    """
+    named = _endpoints(json.loads(config.get_json("connect/endpoints")))
+    endpoints = [end.partition("#")[0] for end in named if end.startswith(SECURE)]
+    if not endpoints:
+        return "no server answers; `kabo serve` starts one"
+    return (
+        f"no server answers at {', '.join(dict.fromkeys(endpoints))}: none runs there, or it refuses this client; compare "
+        "authority and certificates of both sides, subjectAltName, and the server's cert_common_names and rules "
+        "(docs/how-to/deploy.md)"
+    )
+
+
+def _endpoints(value: Any) -> Iterator[str]:
+    """All endpoints of a setting: a list, or a list for each mode."""
+    for each in value.values() if isinstance(value, dict) else [value]:
+        yield from each
 
 
 def max_request_bytes(config: zenoh.Config) -> int:

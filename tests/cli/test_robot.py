@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from kabo import robot_scene
 from kabo.errors import InputError
 from kabo.language import load_scene_description
 from kabo.scene import link_poses, load_scene
@@ -105,3 +106,13 @@ def test_all_faults_of_a_urdf_are_told_and_nothing_is_written(kabo, tmp_path):
     said = kabo("robot", path, "-o", tmp_path / "scene.yaml")
     assert said.code == 2 and said.err.count("small.urdf:") == 2
     assert not (tmp_path / "scene.yaml").exists()
+
+
+def test_the_function_writes_what_the_command_writes(kabo, tmp_path):
+    urdf = write_arm(tmp_path)
+    assert kabo("robot", urdf, "--name", "arm", "-o", tmp_path / "scene.yaml").code == 0
+    assert robot_scene(urdf, name="arm", folder=tmp_path) == (tmp_path / "scene.yaml").read_text()
+    with pytest.raises(InputError, match="there is no such file"):
+        robot_scene(tmp_path / "none.urdf")
+    with pytest.raises(InputError, match='"An Arm" is no name'):
+        robot_scene(urdf, name="An Arm")

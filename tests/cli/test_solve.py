@@ -6,8 +6,13 @@ import json
 import jsonschema
 import pytest
 
-from kabo.plan import schema
+from kabo.cli.main import parser
+from kabo.cli.solving import finish
+from kabo.language import load_problem
+from kabo.plan import plan_to_json, schema
 from kabo.planner import solve as planner
+from kabo.planner.result import Result, result_to_json
+from kabo.planner.statistics import completed
 
 RESULT = schema("kabo-result-1")
 
@@ -117,3 +122,16 @@ def test_a_missing_system_library_is_told_in_one_line(kabo, parcels, monkeypatch
     monkeypatch.setattr(planner, "solve", missing)
     said = kabo("solve", "one.yaml")
     assert said.code == 1 and said.err.count("\n") == 1 and "apt-get install libgomp1" in said.err
+
+
+def test_a_plan_whose_certificate_could_not_be_made_is_told_with_the_first_gap(parcels, capsys):
+    plan = planner.solve(load_problem("one.yaml")).plan
+    gaps = ["n3: peg and socket are not proven apart", "n4: peg and socket are not proven apart"]
+    body = result_to_json(Result("solved", plan, completed({"certificate_gaps": gaps, "certificate_s": 0.1})))
+    jsonschema.validate(body, RESULT)
+    said = "the plan has no certificate: n3: peg and socket are not proven apart (and 1 more)"
+    for options, cut_off, count in (([], (), 1), (["--json"], (), 0), ([], ("the certificate was cut off",), 0)):
+        given = parser().parse_args(["solve", "one.yaml", *options])
+        given.output = parcels / "p.json"
+        assert finish(body | ({"cut_off": [*cut_off]} if cut_off else {}), plan_to_json(plan), given) == 0
+        assert capsys.readouterr().err.count(said) == count

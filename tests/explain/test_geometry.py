@@ -1,5 +1,6 @@
 """Explanations of problems that knowledge solves and geometry does not: a gantry whose reach is told by hand."""
 
+import re
 from pathlib import Path
 
 import jsonschema
@@ -89,6 +90,19 @@ def test_the_body_that_blocks_is_named_with_its_share(tmp_path: Path) -> None:
     )
     wanted = {"change": {"remove": "lid"}, "plan_actions": 2, "result": "solved", "said": "without lid"}
     assert best(found) == wanted and first(found)["without"] == {"lid": failure["count"]}
+
+
+def test_a_change_is_tried_with_few_samples_only_if_the_problem_has_few(tmp_path: Path) -> None:
+    found = explained(tmp_path, walls=LID, options={"max_samples": 300})
+    assert found.summary[-1] == "Without lid a plan of 2 actions exists."
+
+
+def test_a_change_that_does_not_help_is_told_with_how_much_was_tried(tmp_path: Path) -> None:
+    two = LID | {"board": ((0.2, 0.2, 0.01), (0.2, 0.0, 0.13))}
+    found = explained(tmp_path, walls=two, options={"max_samples": 300, "changes": 2})
+    assert {each.result for each in found.counterfactuals} == {"exhausted"}
+    said = [re.search(r"no proof: (\d+) samples were tried", line) for line in str(found).splitlines()]
+    assert [int(each[1]) >= 300 for each in said if each] == [True] * len(found.counterfactuals)
 
 
 def test_samples_show_the_robot_where_it_was_refused(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from kabo.errors import InputError
+from kabo.phases import heard_by
 from kabo.pictures.film import Film, branch_of
 from kabo.pictures.plans import animation, film_strip
 from kabo.pictures.sweeps import sweep_drawing
@@ -57,6 +58,18 @@ def test_an_animation_moves_begins_again_and_stays_at_its_end(scene):
     first = np.asarray(image.convert("RGB"), float)
     image.seek(image.n_frames - 1)
     assert np.abs(first - np.asarray(image.convert("RGB"), float)).max() > 50 and image.info["duration"] >= 1500
+
+
+def test_who_waits_for_a_picture_hears_of_its_frames(scene, monkeypatch):
+    pytest.importorskip("pyvista")
+    monkeypatch.setattr("kabo.phases.EVERY_S", 0.0)
+    heard = []
+    with heard_by(heard.append):
+        image = opened(animation(PLAN, scene, None, ViewWishes(size=(160, 120)), "plan.json"))
+        assert max(each.done for each in heard) == heard[0].total >= image.n_frames
+        heard.clear()
+        film_strip(PLAN, scene, None, ViewWishes(size=(200, 150)), "plan.json")
+    assert [(each.done, each.total, each.unit) for each in heard[:3]] == [(n, 2, "frames") for n in range(3)]
 
 
 def test_a_branch_on_which_nothing_moves_is_refused_with_the_remedy(scene):

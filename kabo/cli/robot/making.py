@@ -10,7 +10,6 @@ from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.limits import add_limits
 from kabo.cli.mesh.meshing import picture_file
 from kabo.cli.terminal import clean_standard_output, print_json, tell
-from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 NAME = "robot"
@@ -46,10 +45,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the scene file, or prints it, and says what was found."""
-    urdf = _existing(options.urdf, "URDF")
-    srdf = None if options.srdf is None else _existing(options.srdf, "--srdf")
+    urdf = rooms.existing_file(options.urdf, "URDF")
+    srdf = None if options.srdf is None else rooms.existing_file(options.srdf, "--srdf")
     with clean_standard_output():
-        name = _name(options.name, urdf)
+        name = rooms.robot_name(options.name, urdf, "--name")
         wishes = rooms.Wishes(options.tip, options.group)
         model = rooms.make_robot_model(
             urdf, srdf, name=name, epsilon=options.epsilon, wishes=wishes, told=options.surrounding.preparing
@@ -67,34 +66,6 @@ def run(options: argparse.Namespace) -> int:
     for line in rooms.robot_summary(model):
         tell(line)
     return exit_codes.DONE
-
-
-def _existing(text: str, what: str) -> Path:
-    """The path of a file; `package://NAME/…` is in the folder of an installed package.
-
-    Raises:
-        InputError: there is no such file.
-    """
-    path = Path(text)
-    if text.startswith("package://"):
-        package, _, rest = text.removeprefix("package://").partition("/")
-        folder = rooms.installed_folder(package) or rooms.package_folder(package, {}, Path.cwd() / "here")
-        if folder is None:
-            hint = f"looked for in {rooms.searched_places()}, and among installed packages"
-            raise InputError([Diagnostic(what, 1, 1, f'unknown package "{package}"', hint)])
-        path = folder / rest
-    if not path.is_file():
-        raise InputError([Diagnostic(what, 1, 1, f'"{text}": there is no such file', f"looked for {path}")])
-    return path
-
-
-def _name(given: str | None, urdf: Path) -> str:
-    """The robot's name: as given, else made of the file's name."""
-    made: str = rooms.proper_name(given or urdf.name.split(".")[0])
-    if given is not None and made != given:
-        hint = f"names are [a-z][a-z0-9_]*, such as {made}"
-        raise InputError([Diagnostic("--name", 1, 1, f'"{given}" is no name', hint)])
-    return made
 
 
 def _figures(model: "rooms.RobotModel", output: Path | None) -> dict[str, Any]:

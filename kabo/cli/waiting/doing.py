@@ -53,12 +53,13 @@ def of_phase(phase: Phase) -> Doing:
 
 
 def of_progress(progress: "rooms.Progress") -> Doing:
-    """What the planner says: `searching: 120 nodes expanded, 12 procedure calls`."""
+    """What the planner says: `searching: 120 nodes expanded, 12 procedure calls; pick(arm, cup) refused 80 times`."""
     if progress.fraction is not None:
         return Doing("preparing geometry", progress.doing, progress.fraction)
     counts = {"nodes expanded": progress.expanded, "procedure calls": progress.procedure_calls}
     said = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
     text = f"{progress.doing}: {said}" if said else progress.doing
+    text += f"; {progress.refused}" if progress.refused else ""
     ends = None if progress.seconds_left is None else perf_counter() + progress.seconds_left
     return Doing(progress.doing, text, progress.spent, of_budget=progress.spent is not None, ends=ends)
 

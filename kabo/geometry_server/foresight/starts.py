@@ -1,6 +1,7 @@
 """What is wrong with a scene at its start: objects that overlap, stand inside others, are too near, or hang in the air.
 
-Only what a robot may grasp is examined. The original meshes decide, through python-fcl; the convex parts of two things
+What a robot may grasp is examined, and of other movable objects whether they overlap something; what is fixed may
+overlap by intention, as walls do. The original meshes decide, through python-fcl; the convex parts of two things
 are asked only where these are less than epsilon apart.
 """
 
@@ -44,7 +45,7 @@ class StartFault:
 
 
 def start_faults(surroundings: SceneSurroundings, *, parts: bool = True) -> tuple[StartFault, ...]:
-    """Everything that is wrong at the start with what can be grasped, in the order of the scene; computed once.
+    """Everything that is wrong at the start with what is movable, in the order of the scene; computed once.
 
     Without `parts` no convex part is made, and things that are only near are not told.
     """
@@ -115,10 +116,12 @@ class _Start:
             found = ((link, part.mesh) for link, part in robot.links.items() if part.mesh is not None)
             bodies |= {f"{name}.{link}": (mesh, poses[link]) for link, mesh in found if mesh is not None}
         self.things = [_Thing.at(name, mesh, pose) for name, (mesh, pose) in bodies.items() if len(mesh.faces)]
-        self.graspable = {name for name, body in self.scene.bodies.items() if body.movable and body.grasps}
+        movable = [body for body in self.scene.bodies.values() if body.movable]
+        self.graspable = {body.name for body in movable if body.grasps}
+        self.others = {body.name for body in movable if not body.grasps}
 
     def faults(self) -> Iterator[StartFault]:
-        """The faults of every object that can be grasped; a pair of two is told once."""
+        """The faults of every object that can be grasped, then overlaps of other movable ones; a pair is told once."""
         done: set[frozenset[str]] = set()
         for own in self.things:
             if own.name not in self.graspable:
@@ -133,6 +136,18 @@ class _Start:
             above = {fault.things for fault in hanging}
             yield from (fault for fault in pairs if fault.things not in above)
             yield from hanging
+        yield from self._overlaps_of_others(done)
+
+    def _overlaps_of_others(self, done: set[frozenset[str]]) -> Iterator[StartFault]:
+        """The overlaps of movable objects that nobody can grasp: they may be pushed, or hang, so nothing else is told."""
+        for own in self.things:
+            if own.name not in self.others:
+                continue
+            carried = supports(self.surroundings, Situation.of(self.scene.start), own.name)
+            for other in self.things:
+                fault = self._pair(own, other, carried, done)
+                if fault is not None and fault.kind in ("overlap", "inside"):
+                    yield fault
 
     # --------------------------------------------------------------------------------------------------- pairs
     def _pair(
@@ -172,6 +187,8 @@ class _Start:
         first, second = (own, other) if not (theirs > -TOUCHING).all() else (other, own)
         things = first.name, second.name
         hint = "a pose is in the frame that its `frame` names, by default the world: move one of them"
+        if other.name in self.scene.bodies:
+            hint += _raised(own, other)
         if ((ours if first is own else theirs) > -TOUCHING).all():
             said = f"{first.name} begins inside {second.name}, up to {millimetres(depth)} deep, proven"
             return StartFault("inside", things, said, hint, depth)
@@ -211,6 +228,13 @@ class _Start:
         else:
             said = f"{own.name} hangs in the air at the start: {millimetres(gap)} above {below}"
             yield StartFault("floating", (own.name, below), said, f"lower it by {millimetres(gap)}", gap)
+
+
+def _raised(own: _Thing, other: _Thing) -> str:
+    """How much higher an object is free of what is under its middle, as the end of a remedy; empty if little is there."""
+    middle, height = 0.5 * (own.low + own.high), float(other.high[2] - own.low[2])
+    carries = bool(np.all(other.low[:2] <= middle[:2]) and np.all(middle[:2] <= other.high[:2]))
+    return f"; {own.name} is above {other.name} if it is {millimetres(height)} higher" if carries else ""
 
 
 def _placed(points: Array, pose: Array) -> Array:

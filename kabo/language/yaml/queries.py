@@ -1,6 +1,7 @@
 """Reads queries of knowledge from expressions that were parsed with the start symbol `formula`."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from kabo.language import formulas as f
 from kabo.language.expressions import Expression
@@ -60,7 +61,9 @@ def read_variables(here: NameResolver, node: Expression) -> tuple[tuple[f.Variab
 
 
 def _junction(here: NameResolver, node: Expression, temporal: bool) -> f.Formula | None:
-    parts = [read_formula(here, part, temporal=temporal) for part in node.parts]
+    hints = _ended_before(node)
+    after = replace(here, hints={**hints, **here.hints}) if hints else here
+    parts = [read_formula(after, part, temporal=temporal) for part in node.parts]
     whole = tuple(part for part in parts if part is not None)
     place = here.place(node)
     if len(whole) < len(parts):
@@ -68,6 +71,27 @@ def _junction(here: NameResolver, node: Expression, temporal: bool) -> f.Formula
     if node.kind == "either":
         return f.Xor(whole[0], whole[1], place)
     return f.And(whole, place) if node.kind == "all_of" else f.Or(whole, place)
+
+
+def _ended_before(node: Expression) -> dict[str, str]:
+    """The remedies for variables of quantifiers that end before the next `and`, `or` or `xor`, by their names."""
+    found: dict[str, str] = {}
+    for part in node.parts:
+        while part.kind == "not":
+            part = part.parts[0]  # noqa: PLW2901 - what is denied ends where its denial ends
+        if part.kind in ("forall", "exists"):
+            word = _WORDS[node.kind]
+            end = (
+                f'this {part.kind} ends before "{word}"; put parentheses around all that it is about: {part.kind}('
+            )
+            written = ", ".join(f"{kind.text} {name.text}" for name, kind in part.variables if kind is not None)
+            found |= {name.text: f"{end}{written}) (… {word} …)" for name, _ in part.variables}
+        elif part.kind in _WORDS:
+            found |= _ended_before(part)
+    return found
+
+
+_WORDS = {"any_of": "or", "all_of": "and", "either": "xor"}
 
 
 def _temporal(here: NameResolver, node: Expression, allowed: bool) -> f.Formula | None:

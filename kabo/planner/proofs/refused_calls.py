@@ -32,6 +32,19 @@ def own_text(pair: Pair, measures: Iterable[Measure]) -> str:
     return next((measure.text for measure in measures if measure.name == name), f"{pair[0]} and {pair[1]}")
 
 
+def most_refused(failures: Iterable[tuple[GroundCall, Refusal]]) -> str:
+    """The call that was refused most, such as `pick(left, cup) refused 1,064 times, mostly by lid`; empty if none was."""
+    call, refusal = max(failures, key=lambda item: item[1].attempts, default=(None, None))
+    if call is None or refusal is None or refusal.attempts < 1:
+        return ""
+    said = f"{call} refused {refusal.attempts:,} time{'' if refusal.attempts == 1 else 's'}"
+    body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
+    if body is None:
+        return said
+    itself = " itself" if own_pair(body, refusal.pairs) else ""
+    return f"{said}, {'mostly' if 2 * count > refusal.attempts else 'most often'} by {body}{itself}"
+
+
 def refused(call: GroundCall, refusal: Refusal) -> str:
     """A refusal as a short sentence, such as `pick(left, cup): blocked by lid in 40 of 64 attempts`, with its numbers."""
     said = _said(call, refusal)

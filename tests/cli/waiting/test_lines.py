@@ -73,3 +73,7 @@ def test_a_search_counts_what_it_has_done_and_names_its_budget():
     assert doing.text == "searching: 120 nodes expanded, 7 procedure calls"
     assert doing.of_budget and doing.said == "searching"
     assert of_progress(Progress("searching", spent=0.0)).text == "searching"
+    said = of_progress(
+        Progress("looking for motions", 6, refused="pick(arm, cup) refused 80 times, mostly by lid")
+    )
+    assert said.text == "looking for motions: 6 nodes expanded; pick(arm, cup) refused 80 times, mostly by lid"

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kabo.errors import About
 from kabo.geometry_server import opening_of, start_findings
 from kabo.language import load_problem, load_scene_description
 from kabo.language.scene_description import SceneDescription
@@ -48,6 +49,24 @@ def test_cubes_that_overlap_stand_inside_or_only_touch_are_told_apart(tmp_path: 
     assert inside.startswith("cube begins inside block, up to 1") and inside.endswith("mm deep, proven")
     assert said(scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.02), "second": (0.24, 0.0, 0.02)})) != []
     assert said(scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.02), "second": (0.26, 0.0, 0.02)})) == []
+
+
+def test_the_remedy_says_how_much_higher_an_object_is_free_of_what_it_should_stand_on(tmp_path: Path) -> None:
+    (sunk,) = start_findings(scene_of(tmp_path, things={"cube": (0.2, 0.0, -0.05)}))  # the middle of the table
+    assert sunk.hint is not None and sunk.hint.endswith("; cube is above table if it is 70 mm higher")
+    (beside,) = start_findings(scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.02), "second": (0.23, 0.0, 0.02)}))
+    assert beside.hint is not None and "higher" not in beside.hint  # their middles are apart
+
+
+def test_an_object_as_large_as_if_in_millimetres_swallows_the_robot_and_is_told_at_its_own_line(
+    tmp_path: Path,
+) -> None:
+    scene = scene_of(tmp_path)
+    cube = scene.bodies["cube"]
+    huge = replace(cube, shape=replace(cube.shape, size=(40.0, 40.0, 40.0)))
+    found = start_findings(replace(scene, bodies={**scene.bodies, "cube": huge}))
+    inside = [each for each in found if each.message.startswith("gantry.mast begins inside cube")]
+    assert [each.line for each in inside] == [cube.place.line if cube.place else 1]
 
 
 def test_things_nearer_than_epsilon_are_told_with_their_distance(tmp_path: Path) -> None:
@@ -98,3 +117,16 @@ def test_a_cube_wider_than_the_gripper_opens_is_a_proof(tmp_path: Path) -> None:
     assert only.endswith("10 mm too little, proven")
     across = replace(cube, shape=replace(cube.shape, size=(0.04, 0.08, 0.04)))
     assert said(replace(scene, bodies={**scene.bodies, "cube": across})) == []
+
+
+def test_a_movable_thing_that_nobody_can_grasp_is_told_where_it_overlaps_and_nowhere_else(tmp_path: Path) -> None:
+    given = scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.0)})
+    sunk = replace(given, bodies={**given.bodies, "cube": replace(given.bodies["cube"], grasps={})})
+    (only,) = start_findings(sunk)
+    assert only.message == "cube and table overlap at the start, by up to 20 mm, proven"
+    assert (only.severity, only.about) == ("warning", About(("cube", "table"), pytest.approx(-0.02, abs=1e-6)))
+    fixed = replace(sunk.bodies["cube"], movable=False)
+    assert start_findings(replace(sunk, bodies={**sunk.bodies, "cube": fixed})) == []
+    pose = replace(sunk.bodies["cube"].pose, position=(0.2, 0.0, 0.5))
+    hanging = replace(sunk.bodies["cube"], pose=pose)
+    assert start_findings(replace(sunk, bodies={**sunk.bodies, "cube": hanging})) == []

@@ -46,6 +46,21 @@ WRONG_FORMULAS = [
         'unknown predicate "open" in a precondition of action "pick_up"',
         "there are hand_empty, grasped, robot_grasps, at_location, closed",
     ),
+    (
+        "forall(bottle b) K(closed) or K(grasped(«b»))",
+        'unknown name "b" in a precondition of action "pick_up"',
+        'this forall ends before "or"; put parentheses around all that it is about: forall(bottle b) (… or …)',
+    ),
+    (
+        "K(closed) and not exists(bottle b) K(closed) and K(grasped(«b»))",
+        'unknown name "b" in a precondition of action "pick_up"',
+        'this exists ends before "and"; put parentheses around all that it is about: exists(bottle b) (… and …)',
+    ),
+    (
+        "forall(bottle b) K(closed) and K(closed) or K(grasped(«b»))",
+        'unknown name "b" in a precondition of action "pick_up"',
+        'this forall ends before "and"; put parentheses around all that it is about: forall(bottle b) (… and …)',
+    ),
 ]
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from kabo.geometry_server import Measure, Refusal, pair_text
 from kabo.language.formulas import GroundCall
-from kabo.planner.proofs.refused_calls import refused
+from kabo.planner.proofs.refused_calls import most_refused, refused
 
 CALL = GroundCall("sense", ("arm", "box"))
 OWN, OTHER = ("arm.torso", "arm.hand"), ("arm.hand", "lid")
@@ -27,3 +27,13 @@ def test_without_a_measure_the_pair_is_named_all_the_same() -> None:
 def test_another_body_is_named_as_ever() -> None:
     refusal = replace(REFUSAL, pairs=((OTHER, 60), (OWN, 4)))
     assert refused(CALL, refusal) == "sense(arm, box): blocked by lid in 60 of 64 attempts"
+
+
+def test_the_call_that_was_refused_most_is_told_with_its_number_and_what_was_in_the_way() -> None:
+    other = GroundCall("pick", ("arm", "cup"))
+    blocked = Refusal("collision", "…", pairs=((OTHER, 1_000),), attempts=1_064)
+    assert most_refused([(CALL, REFUSAL), (other, blocked)]) == "pick(arm, cup) refused 1,064 times, mostly by lid"
+    assert most_refused([(CALL, REFUSAL)]) == "sense(arm, box) refused 64 times, mostly by arm itself"
+    rare = replace(blocked, pairs=((OTHER, 30),))
+    assert most_refused([(other, rare)]) == "pick(arm, cup) refused 1,064 times, most often by lid"
+    assert most_refused([(CALL, Refusal("empty_family"))]) == most_refused([]) == ""
