@@ -23,6 +23,7 @@ from kabo.plan import Plan, load_plan
 from kabo.scene import Scene, load_scene
 from kabo.viewer.content.files import given_file, problem_of_plan
 from kabo.viewer.content.plan_boxes import in_order_of_parameters
+from kabo.viewer.content.plan_faults import require_drawable
 
 ENDINGS = (".png", ".svg", ".gif")
 
@@ -139,15 +140,14 @@ def _scene_of(path: Path, kind: str, wishes: PictureWishes) -> Scene:
 
 def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     plan, file = load_plan(path), str(path)
+    require_drawable(plan, None, file)
     if ending == ".svg":
         for option in ("branch", "at", "sweep"):
             if getattr(wishes, option) is not None:
                 raise _refusal(f"--{option}", "the graph of a plan shows all of it", "end the picture with .png")
-        try:
-            return plan_svg(_ordered(plan, path, wishes), f"{plan.problem}: {described(plan)}")
-        except ValueError as error:
-            raise _refusal(file, str(error), "see `kabo verify`") from None
+        return plan_svg(_ordered(plan, path, wishes), f"{plan.problem}: {described(plan)}")
     scene = _scene_of_plan(plan, path, wishes)
+    require_drawable(plan, scene, file)
     if ending == ".gif":
         if wishes.at is not None or wishes.sweep is not None:
             raise _refusal("--at" if wishes.sweep is None else "--sweep", "a .gif moves", "end it with .png")

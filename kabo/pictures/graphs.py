@@ -1,5 +1,6 @@
 """The graph of a plan as an SVG picture: the same boxes at the same places as the viewer's page draws."""
 
+import re
 from collections.abc import Iterator
 from xml.sax.saxutils import escape
 
@@ -20,6 +21,7 @@ from kabo.viewer.content.plan_boxes import (
 PAD, HEAD = 16.0, 34.0  # around the graph, and above it for its title [px]
 INK, LINE_COLOUR, PAPER = "#20242b", "#7a818b", "#ffffff"
 FILLS = {"action": ("#e8f0f8", "#3f7fbf"), "sense": ("#fdf1de", "#d98a1f"), "branch": ("#f0f1f3", "#8c8f94")}
+NO_CHARACTER = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # of XML 1.0
 GOAL = ("#e6f4e6", "#4fa36b")
 
 
@@ -43,7 +45,7 @@ def plan_svg(plan: Plan, title: str) -> bytes:
     ]
     for name, card in picture.cards.items():
         lines.extend(_box(name, plan.nodes[name], card, picture.layout.places[name]))
-    return "\n".join([*lines, "</g>", "</svg>", ""]).encode()
+    return NO_CHARACTER.sub("\ufffd", "\n".join([*lines, "</g>", "</svg>", ""])).encode()
 
 
 def _edge(route: Route) -> str:

@@ -5,6 +5,7 @@ Shared memory is off even if a configuration file enables it: a receiver that ge
 """
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -98,7 +99,7 @@ def _config(listen: Sequence[str], connect: Sequence[str], file: Path | None) ->
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
-        raise ServiceError("unavailable", f"the zenoh configuration cannot be used: {error}") from None
+        raise ServiceError("unavailable", f"the zenoh configuration cannot be used: {_said(error)}") from None
     return config
 
 
@@ -110,3 +111,10 @@ def _listens_by_default(config: zenoh.Config) -> bool:
     default = zenoh.Config().get_json("listen/endpoints")
     is_router = json.loads(config.get_json("mode")) == "router"
     return not is_router and bool(config.get_json("listen/endpoints") == default)
+
+
+def _said(error: zenoh.ZError) -> str:
+    """What zenoh says of a configuration, without the places in zenoh's own source."""
+    text = re.sub(r" at \S+\.rs:\d+\.?", "", str(error))
+    found = re.search(r'msg: "(.*?)"', text)
+    return found[1] if found else text

@@ -66,3 +66,9 @@ def test_a_port_that_cannot_be_is_told_before_anything_is_done(kabo):
     answer = kabo("view", "--follow", "tcp/127.0.0.1:1", "--port", "65536", "--no-open")
     assert answer.code == 2
     assert "a port from 0 to 65535" in answer.err
+
+
+def test_what_is_no_endpoint_is_told_without_the_sources_of_a_library(kabo):
+    answer = kabo("view", "--follow", "rubbish", "--no-open")
+    assert "Endpoints must be of the form" in answer.err
+    assert ".rs" not in answer.err and "Json5Err" not in answer.err

@@ -17,19 +17,26 @@ def explanation_view(explanation: Given, scene: "Scene | None") -> View:
     """The part `explanation` of a view document, of the JSON of `kabo explain`; samples only with the scene.
 
     Raises:
+        TypeError: something is of another kind than `kabo explain` writes.
         KeyError: a key is missing, or a sample names a robot, joint or object that is not in the scene.
     """
     knowledge = explanation.get("knowledge", {})
     return {
         "verdict": explanation["verdict"],
-        "summary": explanation["summary"],
-        "goals": knowledge.get("unreachable_goals", []),
-        "start": explanation.get("start", []),
+        "summary": _sentences(explanation["summary"]),
+        "goals": _sentences(knowledge.get("unreachable_goals", [])),
+        "start": _sentences(explanation.get("start", [])),
         "calls": [_call(each, scene) for each in explanation.get("procedures", [])],
         "changes": [_change(each, scene) for each in explanation["counterfactuals"]],
-        "useless": [*knowledge.get("unused_actions", []), *knowledge.get("never_known", [])],
-        "unfinished": explanation.get("unfinished", []),
+        "useless": _sentences([*knowledge.get("unused_actions", []), *knowledge.get("never_known", [])]),
+        "unfinished": _sentences(explanation.get("unfinished", [])),
     }
+
+
+def _sentences(value: Any) -> list[str]:
+    if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+        raise TypeError("a list of sentences")
+    return value
 
 
 # ----------------------------------------------------------------------------------------------------- refused calls

@@ -57,7 +57,9 @@ def given_file(path: Path) -> GivenFile:
 def _json_file(path: Path) -> GivenFile:
     text = path.read_bytes()
     try:
-        content = json.loads(text)
+        content = json.loads(text, parse_constant=_refuse)
+    except RecursionError:
+        raise _refusal(path, "this JSON has too many brackets inside each other", f"give {EXPECTED}") from None
     except ValueError as error:  # of JSON, or of UTF-8
         line, column = getattr(error, "lineno", 1), getattr(error, "colno", 1)
         raise InputError([Diagnostic(str(path), line, column, f"this is no JSON: {error}", None)]) from None
@@ -71,6 +73,10 @@ def _json_file(path: Path) -> GivenFile:
         return GivenFile(path, "explanation", content)
     what = f'the format "{name}" is not known here' if name else "this JSON has no `format` of kabo"
     raise _refusal(path, what, f"give {EXPECTED}")
+
+
+def _refuse(word: str) -> float:
+    raise ValueError(f"{word} is no number of JSON")
 
 
 def _refusal(path: Path, message: str, hint: str) -> InputError:

@@ -1,5 +1,6 @@
 """The view document of a file: of a scene, problem, task, plan, report or explanation."""
 
+import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from kabo.viewer.content.explanation_view import explanation_view
 from kabo.viewer.content.files import GivenFile, given_file, problem_of_plan
 from kabo.viewer.content.findings import finding_view, scene_findings
 from kabo.viewer.content.meshes import Detail
+from kabo.viewer.content.plan_faults import plan_warnings, require_drawable
 from kabo.viewer.content.plan_view import plan_view
 from kabo.viewer.content.report_view import report_view
 from kabo.viewer.content.scene_view import scene_view
@@ -121,11 +123,13 @@ def _of_plan(given: GivenFile, options: ViewOptions) -> ViewDocument:
 
     plan = load_plan(given.path)
     problem = load_problem(options.problem or problem_of_plan(plan, given.path), options.domain)
-    scene = _scene_of(problem)
+    scene, file = _scene_of(problem), str(given.path)
+    require_drawable(plan, None, file)
     arrays = Arrays()
     shown = _scene_view(scene, arrays, options)
+    made = plan_view(plan, problem, scene, arrays, sweeps=True, file=file)
     return ViewDocument(
-        problem.name, "plan", shown, plan=plan_view(plan, problem, scene, arrays, sweeps=True), arrays=arrays
+        problem.name, "plan", shown, plan_warnings(plan, problem, scene, file), plan=made, arrays=arrays
     )
 
 
@@ -152,17 +156,17 @@ def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:
 def _beside(given: GivenFile) -> Path | None:
     """The scene of a report, or the problem of an explanation: by the path in it, from here or from its own folder."""
     name = given.content.get("scene" if given.kind == "report" else "problem")
-    if not name:
+    if not isinstance(name, str) or not name:
         return None
     near = (Path(name), given.path.parent / name, given.path.parent / Path(name).name)
-    return next((path for path in near if path.is_file()), None)
+    return next((path for path in near if os.path.isfile(path)), None)  # noqa: PTH113 - False for any text
 
 
 def _no_scene(given: GivenFile) -> list[View]:
     """A warning if a report or an explanation names a scene that is not there."""
     kind, option = ("scene", "--scene") if given.kind == "report" else ("problem", "--problem")
     name = given.content.get(kind)
-    if not name:
+    if not isinstance(name, str) or not name:
         return []
     message = f"the {kind} {name} was not found: no motion and no sample is shown"
     hint = f"kabo view {given.path} {option} FILE"

@@ -6,6 +6,7 @@ from kabo.plan import Learned, Node, Plan, plan_statistics, topological_order
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View
 from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, in_order_of_parameters, plan_picture
+from kabo.viewer.content.plan_faults import require_drawable
 from kabo.viewer.content.plan_knowledge import knowledge_view
 from kabo.viewer.content.plan_motion import handovers_of, motion_view, state_view
 from kabo.viewer.content.plan_proofs import clearances_of, proofs_of
@@ -13,6 +14,8 @@ from kabo.viewer.content.plan_proofs import clearances_of, proofs_of
 if TYPE_CHECKING:
     from kabo.language.problem import Problem
     from kabo.scene import Scene
+
+WRONG = (ValueError, KeyError, IndexError, RecursionError)  # what computing with a wrong plan raises
 
 
 def plan_view(
@@ -23,6 +26,7 @@ def plan_view(
     *,
     margins: bool = True,
     sweeps: bool = False,
+    file: str = "plan",
 ) -> View | None:
     """The part `plan` of a view document; without its problem, there is no knowledge in it.
 
@@ -31,9 +35,10 @@ def plan_view(
     wanted, since they take most of the time. With `sweeps` there is what moving things sweep, segment by segment.
 
     Raises:
-        ValueError: the plan has a cycle.
-        InputError: the problem uses something that kabo does not support.
+        InputError: the plan, of `file`, has nodes that lead nowhere, or a cycle; or the problem uses something that
+            kabo does not support.
     """
+    require_drawable(plan, None, file)
     if problem is not None:
         plan = in_order_of_parameters(plan, problem)
     picture = plan_picture(plan)
@@ -125,7 +130,10 @@ def _geometry(plan: Plan, scene: "Scene | None", arrays: Arrays, margins: bool, 
     from kabo.viewer.content.plan_margins import MarginCurves
     from kabo.viewer.content.plan_sweeps import sweeps_of
 
-    values, surroundings = ComponentValues(plan, scene, order), server_of(plan, scene).surroundings
+    try:
+        values, surroundings = ComponentValues(plan, scene, order), server_of(plan, scene).surroundings
+    except WRONG:
+        return found | {"motions": {name: motion_view(plan.nodes[name], []) for name in moving}}
     if margins or sweeps:
         found["unmeasured"] = list(read_prepared(surroundings.enclosures))
     curves = MarginCurves(plan, surroundings, values)
@@ -136,6 +144,6 @@ def _geometry(plan: Plan, scene: "Scene | None", arrays: Arrays, margins: bool, 
                 found["margins"][name] = curves.of(name)
             if sweeps and not found["unmeasured"]:
                 found["sweeps"][name] = sweeps_of(name, plan, values, surroundings, arrays)
-        except (ValueError, KeyError, IndexError):  # a wrong plan: names or shapes that the scene does not have
+        except WRONG:  # names or shapes that the scene does not have, things that hang on each other
             found["motions"].setdefault(name, motion_view(plan.nodes[name], []))
     return found | {"pairs": curves.pairs}

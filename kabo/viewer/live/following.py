@@ -168,7 +168,7 @@ class Follower:
     def _document(self, now: Followed, plan: bytes, version: str) -> ViewDocument:
         try:
             if plan:
-                path = self._folder / f"{now.identifier}.plan.json"
+                path = self._folder / f"{version}.plan.json"  # an identifier is any text
                 path.write_bytes(plan)
                 made = document_of_file(path, ViewOptions(problem=now.problem, domain=now.domain))
             else:

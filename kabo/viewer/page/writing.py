@@ -34,7 +34,7 @@ def page_of(document: ViewDocument) -> bytes:
         "parts": "\n".join(_parts(document)),
     }
     shown = re.sub(r"\{\{(\w+)\}\}", lambda found: content[found[1]], shown)
-    return shown.encode("utf-8")
+    return shown.encode("utf-8", "replace")  # halves of characters, which JSON can hold
 
 
 def _parts(document: ViewDocument) -> Iterator[str]:
@@ -43,7 +43,7 @@ def _parts(document: ViewDocument) -> Iterator[str]:
     for name, content in sorted(_modules(files("kabo.viewer.page").joinpath("modules"))):
         yield _part(f"module:kabo/{name}", content)
     text = json.dumps(document.to_json(), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    yield _part("document", text.encode("utf-8"))
+    yield _part("document", text.encode("utf-8", "replace"))
     yield _part("arrays", document.arrays.block)
 
 

@@ -45,10 +45,14 @@ export function scenePoses(scene, state) {
   return poses;
 }
 
-function placeObject(name, state, poses) {
+/** Places an object after what it hangs on; `above` hang on it. Those that hang on each other have no place. */
+function placeObject(name, state, poses, above = []) {
   const { parent, position, quaternion } = state.objects[name];
+  if (!poses.has(parent) && parent in state.objects && !above.includes(parent)) {
+    placeObject(parent, state, poses, [...above, name]);
+  }
   if (!poses.has(parent)) {
-    placeObject(parent, state, poses);
+    return;
   }
   poses.set(name, multiply(poses.get(parent), fromPose(position, quaternion)));
 }
