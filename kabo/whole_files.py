@@ -8,9 +8,14 @@ from pathlib import Path
 def write_atomically(path: Path, content: bytes) -> None:
     """Writes a temporary file beside the target and renames it, so that readers see the old file or the new one.
 
+    What is there and is no regular file, such as a pipe, `/dev/null` or `/dev/stdout`, is written to, not replaced.
+
     Raises:
         OSError: the folder cannot be written; the old file is then unchanged.
     """
+    if path.exists() and not path.is_file():
+        _write_into(path, content)
+        return
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
         with temporary.open("wb") as file:
@@ -22,3 +27,14 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _write_into(path: Path, content: bytes) -> None:
+    """Writes to a pipe or a device."""
+    try:
+        with path.open("wb", buffering=0) as file:
+            rest = memoryview(content)
+            while rest:
+                rest = rest[file.write(rest) :]
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error

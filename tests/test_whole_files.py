@@ -1,7 +1,9 @@
 """Files are written whole or not at all, and what went wrong is told of the file that was to be written."""
 
 import errno
+import os
 import resource
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,3 +36,23 @@ def test_a_folder_that_is_not_there_is_told_of_the_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught:
         write_atomically(tmp_path / "no" / "a", b"new")
     assert caught.value.filename == str(tmp_path / "no" / "a")
+
+
+def test_a_pipe_is_written_to_and_not_replaced_by_a_file(tmp_path: Path) -> None:
+    pipe, read = tmp_path / "pipe", []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    write_atomically(pipe, b"new" * 100_000)
+    reader.join(10.0)
+    assert read == [b"new" * 100_000]
+    assert pipe.is_fifo()
+
+
+def test_a_device_that_takes_nothing_stays_a_device(tmp_path: Path) -> None:
+    device = tmp_path / "full"
+    device.symlink_to("/dev/full")
+    with pytest.raises(OSError) as caught:  # noqa: PT011 - its fields are looked at
+        write_atomically(device, b"new")
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(device))
+    assert device.is_symlink()

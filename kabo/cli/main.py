@@ -22,7 +22,7 @@ from kabo.cli import (
     verify,
     view,
 )
-from kabo.cli.argument_types import require_writable
+from kabo.cli.argument_types import require_apart, require_writable
 from kabo.cli.logs import logging_as
 from kabo.cli.mesh import bound, decompose
 from kabo.cli.parsers import command_line
@@ -87,6 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _work(options: argparse.Namespace) -> int:
+    require_apart(options, OUTPUT_OPTIONS)
     for name in OUTPUT_OPTIONS:
         if (path := getattr(options, name, None)) is not None:
             require_writable(path)

@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
         )
         with phase("drawing"):
             picture = rooms.picture_of_file(options.what, options.output.suffix.lower(), wishes)
-        rooms.write_atomically(options.output, picture)
+    rooms.write_atomically(options.output, picture)
     tell(f"{options.output}: {len(picture) / 1000:.0f} kB")
     return exit_codes.DONE
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kabo import service
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import natural, output_file
+from kabo.cli.argument_types import output_file, port
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, tell
 from kabo.errors import Diagnostic, InputError
@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="show what a server does, as it does it: e.g. tcp/127.0.0.1:7447, where kabo serve listens",
     )
     parser.add_argument(
-        "--port", type=natural, default=0, metavar="N", help="with --follow: the page's port (default: a free one)"
+        "--port", type=port, default=0, metavar="N", help="with --follow: the page's port (default: a free one)"
     )
     parser.add_argument(
         "--config", type=Path, metavar="FILE", help="with --follow: a zenoh configuration (JSON5): TLS, passwords"
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
         )
         with phase("making the page"):
             page = rooms.page_of(rooms.document_of_file(options.file, chosen))
-        rooms.write_atomically(options.output, page)
+    rooms.write_atomically(options.output, page)
     tell(f"{options.output}: {len(page) / 1e6:.2f} MB")
     if options.open and not webbrowser.open(options.output.resolve().as_uri()):
         tell(f"no browser was found: open {options.output} yourself")

@@ -9,6 +9,7 @@ from kabo.arrays import Array
 from kabo.meshes import Mesh
 from kabo.pictures.drawing import Drawing, Glass, Label, Solid
 from kabo.scene import GeometricState, Region, Robot, Scene, link_poses, world_T
+from kabo.viewer.content.colours import colour_of_name
 
 STEEL, ORANGE, DARK = "#dfe3e8", "#f29f3d", "#4a5260"
 FIXED = ("#e6cfa8", "#b9c0c8", "#d8c3a5", "#a9b7a4")
@@ -51,7 +52,10 @@ def poses_in(scene: Scene, state: GeometricState) -> dict[str, Array]:
 
 
 def object_colour(scene: Scene, name: str) -> str:
-    """The colour of a body."""
+    """The colour of a body: that of its name, if it is called by one."""
+    named = colour_of_name(name)
+    if named is not None:
+        return named
     body = scene.bodies[name]
     if body.movable:
         return MOVABLE[scene.movable.index(name) % len(MOVABLE)]

@@ -277,7 +277,8 @@ def _gripper(description: RobotDescription, joints: tuple[str, ...], links: Mapp
         return None
     for link in gripper.touch_links:
         if link not in links:
-            raise refusal(gripper.place, f'unknown link "{link}" in touch_links', did_you_mean(link, links))
+            hint = did_you_mean(link, links) or f"there are {', '.join(links)}"
+            raise refusal(gripper.place, f'unknown link "{link}" in touch_links', hint)
     for name in (*gripper.open, *gripper.closed):
         if name not in joints:
             raise refusal(gripper.place, f'unknown joint "{name}" of the gripper', did_you_mean(name, joints))

@@ -45,3 +45,24 @@ def test_a_task_is_shown_in_the_scene_that_is_named(kabo, tmp_path):
     scene = ("--scene", str(example / "scene.yaml"))
     assert kabo("view", str(example / "task.yaml"), *scene, "-o", str(page), "--no-open").code == 0
     assert "pick_and_place" in page.read_text()
+
+
+def test_what_is_shown_is_not_overwritten_by_its_page(kabo, parcels):
+    before = (parcels / "one.yaml").read_bytes()
+    answer = kabo("view", "one.yaml", "-o", "../parcels/one.yaml", "--no-open")
+    assert answer.code == 2
+    assert "it would be overwritten" in answer.err
+    assert (parcels / "one.yaml").read_bytes() == before
+
+
+def test_a_dash_is_no_file(kabo, parcels):
+    answer = kabo("solve", "one.yaml", "-o", "-")
+    assert answer.code == 2
+    assert "/dev/stdout" in answer.err
+    assert not (parcels / "-").exists()
+
+
+def test_a_port_that_cannot_be_is_told_before_anything_is_done(kabo):
+    answer = kabo("view", "--follow", "tcp/127.0.0.1:1", "--port", "65536", "--no-open")
+    assert answer.code == 2
+    assert "a port from 0 to 65535" in answer.err

@@ -1,5 +1,6 @@
 """Robots as `kabo robot` finds them: covers enclose, grippers are measured, homes are free, proofs hold, files load."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 import trimesh
 
 from kabo.geometry import Solid
-from kabo.geometry_server import GeometryServer, make_robot_model, robot_findings, robot_scene_text
+from kabo.geometry_server import GeometryServer, make_robot_model, robot_findings, robot_scene_text, robot_summary
 from kabo.geometry_server.robot_models.covers import covers_of
+from kabo.geometry_server.robot_models.model import AlwaysPair
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
 from kabo.geometry_server.robot_models.self_contacts import SelfContacts, rounded_within
 from kabo.language import load_scene_description
@@ -138,6 +140,24 @@ def test_links_of_a_hand_that_touch_while_it_is_open_are_allowed_and_a_home_is_f
     assert [(each.first, each.second, each.hand) for each in model.always] == [("left", "right", True)]
     assert model.home is not None
     assert "# they touch, or nearly, while the gripper is open or closes" in robot_scene_text(model, tmp_path)
+
+
+def test_of_many_pairs_that_touch_the_summary_tells_four_and_the_scene_all(tmp_path: Path) -> None:
+    model = make_robot_model(write_arm(tmp_path), None, name="small", epsilon=0.01)
+    pairs = tuple(AlwaysPair("left", f"bone_{number}", None) for number in range(70))
+    told = [line for line in robot_summary(replace(model, always=pairs)) if "touch" in line]
+    assert len(told) == 5 and told[-1] == "  66 more pairs may touch; all are in `allowed_contacts` of the scene"
+    assert robot_scene_text(replace(model, always=pairs), tmp_path).count("[left, bone_") == 70
+    assert sum("touch" in line for line in robot_summary(replace(model, always=pairs[:4]))) == 4
+
+
+def test_the_tool_of_a_hand_that_was_not_measured_is_told_to_be_a_guess(tmp_path: Path) -> None:
+    model = make_robot_model(write_arm(tmp_path), None, name="small", epsilon=0.01)
+    assert model.gripper is not None
+    hand = replace(model, gripper=replace(model.gripper, opening=None, unmeasured="it has 36 joints"))
+    assert "measured on the meshes" in robot_scene_text(model, tmp_path)
+    written = robot_scene_text(hand, tmp_path)
+    assert "guessed" in written and "measured on the meshes" not in written
 
 
 def test_what_is_written_loads_without_a_finding_and_is_the_same_each_time(tmp_path: Path) -> None:

@@ -106,6 +106,7 @@ def test_only_what_no_moving_joint_carries_stands(robot: Robot) -> None:
         ({"configurations": {"home": (0.0, 3.0, 0.0)}}, "elbow = 3 is outside its limits"),
         ({"gripper": GripperDescription(joints=("finger",), open={"fingr": 0.1})}, 'unknown joint "fingr"'),
         ({"gripper": GripperDescription(joints=("finger",), touch_links=("lft",))}, 'unknown link "lft"'),
+        ({"gripper": GripperDescription(joints=("finger",), touch_links=("jaw_1",))}, "there are base, "),
         (
             {"sensors": {"eye": SensorDescription("eye", "hnd", (1.0,), (0.1, 1.0))}},
             'unknown link "hnd" of robot "r", in its sensor "eye"',

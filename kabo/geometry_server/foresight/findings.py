@@ -62,7 +62,9 @@ def _at_the_start(description: SceneDescription, faults: Sequence[StartFault]) -
     for fault in faults:
         deep = fault.kind in ("overlap", "inside") and fault.metres is not None
         about = About(fault.things, -fault.metres if deep and fault.metres is not None else fault.metres)
-        yield _warning(description, description.bodies[fault.things[0]].place, fault.said, fault.hint, about)
+        # A link of a robot has no line in the scene; of any two things at fault, one is an object of it.
+        named = next(name for name in fault.things if name in description.bodies)
+        yield _warning(description, description.bodies[named].place, fault.said, fault.hint, about)
 
 
 # ------------------------------------------------------------------------------------------------------ regions

@@ -187,6 +187,8 @@ class _Start:
         first, second = (own, other) if not (theirs > -TOUCHING).all() else (other, own)
         things = first.name, second.name
         hint = "a pose is in the frame that its `frame` names, by default the world: move one of them"
+        if other.name in self.scene.bodies:
+            hint += _raised(own, other)
         if ((ours if first is own else theirs) > -TOUCHING).all():
             said = f"{first.name} begins inside {second.name}, up to {millimetres(depth)} deep, proven"
             return StartFault("inside", things, said, hint, depth)
@@ -226,6 +228,13 @@ class _Start:
         else:
             said = f"{own.name} hangs in the air at the start: {millimetres(gap)} above {below}"
             yield StartFault("floating", (own.name, below), said, f"lower it by {millimetres(gap)}", gap)
+
+
+def _raised(own: _Thing, other: _Thing) -> str:
+    """How much higher an object is free of what is under its middle, as the end of a remedy; empty if little is there."""
+    middle, height = 0.5 * (own.low + own.high), float(other.high[2] - own.low[2])
+    carries = bool(np.all(other.low[:2] <= middle[:2]) and np.all(middle[:2] <= other.high[:2]))
+    return f"; {own.name} is above {other.name} if it is {millimetres(height)} higher" if carries else ""
 
 
 def _placed(points: Array, pose: Array) -> Array:

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from kabo.displays import counted
 from kabo.geometry_server.robot_models.model import RobotModel
 
+MAX_TOLD = 4  # joints of a hand, pairs that touch: a hand of five fingers has dozens; the scene lists them all
+
 
 def robot_summary(model: RobotModel) -> Iterator[str]:
     """The lines that tell what was found, and what the user should look at."""
@@ -16,7 +18,8 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
     if gripper is None:
         yield f"  no gripper (a scene can mount one); tool frame {model.hand.tool}: check that its z axis points out"
     elif gripper.opening is None:
-        yield f"  gripper {', '.join(model.hand.joints[:4])}: not measured, {gripper.unmeasured}"
+        joints = ", ".join(model.hand.joints[:MAX_TOLD]) + (", …" if len(model.hand.joints) > MAX_TOLD else "")
+        yield f"  gripper {joints}: not measured, {gripper.unmeasured}"
     else:
         opened, closed = (f"{round(1000.0 * gap, 1) + 0.0:g}" for gap in gripper.opening)
         yield f"  gripper {', '.join(model.hand.joints)}: {closed} to {opened} mm; tool frame {model.hand.tool}"
@@ -24,8 +27,11 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
         yield "  home: none found without self-collision"
     else:
         yield f"  home: free of itself, {1000.0 * model.margin:.3g} mm and more between links"
-    for pair in model.always:
+    for pair in model.always[:MAX_TOLD]:
         yield f"  {pair.first} and {pair.second} touch {pair.when}: allowed"
+    if len(model.always) > MAX_TOLD:
+        more = counted(len(model.always) - MAX_TOLD, "more pair")
+        yield f"  {more} may touch; all are in `allowed_contacts` of the scene"
     for why, links in model.hull_reasons.items():
         yield f"  taken as {counted(len(links), 'hull')}, {why}: {', '.join(links)}"
     if model.others:

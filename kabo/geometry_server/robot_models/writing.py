@@ -86,10 +86,13 @@ def _tool(model: RobotModel) -> Iterator[str]:
         )
     else:
         point, approach, closing = (_vector(each) for each in (gripper.point, gripper.approach, gripper.closing))
-        told = (
-            "the middle between the fingers' ends" if gripper.opening is not None else "the middle of the fingers"
-        )
-        yield from _comment(f"tcp: {told}, measured on the meshes.")
+        if gripper.opening is not None:
+            yield from _comment("tcp: the middle between the fingers' ends, measured on the meshes.")
+        else:
+            yield from _comment(
+                "tcp: the middle of all fingers, and a direction guessed from it; such a hand is not measured. Put the"
+                " point to where an object is held, and let approach point away from the palm."
+            )
     yield "tool:"
     yield f"  frame: {_word(model.hand.tool)}"
     yield "  features:"

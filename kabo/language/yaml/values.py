@@ -252,16 +252,22 @@ class Reader:
         return None
 
     def numbers(
-        self, node: YamlNode | None, what: str, count: int | None = None, *, angle: bool = False
+        self,
+        node: YamlNode | None,
+        what: str,
+        count: int | None = None,
+        *,
+        angle: bool = False,
+        hint: str | None = None,
     ) -> tuple[float, ...] | None:
-        """A list of numbers, of the length `count` if it is given."""
+        """A list of numbers, of the length `count` if it is given; `hint` is the remedy for another length."""
         if node is None:
             return None
         if not isinstance(node, Sequence):
             self.findings.add(node.place, f"{what} must be a list of {count or 'some'} numbers: [0, 0, 0]")
             return None
         if count is not None and len(node.items) != count:
-            self.findings.add(node.place, f"{what} must have {count} numbers, not {len(node.items)}")
+            self.findings.add(node.place, f"{what} must have {count} numbers, not {len(node.items)}", hint)
             return None
         values = [self.number(item, f"every number of {what}", angle=angle) for item in node.items]
         return None if None in values else tuple(value for value in values if value is not None)

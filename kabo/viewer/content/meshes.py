@@ -8,7 +8,8 @@ from kabo.meshes import Mesh
 from kabo.viewer.content.arrays import Arrays
 
 Detail = Literal["low", "original"]
-LOW_FACES = 1500  # of one mesh with low detail, above which it is reduced
+LOW_FACES = 1200  # of one mesh with low detail, above which it is reduced
+AGGRESSIVENESS = 4  # of the reduction: at 7, its default, the base of a tap became a spike
 STEPS = 65535  # of a bounding box along each axis: 15 um of a metre
 
 
@@ -47,5 +48,5 @@ def reduced(mesh: Mesh, faces: int = LOW_FACES) -> Mesh:
         return mesh
     from fast_simplification import simplify  # a page of a scene without large meshes does not need it
 
-    points, triangles = simplify(mesh.vertices, mesh.faces.astype(np.int32), target_count=faces)
+    points, triangles = simplify(mesh.vertices, mesh.faces.astype(np.int32), target_count=faces, agg=AGGRESSIVENESS)
     return Mesh(np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int64))

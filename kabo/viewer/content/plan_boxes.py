@@ -18,7 +18,7 @@ FONT = "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 TITLE, TEXT, CHIP = 12.0, 11.0, 10.5  # heights of fonts [px]
 CHARACTER = 0.61  # width of a character of these fonts, as a share of the height
 LINE, MARGIN, CHIP_ROW, CHIP_GAP, CHIP_MARGIN = 15.0, 8.0, 20.0, 4.0, 6.0  # [px]
-LONGEST = 30  # characters of a line; longer ones end in "…"
+LONGEST = 40  # characters of a line; longer ones end in "…"
 
 
 @dataclass(frozen=True)

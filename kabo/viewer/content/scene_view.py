@@ -7,6 +7,7 @@ from kabo.arrays import Array
 from kabo.language.scene_description import Feature
 from kabo.scene import PRISMATIC, Body, GeometricState, Region, Robot, Scene, Sensor
 from kabo.viewer.content.arrays import Arrays
+from kabo.viewer.content.colours import colour_of_name
 from kabo.viewer.content.document import View
 from kabo.viewer.content.meshes import Detail, Meshes
 from kabo.viewer.content.regions import region_mesh
@@ -133,6 +134,7 @@ def _body(scene: Scene, body: Body, shapes: Shapes) -> dict[str, Any]:
     return {
         "name": body.name,
         "movable": body.movable,
+        "colour": colour_of_name(body.name),
         "pose": None if fixed is None else _matrix(fixed),
         "mass": body.mass,
         **shapes.of(body.name, body.elements),

@@ -51,6 +51,24 @@ def test_cubes_that_overlap_stand_inside_or_only_touch_are_told_apart(tmp_path: 
     assert said(scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.02), "second": (0.26, 0.0, 0.02)})) == []
 
 
+def test_the_remedy_says_how_much_higher_an_object_is_free_of_what_it_should_stand_on(tmp_path: Path) -> None:
+    (sunk,) = start_findings(scene_of(tmp_path, things={"cube": (0.2, 0.0, -0.05)}))  # the middle of the table
+    assert sunk.hint is not None and sunk.hint.endswith("; cube is above table if it is 70 mm higher")
+    (beside,) = start_findings(scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.02), "second": (0.23, 0.0, 0.02)}))
+    assert beside.hint is not None and "higher" not in beside.hint  # their middles are apart
+
+
+def test_an_object_as_large_as_if_in_millimetres_swallows_the_robot_and_is_told_at_its_own_line(
+    tmp_path: Path,
+) -> None:
+    scene = scene_of(tmp_path)
+    cube = scene.bodies["cube"]
+    huge = replace(cube, shape=replace(cube.shape, size=(40.0, 40.0, 40.0)))
+    found = start_findings(replace(scene, bodies={**scene.bodies, "cube": huge}))
+    inside = [each for each in found if each.message.startswith("gantry.mast begins inside cube")]
+    assert [each.line for each in inside] == [cube.place.line if cube.place else 1]
+
+
 def test_things_nearer_than_epsilon_are_told_with_their_distance(tmp_path: Path) -> None:
     (near,) = said(scene_of(tmp_path, things={"cube": (0.2, 0.0, 0.02), "second": (0.2405, 0.0, 0.02)}))
     assert near.startswith("cube is 0.5 mm from second at the start") and "epsilon = 10 mm" in near

@@ -30,6 +30,15 @@ class OpenPage:
         """The value of an expression, or what a function returns, in the page."""
         return self.page.evaluate(script, argument)
 
+    def require_accessible(self) -> None:
+        """Checks that axe finds nothing serious, on light and on dark ground; skips where axe is not installed."""
+        axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+        for scheme in ("light", "dark"):
+            self.page.emulate_media(color_scheme=scheme)
+            found = axe.Axe().run(self.page).response["violations"]
+            serious = [each for each in found if each["impact"] in ("serious", "critical")]
+            assert not serious, [scheme, *([each["id"], [n["html"] for n in each["nodes"]]] for each in serious)]
+
     def require_clean(self) -> None:
         """Checks that the console is clean, and that no request left the page."""
         assert not self.said, self.said

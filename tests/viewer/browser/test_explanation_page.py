@@ -33,6 +33,7 @@ def test_samples_are_shown_with_what_is_in_the_way(
     samples = json.loads(explanation.read_text())["procedures"][0]["samples"]
     shown = open_page(page_of(explanation))
     assert "blocked by board" in shown.page.locator("#panel-explanation").inner_text()
+    shown.require_accessible()
     buttons = shown.page.locator("details.call").first.locator("button.sample")
     assert buttons.count() == len(samples)
     for number, sample in enumerate(samples):

@@ -257,3 +257,19 @@ def test_the_swept_volume_of_the_present_segment_can_be_seen(cups, open_page):
     shown.page.keyboard.press("w")
     assert shown.run("kabo.stage.overlays.has('sweep')") is False
     shown.require_clean()
+
+
+@pytest.mark.parametrize("moment", ["", "#n1@0.2s"])
+def test_nothing_serious_is_wrong_for_those_who_do_not_see_well(cups, open_page, moment):
+    shown = open_page(cups.page, fragment=moment)
+    shown.page.locator("summary").evaluate_all("all => all.forEach(each => { each.parentElement.open = true; })")
+    shown.require_accessible()
+
+
+@pytest.mark.parametrize("height", [600, 720, 1080])
+def test_the_details_of_a_node_fill_the_panel_and_end_within_it(cups, open_page, height):
+    shown = open_page(cups.page)
+    shown.page.set_viewport_size({"width": 1280, "height": height})
+    ends = "['.node-details', '.plan'].map(name => document.querySelector(name).getBoundingClientRect().bottom)"
+    details, panel = shown.run(ends)
+    assert details == pytest.approx(panel, abs=1.0)

@@ -76,6 +76,11 @@ def test_a_failure_is_shown_at_its_pose_and_the_film_is_left(report: Path, shown
     shown.require_clean()
 
 
+def test_nothing_serious_is_wrong_for_those_who_do_not_see_well(shown: Any) -> None:
+    shown.page.locator("summary").evaluate_all("all => all.forEach(each => { each.parentElement.open = true; })")
+    shown.require_accessible()
+
+
 def test_comments_are_never_markup(tmp_path: Path, report: Path, open_page: Callable[..., Any]) -> None:
     content = json.loads(report.read_text())
     hostile = "<img src=x onerror=alert(1)></script>"

@@ -151,9 +151,10 @@ class RobotReader:
         """The named configurations; if the robot `drives`, each may leave out the base's values."""
         found: dict[str, tuple[float, ...]] = {}
         count = None if joints is None or drives else len(joints)
+        hint = None if joints is None else f"one for each of `joints`, in their order: {', '.join(joints)}"
         for name, key, value in self.reader.entries(node, "the configurations"):
             self.reader.check_name(key, "a configuration")
-            values = self.reader.numbers(value, f'the configuration "{name}"', count, angle=True)
+            values = self.reader.numbers(value, f'the configuration "{name}"', count, angle=True, hint=hint)
             if values is not None:
                 found[name] = values
                 count = None if drives else len(values)

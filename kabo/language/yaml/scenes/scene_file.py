@@ -325,6 +325,9 @@ def _contact_names(
         if fitting and _CONTACT.fullmatch(fitting[0] + dot + link):
             return [name + dot + link for name in fitting]
     hint = reader.findings.near(owner, [*robots, *bodies])
+    if not dot and robots:
+        link = f"a link is written with its robot: {next(iter(robots))}.{owner}"
+        hint = f"{hint}; {link}" if hint else link
     reader.findings.add(scalar.place, f'"{scalar.text}" is no robot, robot.link or body of the scene', hint)
     return []
 

@@ -9,6 +9,9 @@ from kabo.language.yaml.values import Reader
 
 SENSOR_KEYS = ("frame", "pose", "field_of_view", "range", "allowed")
 VIEW_KEYS = ("horizontal", "vertical")
+_FAR_BEGINNING = (
+    10.0  # m: a robot's camera that sees nothing nearer is more likely one with a range in millimetres
+)
 _WIDEST = math.pi  # rad: at half a turn a field of view is no cone any more
 
 
@@ -82,4 +85,8 @@ def _range(reader: Reader, node: YamlNode | None) -> tuple[float, float] | None:
         text = f"`range` is [least, greatest] distance of what is seen, above 0 m and at most {FARTHEST:g} m"
         reader.findings.add(node.place, text, hint)
         return None
+    if near >= _FAR_BEGINNING:
+        text = f"a sensor with this `range` sees nothing that is nearer than {near:g} m"
+        hint = f"lengths are metres: if these are millimetres, write [{near / 1000:g}, {far / 1000:g}]"
+        reader.findings.add(node.place, text, hint, warning=True)
     return near, far

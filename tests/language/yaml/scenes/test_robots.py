@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from kabo.language import load_problem
+from kabo.language import check_files, load_problem
 from tests.language.conftest import SCENE, Kitchen
 
 WRONG_SENSORS = [
@@ -94,6 +94,12 @@ WRONG_ROBOTS = [
     ),
     (
         "      home: [0, -90 deg, 0.5]",
+        "      home: «[0, 1]»\n    joints: [a, b, c]",
+        'the configuration "home" must have 3 numbers, not 2',
+        "one for each of `joints`, in their order: a, b, c",
+    ),
+    (
+        "      home: [0, -90 deg, 0.5]",
         "      home: [0, «90°», 0.5]",
         'every number of the configuration "home" must be a number, this is "90°"',
         None,
@@ -163,3 +169,14 @@ def test_a_sensor_has_angles_range_and_a_pose_in_the_frame_of_its_link(kitchen: 
     assert sensors["wide"].field_of_view == (math.radians(90), 0.5)
     assert sensors["wide"].position == (0.0, 0.0, 0.1)
     assert sensors["wide"].allowed == ("palm",)
+
+
+def test_a_sensor_whose_range_looks_like_millimetres_is_warned_of(kitchen: Kitchen) -> None:
+    sensor = "    urdf: arm.urdf\n    sensors:\n      eye: {{frame: tool0, field_of_view: 60 deg, range: {}}}\n"
+    for asked, expected in (("[100, 600]", 1), ("[0.1, 0.6]", 0)):
+        path = kitchen.write(scene=SCENE.replace("    urdf: arm.urdf\n", sensor.format(asked)))
+        found = [each for each in check_files([path]) if "nearer than 100 m" in each.message]
+        assert all(each.severity == "warning" for each in found)
+        assert [each.hint for each in found] == [
+            "lengths are metres: if these are millimetres, write [0.1, 0.6]"
+        ] * expected

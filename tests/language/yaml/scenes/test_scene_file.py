@@ -30,7 +30,7 @@ WRONG_SCENES = [
         "  - [left.base_link, table]",
         "  - [left.base_link, «tabel»]",
         '"tabel" is no robot, robot.link or body of the scene',
-        'did you mean "table"?',
+        'did you mean "table"?; a link is written with its robot: left.tabel',
     ),
     (
         "  - [left.base_link, table]",
@@ -48,7 +48,7 @@ WRONG_SCENES = [
         "  - [left.base_link, table]",
         "  - [left.base_link, «tabel*»]",
         '"tabel*" is no robot, robot.link or body of the scene',
-        'did you mean "table"?',
+        'did you mean "table"?; a link is written with its robot: left.tabel*',
     ),
     (
         "  - [left.base_link, table]",

@@ -32,7 +32,7 @@ export class KnowledgeList {
     } else if (changed === 0) {
       parts.push(make("p", { className: "dim" }, [node.kind === "goal" ? "The goal is known to hold." : "Nothing changes."]));
     }
-    this.element.replaceChildren(...parts.filter(Boolean), this.before(known));
+    this.element.replaceChildren(...parts.filter(Boolean), this.before(known), key([known, told ?? {}], this.knowledge.facts));
   }
 
   changes(sign, style, numbers, note = "") {
@@ -56,4 +56,12 @@ export class KnowledgeList {
       this.changes("", "", known.before) ?? "", this.changes("", "maybe", known.sometimes, "on some ways only") ?? ""]);
     return list;
   }
+}
+
+/** What the abbreviations mean of the databases whose facts are told. */
+function key(told, facts) {
+  const numbers = told.flatMap((each) => Object.values(each).filter(Array.isArray).flat());
+  const used = new Set(numbers.map((number) => facts[number][0]));
+  const said = Object.entries(NAMES).filter(([database]) => used.has(database));
+  return make("p", { className: "key" }, [said.map(([database, name]) => `${database}: ${name}`).join(" · ")]);
 }

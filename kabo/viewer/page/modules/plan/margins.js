@@ -36,7 +36,8 @@ export class MarginChart {
     this.drawing.toggleAttribute("hidden", this.rows.length === 0);
     this.told.textContent = this.rows.length ? "" : this.why(node);
     this.drawing.setAttribute("aria-label", this.summary());
-    this.drawing.replaceChildren(...this.axes(), ...this.permitted(), ...this.proven(), ...this.epsilon(), ...this.curve());
+    this.drawing.replaceChildren(...this.axes(), ...this.permitted(), ...this.proven(), ...this.epsilon(), ...this.curve(),
+      ...this.epsilonName());
     this.cursor = svg("line", { class: "cursor", y1: TOP, y2: HEIGHT - BOTTOM });
     this.dot = svg("circle", { class: "dot", r: 3 });
     this.drawing.append(this.cursor, this.dot);
@@ -111,8 +112,14 @@ export class MarginChart {
     const { epsilon } = this.plan;
     return epsilon === null ? [] : [
       svg("line", { class: "epsilon", x1: LEFT, x2: WIDTH - RIGHT, y1: this.y(epsilon), y2: this.y(epsilon) }),
-      svg("text", { class: "epsilon-name", x: WIDTH - RIGHT, y: this.y(epsilon) - 3, "text-anchor": "end" }, [`ε ${length(epsilon)}`]),
     ];
+  }
+
+  /** The name of the line of epsilon, to be drawn over the curve. */
+  epsilonName() {
+    const { epsilon } = this.plan;
+    return epsilon === null ? [] : [svg("text", { class: "epsilon-name", x: WIDTH - RIGHT, y: this.y(epsilon) - 3,
+      "text-anchor": "end" }, [`ε ${length(epsilon)}`])];
   }
 
   curve() {

@@ -1,6 +1,6 @@
-// Links to a moment of a plan: `#n12@1.3s`, and the outcomes of the branch that leads there: `#n12@1.3s/1.0.1`.
+// Links to a moment of a plan: `#n12@1.3s` (the s may be left out), and the outcomes of the branch that leads there: `#n12@1.3s/1.0.1`.
 
-const FORM = /^#(n\d+)(?:@(\d+(?:\.\d+)?)s)?(?:\/(\d+(?:\.\d+)*))?$/;
+const FORM = /^#(n\d+)(?:@(\d+(?:\.\d+)?)s?)?(?:\/(\d+(?:\.\d+)*))?$/;
 
 /** What a link names: the node, the time within it [s], and the numbers of the outcomes (null: any way); or null. */
 export function readMoment(hash) {

@@ -14,7 +14,6 @@ import { Sweeps } from "kabo/sweeps.js";
 import { TimeLine } from "kabo/timeline.js";
 
 const CALM = 250; // milliseconds between two nodes whose details are shown
-const [SLOW, REST] = [45, 600]; // milliseconds: of a frame that takes long, and after which time is at rest
 const WRITE_AFTER = 250; // milliseconds without a change until the link is written
 
 /** Adds what the document has of the plan to the shell. */
@@ -55,7 +54,7 @@ class PlanPanel {
     this.about = make("p", { className: "dim" });
     this.outcomes = make("div", { className: "outcomes" });
     this.marking = make("input", { type: "checkbox", checked: true, onchange: () => this.markNearest() });
-    const nearest = make("label", {}, [this.marking, " mark the nearest pair"]);
+    const nearest = make("label", {}, [this.marking, " mark the nearest pair ", make("i", { className: "mark", "aria-hidden": "true" })]);
     this.marginPart = section("Margin", true, [this.margins.element, legend(nearest, this.sweeps.element)]);
     this.proofPart = section("Certificate", false, [this.certificate.element]);
     const moves = this.plan.nodes.some((node) => node.motion?.segments.length);
@@ -146,7 +145,6 @@ class PlanPanel {
       return;
     }
     this.stage?.setState(this.player.state);
-    this.keepPace();
     if (this.shownNode !== step.id) {
       this.showSoon(this.branch[number]);
     }
@@ -158,18 +156,6 @@ class PlanPanel {
     }
     clearTimeout(this.writing);
     this.writing = setTimeout(() => this.writeLink(), WRITE_AFTER);
-  }
-
-  /** Where frames take long while time runs, the stage has fewer pixels; all of them come back when it rests. */
-  keepPace() {
-    const now = performance.now();
-    const between = now - (this.movedAt ?? -Infinity);
-    this.movedAt = now;
-    if (between > SLOW && between < REST) {
-      this.stage?.setCoarse(true);
-    }
-    clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.stage?.setCoarse(false), REST);
   }
 
   /** Shows a node at once, or soon if another has just been shown: where time runs through nodes, text is slow to draw. */
@@ -229,7 +215,7 @@ class PlanPanel {
 
   mark(names) {
     if (this.stage && names.join() !== this.marked.join()) {
-      if (this.marked.length) { // no names would mean all things
+      if (this.marked.length) { // without names, all things would lose their marks
         this.stage.highlight(this.marked, null);
       }
       this.marked = [...names];

@@ -10,6 +10,8 @@ import { Labels } from "kabo/labels.js";
 import { grid } from "kabo/layers.js";
 import { thingsOf } from "kabo/things.js";
 
+const DENSITIES = [2, 1, 0.5]; // pixels drawn for a pixel of the page: at rest, and while a slow machine moves things
+const [SLOW, REST] = [45, 300]; // milliseconds: a frame that takes long, and after which time the stage is at rest
 const PICTURE = 800; // width of a picture in which names are as large as on the screen [pixels]
 const FRAME = 0.06; // length of the axes of frames [m]
 const HIGHLIGHTS = { bad: 0xd0342c, good: 0x2c9a4b, chosen: 0x2f7de1, warn: 0xd08a00 };
@@ -23,7 +25,9 @@ export class Stage {
   constructor(canvas, view, arrays) {
     this.canvas = canvas;
     this.view = view;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer = new WebGLRenderer({ canvas, antialias: false }); // edges are smoothed by more pixels
+    this.level = 1; // of DENSITIES: of the next frame
+    this.pace = 0; // the level while things move
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(40, 1, 0.01, 200);
     this.camera.up.set(0, 0, 1);
@@ -165,7 +169,23 @@ export class Stage {
 
   /** Asks for a frame; as often as it is called, one is drawn. */
   draw() {
-    this.asked ??= requestAnimationFrame(() => this.drawNow());
+    this.asked ??= requestAnimationFrame(() => {
+      this.keepPace();
+      this.drawNow();
+    });
+  }
+
+  /** Frames that follow each other slowly get fewer pixels; the stage at rest has all of them again. */
+  keepPace() {
+    const now = performance.now();
+    const between = now - (this.drawnAt ?? -Infinity);
+    this.drawnAt = now;
+    if (between > SLOW && between < REST && this.level === this.pace) {
+      this.pace = Math.min(this.pace + 1, DENSITIES.length - 1);
+    }
+    this.level = between < REST ? this.pace : Math.max(this.pace, 1);
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => { this.level = 0; this.drawNow(); }, REST);
   }
 
   /** Draws at once: for a picture of the canvas, which is empty after the frame. */
@@ -201,17 +221,9 @@ export class Stage {
     this.framed.push(f);
   }
 
-  /** Draws with half as many pixels in each direction, or with all again: for time that runs on a slow machine. */
-  setCoarse(coarse) {
-    if (Boolean(this.coarse) !== coarse) {
-      this.coarse = coarse;
-      this.draw();
-    }
-  }
-
   fit() {
     const { clientWidth, clientHeight } = this.canvas;
-    const ratio = Math.min(devicePixelRatio, 2) * (this.coarse ? 0.5 : 1);
+    const ratio = Math.min(devicePixelRatio * DENSITIES[this.level], 2);
     if (clientWidth && (this.canvas.width !== Math.floor(clientWidth * ratio)
       || this.canvas.height !== Math.floor(clientHeight * ratio))) {
       this.renderer.setPixelRatio(ratio);

@@ -27,7 +27,8 @@ export function thingsOf(view, arrays, size) {
   }));
   let moved = 0;
   for (const body of view.bodies) {
-    add("body", body.name, null, body.movable ? MOVABLE[moved++ % MOVABLE.length] : FIXED, body);
+    const usual = body.movable ? MOVABLE[moved++ % MOVABLE.length] : FIXED;
+    add("body", body.name, null, body.colour ?? usual, body); // that of its name, if it is called by one
   }
   view.regions.forEach((region) => add("region", region.name, null, REGION, region));
   return things;
