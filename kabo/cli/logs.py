@@ -11,7 +11,7 @@ import os
 import stat
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -84,6 +84,13 @@ def logging_as(options: argparse.Namespace) -> Iterator[None]:
         rooms.setLevel(before[0])
         own.setLevel(before[1])
         HANDLER.setLevel(before[2])
+
+
+def log_into(path: Path) -> None:
+    """Keeps what this process logs in a file, until it ends; another process does, too, and has found it usable."""
+    with suppress(InputError):  # it can no longer be written, which is no reason not to work
+        logging.getLogger(ROOMS).addHandler(_FileHandler(path))
+        logging.getLogger(ROOMS).setLevel(logging.DEBUG)
 
 
 class _Details(logging.Handler):

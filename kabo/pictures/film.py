@@ -1,11 +1,13 @@
 """A branch of a plan as geometric states over time: what film strips and animations show, frame by frame.
 
-Nodes follow each other; where the motion of one may begin before that of the one before ends (`overlap`), a film
-waits. Objects hang where the hand is when a segment takes them, and the state after a node is the plan's own.
+Nodes follow each other; where the motion of one begins before that of the one before ends (`overlap`), both move.
+Objects hang where the hand is when a segment takes them, and the state after a node is the plan's own.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -149,6 +151,18 @@ class Film:
             return self._after(node, self._before[name])
         return self._moved(node, self._before[name], time)
 
+    def shown(self, name: str, time: float) -> GeometricState:
+        """The state at a time until the motion of a node ends [s], in which the next node may have begun to move."""
+        after = self._overlapping.get(name)
+        state, begins = self.at(name, time), self.duration(name) - (0.0 if after is None else after.overlap)
+        return state if after is None or time <= begins else self._moved(after, state, time - begins)
+
+    @cached_property
+    def _overlapping(self) -> dict[str, Node]:
+        """By the name of a node the next one of the branch, if its motion begins early."""
+        pairs = ((name, self.plan.nodes[after]) for (name, _), (after, _) in pairwise(self.steps))
+        return {name: after for name, after in pairs if after.overlap}
+
     def key_frames(self) -> Iterator[Frame]:
         """The start, and the state after each node that moves something; captions tell what was sensed between."""
         told: list[str] = []
@@ -159,7 +173,7 @@ class Film:
                 told.append(f"{node.on}: {outcome}")
             if node.motion:
                 lines = [*told, f"{name} {call(node)}"]
-                yield Frame(name, self.duration(name), self.at(name, np.inf), "\n".join(lines))
+                yield Frame(name, self.duration(name), self.shown(name, self.duration(name)), "\n".join(lines))
                 told = []
 
     def frames(self, step: float) -> Iterator[Frame]:
@@ -171,8 +185,9 @@ class Film:
                 told = f"{node.on}: {outcome}"
                 yield Frame(name, 0.0, self.before(name), f"{name} {told}")
             if node.motion:
-                for time in [*np.arange(0.0, self.duration(name), step).tolist(), self.duration(name)]:
-                    yield Frame(name, time, self.at(name, time), f"{name} {call(node)}  {time:.1f} s")
+                # What it does before the node before has ended was shown with that.
+                for time in [*np.arange(node.overlap, self.duration(name), step).tolist(), self.duration(name)]:
+                    yield Frame(name, time, self.shown(name, time), f"{name} {call(node)}  {time:.1f} s")
 
     def _after(self, node: Node, state: GeometricState) -> GeometricState:
         moved = self._moved(node, state, np.inf) if node.motion else state

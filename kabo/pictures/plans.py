@@ -59,7 +59,7 @@ def animation(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes, 
         InputError: the branch does not exist, or nothing moves on it.
     """
     film = _film(plan, scene, branch, file)
-    seconds = sum(film.duration(name) for name in film.moving)
+    seconds = sum(film.duration(name) - plan.nodes[name].overlap for name in film.moving)
     step = max(
         FRAME_STEP, seconds / (MAX_FRAMES - 2 * len(film.moving)) if len(film.moving) < MAX_FRAMES // 4 else 0.5
     )

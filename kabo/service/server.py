@@ -30,6 +30,7 @@ from kabo.service.messages import (
     read,
 )
 from kabo.service.session import max_request_bytes, open_session
+from kabo.service.worker import Begin
 from kabo.service.workers import Pool
 
 JSON = "application/json"
@@ -56,6 +57,7 @@ class ServerSettings:
         store_bytes: the size limit of the outcomes that are stored for clients that send a request again.
         root: the folder below which requests may name paths; None: requests may not name paths.
         work: `module:function`; a function `warm_up` of that module is called in each worker before its first job.
+        begin: called in each worker after that, such as to keep a log; it can be pickled.
     """
 
     workers: int = 2
@@ -64,6 +66,7 @@ class ServerSettings:
     store_bytes: int = 64 << 20
     root: Path | None = None
     work: str = "kabo.service.worker:solve_work"
+    begin: Begin | None = None
 
 
 class Server:
@@ -90,6 +93,7 @@ class Server:
             bound=settings.bound,
             root=None if settings.root is None else settings.root.resolve(),
             on_progress=self._put_progress,
+            begin=settings.begin,
         )
         try:
             self._pool.warm_up()

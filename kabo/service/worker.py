@@ -98,6 +98,7 @@ class Ticker:
         self._connection.send(("follow", message, plan))
 
 
+Begin = Callable[[], None]  # can be pickled
 Work = Callable[[bytes, Path | None, Ticker], tuple[bytes, bytes | None]]
 
 
@@ -178,10 +179,10 @@ def _working_in(folder: Path) -> Iterator[None]:
         os.chdir(before)
 
 
-def worker_main(connection: Connection, work_name: str, root: Path | None) -> None:
+def worker_main(connection: Connection, work_name: str, root: Path | None, begin: Begin | None = None) -> None:
     """The main function of a worker: `work_name` is `module:function`, of the type `Work`.
 
-    A function `warm_up` of that module is called first, once.
+    A function `warm_up` of that module is called first, then `begin`, each once.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's business
     threading.Thread(target=_end_with_the_server, daemon=True).start()
@@ -189,6 +190,8 @@ def worker_main(connection: Connection, work_name: str, root: Path | None) -> No
     loaded = importlib.import_module(module)
     work: Work = getattr(loaded, function)
     _warmed(getattr(loaded, "warm_up", None))
+    if begin is not None:
+        begin()
     try:
         with frozen_gc():  # collections between jobs pass over what was there before the first
             while True:

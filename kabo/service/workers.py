@@ -18,7 +18,7 @@ from typing import NamedTuple
 from kabo.errors import ServiceError
 from kabo.free_memory import give_back
 from kabo.service.jobs import JobStore, Outcome, SolveJob
-from kabo.service.worker import STOP, worker_main
+from kabo.service.worker import STOP, Begin, worker_main
 
 GRACE_S = 0.5  # from asking a worker to stop until SIGKILL
 ATTEMPTS = 2  # at a job whose worker dies
@@ -37,13 +37,21 @@ class Pool:
     """Worker processes that take jobs from a queue with room for `bound` waiting jobs."""
 
     def __init__(
-        self, work: str, store: JobStore, *, workers: int, bound: int, root: Path | None, on_progress: OnProgress
+        self,
+        work: str,
+        store: JobStore,
+        *,
+        workers: int,
+        bound: int,
+        root: Path | None,
+        on_progress: OnProgress,
+        begin: Begin | None = None,
     ) -> None:
         self._queue: queue.Queue[SolveJob] = queue.Queue(bound)
         self._store, self._closed = store, threading.Event()
         first = threading.Event()  # it compiles what is not yet compiled; the others find it on disk
         self._supervisors = [
-            _Supervisor(self._queue, store, work, root, on_progress, None if n == 0 else first, first)
+            _Supervisor(self._queue, store, (work, root, begin), on_progress, None if n == 0 else first, first)
             for n in range(workers)
         ]
         self._sweeper = threading.Thread(target=self._sweep, daemon=True)
@@ -117,7 +125,7 @@ class _WorkerProcess(NamedTuple):
         self.connection.close()
 
 
-def _spawned(work: str, root: Path | None) -> _WorkerProcess:
+def _spawned(work: str, root: Path | None, begin: Begin | None) -> _WorkerProcess:
     """Starts a worker process.
 
     Raises:
@@ -126,7 +134,7 @@ def _spawned(work: str, root: Path | None) -> _WorkerProcess:
     context = multiprocessing.get_context("spawn")
     connection, child = context.Pipe()
     try:
-        process = context.Process(target=worker_main, args=(child, work, root), daemon=True)
+        process = context.Process(target=worker_main, args=(child, work, root, begin), daemon=True)
         process.start()
     except BaseException:
         connection.close()
@@ -146,15 +154,14 @@ class _Supervisor(threading.Thread):
         self,
         jobs: "queue.Queue[SolveJob]",
         store: JobStore,
-        work: str,
-        root: Path | None,
+        arguments: tuple[str, Path | None, Begin | None],
         progress: OnProgress,
         after: threading.Event | None,
         tried: threading.Event,
     ) -> None:
         super().__init__(daemon=True)
         self._jobs, self._store, self._progress = jobs, store, progress
-        self._arguments = (work, root)
+        self._arguments = arguments
         self._after, self.tried = after, tried if after is None else threading.Event()
         self._ending = threading.Event()
         self._worker: _WorkerProcess | None = None

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from kabo.errors import InputError
+from kabo.language import load_scene_description
 from kabo.pictures.film import Film, branch_of
 from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange
 from kabo.scene import load_scene, world_T
@@ -78,3 +79,31 @@ def test_what_is_taken_moves_with_the_hand_and_stays_where_it_is_let_go(tmp_path
     assert film.end.objects["cup"].parent == "world" and np.allclose(
         world_T(scene, film.end, "cup"), world_T(scene, film.at("n0", 3.999999), "cup"), atol=1e-5
     )
+
+
+def test_a_node_that_begins_early_moves_while_the_one_before_it_ends(tmp_path):
+    table_and_arm(tmp_path)
+    text, own = (tmp_path / "scene.yaml").read_text(), "  arm: {urdf: arm.urdf, base: {position: [0, 0, 0.1]}}\n"
+    other = own.replace("arm:", "other:").replace("[0, 0,", "[0, 2,")
+    (tmp_path / "scene.yaml").write_text(text.replace(own, own + other))
+    scene = load_scene(load_scene_description(tmp_path / "scene.yaml"))
+    first = Segment("arm", ("turn",), ((0.0,), (1.0,)), (0.0, 2.0), "move")
+    second = Segment("other", ("turn",), ((0.0,), (1.5,)), (0.0, 3.0), "move")
+    nodes = {
+        "n0": Node("action", "one", motion=(first,), next="n1"),
+        "n1": Node("action", "two", motion=(second,), overlap=0.5, next="n2"),
+        "n2": Node("goal"),
+    }
+    film = Film(plan(**nodes), scene, [("n0", None), ("n1", None), ("n2", None)])
+    told = [
+        (each.node, each.time, *each.state.robots["arm"], *each.state.robots["other"])
+        for each in film.frames(0.25)
+    ]
+    assert ("n0", 1.5, 0.75, 0.0) in told and ("n0", 1.75, 0.875, 0.125) in told and ("n0", 2.0, 1.0, 0.25) in told
+    assert [row for row in told if row[0] == "n1"][0] == ("n1", 0.5, 1.0, 0.25) and told[-1] == (
+        "n1",
+        3.0,
+        1.0,
+        1.5,
+    )
+    assert [frame.state.robots["other"] for frame in film.key_frames()] == [(0.0,), (0.25,), (1.5,)]

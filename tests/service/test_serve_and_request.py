@@ -23,10 +23,16 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(REPOSITORY), os.
 
 
 @pytest.fixture(scope="module")
-def endpoint() -> Iterator[str]:
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where that process and its worker write what they log."""
+    return tmp_path_factory.mktemp("log") / "serve.jsonl"
+
+
+@pytest.fixture(scope="module")
+def endpoint(log: Path) -> Iterator[str]:
     """Where a `kabo serve` process listens; it ends cleanly after the tests."""
     chosen = free_endpoint()
-    command = [sys.executable, "-m", "kabo.cli", "serve", "--listen", chosen, "--workers", "1"]
+    command = [sys.executable, "-m", "kabo.cli", "serve", "--listen", chosen, "--workers", "1", "--log", str(log)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as server:
         assert server.stderr is not None
         assert any("is ready" in line for line in server.stderr)
@@ -66,6 +72,16 @@ def test_a_server_answers_as_solve_does(endpoint, parcels, capsys, name, code):
     if code == 0:
         assert Path("own.json").read_bytes() == Path("asked.json").read_bytes()
         assert json.loads(asked[1])["plan"] == "asked.json"
+
+
+def test_the_worker_writes_whole_lines_into_the_log_of_the_server(endpoint, parcels, capsys, log):
+    before = len(log.read_text().splitlines())
+    assert said(capsys, "request", "one.yaml", "--connect", endpoint)[0] == 0
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    assert {"kabo.cli"} == {line["logger"] for line in lines[:1]}
+    assert "searching" in {
+        line["fields"].get("phase") for line in lines[before:] if line["logger"] == "kabo.planner"
+    }
 
 
 def test_the_tree_is_shown_as_solve_shows_it(endpoint, parcels, capsys):

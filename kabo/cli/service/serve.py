@@ -3,11 +3,13 @@
 import argparse
 import signal
 import threading
+from functools import partial
 from pathlib import Path
 
 from kabo import service
 from kabo.cli import exit_codes
 from kabo.cli.argument_types import natural
+from kabo.cli.logs import log_into
 from kabo.cli.terminal import tell
 from kabo.cli.waiting.display import ticking
 from kabo.cli.waiting.doing import Doing
@@ -38,8 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Serves until SIGTERM or Ctrl-C; a second signal ends the server without waiting for running jobs."""
     config = service.server_config(options.listen, options.connect, options.config)
+    log = getattr(options, "log", None)
+    begin = None if log is None else partial(log_into, log.resolve())
+    settings = service.ServerSettings(workers=max(1, options.workers), root=options.root, begin=begin)
     with ticking(WARMING_UP):
-        server = service.Server(config, service.ServerSettings(workers=max(1, options.workers), root=options.root))
+        server = service.Server(config, settings)
     asked_to_end = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: asked_to_end.set())
