@@ -1,7 +1,7 @@
 """Every script in `benchmarks/` runs, as small as its options allow, and writes its tables.
 
-Two are not run: `construction_set_peer.py` needs hpp-python, and the sections `bounding` and `decomposition` of
-`geometry.py` an environment of the judge's.
+Three are not run: `construction_set_peer.py` needs hpp-python, `viewer.py` a browser, and the sections `bounding` and
+`decomposition` of `geometry.py` an environment of the judge's.
 """
 
 import json
@@ -39,7 +39,7 @@ RUNS = (
     "tuning --only MAX_FAILED_CHOICES --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
 )
-NOT_RUN = {"construction_set_peer.py"}
+NOT_RUN = {"construction_set_peer.py", "viewer.py"}
 
 
 def scripts():

@@ -29,6 +29,7 @@ ENDINGS: dict[str, tuple[str, ...]] = {
     "config": ("json5", "json"),
     "log": ("jsonl", "log"),
     "file": (*YAML, "json"),
+    "what": (*PROBLEM, "json", *MESH),
 }
 FOLDERS = ("FOLDER",)
 
@@ -105,6 +106,6 @@ def _value(action: argparse.Action) -> Value:
         return Value(name, folder=True)
     if action.dest in ENDINGS and (action.type is not None or action.dest in ("urdf", "srdf")):
         return Value(name, endings=ENDINGS[action.dest])
-    if action.type in (Path, output_file) or name in ("OUT", "PNG"):
+    if action.type in (Path, output_file) or name in ("FILE", "OUT", "PNG"):
         return Value(name, endings=())
     return Value(name)
