@@ -20,7 +20,7 @@ import kabo
 from kabo.plan import Plan, load_plan
 from kabo.viewer import ViewDocument, page_of, scene_view
 from kabo.viewer.content.arrays import Arrays
-from kabo.viewer.content.plan_view import plan_view
+from kabo.viewer.content.plan.plan_view import plan_view
 
 ROOT = Path(__file__).resolve().parent.parent
 PROBLEMS = ("bartender/four_bottles", "force_sensing/n10", "stacked/n20")

@@ -22,8 +22,8 @@ from kabo.pictures.views import ViewWishes, picture_of
 from kabo.plan import Plan, load_plan
 from kabo.scene import Scene, load_scene
 from kabo.viewer.content.files import given_file, problem_of_plan
-from kabo.viewer.content.plan_boxes import in_order_of_parameters
-from kabo.viewer.content.plan_faults import require_drawable
+from kabo.viewer.content.plan.boxes import in_order_of_parameters
+from kabo.viewer.content.plan.faults import require_drawable
 
 ENDINGS = (".png", ".svg", ".gif")
 

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from xml.sax.saxutils import escape
 
 from kabo.plan import Node, Plan
-from kabo.viewer.content.layers import Place, Route
-from kabo.viewer.content.plan_boxes import (
+from kabo.viewer.content.plan.boxes import (
     CHIP,
     CHIP_ROW,
     FONT,
@@ -17,6 +16,7 @@ from kabo.viewer.content.plan_boxes import (
     Card,
     plan_picture,
 )
+from kabo.viewer.content.plan.layers import Place, Route
 
 PAD, HEAD = 16.0, 34.0  # around the graph, and above it for its title [px]
 INK, LINE_COLOUR, PAPER = "#20242b", "#7a818b", "#ffffff"

@@ -19,8 +19,8 @@ from kabo.viewer.content.explanation_view import explanation_view
 from kabo.viewer.content.files import GivenFile, given_file, problem_of_plan
 from kabo.viewer.content.findings import finding_view, scene_findings
 from kabo.viewer.content.meshes import Detail
-from kabo.viewer.content.plan_faults import plan_warnings, require_drawable
-from kabo.viewer.content.plan_view import plan_view
+from kabo.viewer.content.plan.faults import plan_warnings, require_drawable
+from kabo.viewer.content.plan.plan_view import plan_view
 from kabo.viewer.content.report_view import report_view
 from kabo.viewer.content.scene_view import scene_view
 

@@ -20,7 +20,7 @@ from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View, ViewDocument
 from kabo.viewer.content.explanation_view import explanation_view
 from kabo.viewer.content.given import ViewOptions, document_of_scene, enclosures_of
-from kabo.viewer.content.plan_view import plan_view
+from kabo.viewer.content.plan.plan_view import plan_view
 from kabo.viewer.content.report_view import report_view
 from kabo.viewer.content.scene_view import scene_view
 

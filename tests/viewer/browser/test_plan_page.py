@@ -12,7 +12,7 @@ from kabo.scene import Scene, link_poses
 from kabo.scene.transforms import transform
 from kabo.viewer import ViewDocument, page_of, scene_view
 from kabo.viewer.content.arrays import Arrays
-from kabo.viewer.content.plan_view import plan_view
+from kabo.viewer.content.plan.plan_view import plan_view
 
 REPOSITORY = Path(__file__).parents[3]
 CUPS = REPOSITORY / "domains" / "force_sensing" / "n2.yaml"

@@ -2,7 +2,7 @@
 import { svg } from "kabo/svg.js";
 
 export const MARK = 7; // pixels: radius of the mark
-const LINE = 15; // as in kabo/viewer/content/plan_boxes.py
+const LINE = 15; // as in kabo/viewer/content/plan/boxes.py
 const CHIP = 16;
 
 /**

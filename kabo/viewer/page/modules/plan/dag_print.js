@@ -5,7 +5,7 @@ import { MARK, boxElement } from "kabo/dag_box.js";
 import { svg } from "kabo/svg.js";
 
 const SHAPE = 1.25; // width of the whole, as a share of its height
-const HALF_CHANNEL = 17; // half of BETWEEN in kabo/viewer/content/layers.py: where a column is cut off
+const HALF_CHANNEL = 17; // half of BETWEEN in kabo/viewer/content/plan/layers.py: where a column is cut off
 
 /** The graph as it is folded now, as an element of its own. */
 export function printedDag(dag) {

@@ -11,10 +11,10 @@ from kabo.errors import InputError
 from kabo.pictures import PictureWishes, picture_of_file
 from kabo.plan import Node, ObjectPose, Plan, StateChange
 from kabo.viewer import Arrays, ViewOptions, document_of_file, page_of
-from kabo.viewer.content.plan_faults import plan_warnings, require_drawable
-from kabo.viewer.content.plan_view import plan_view
+from kabo.viewer.content.plan.faults import plan_warnings, require_drawable
+from kabo.viewer.content.plan.plan_view import plan_view
 
-REPOSITORY = Path(__file__).parents[3]
+REPOSITORY = Path(__file__).parents[4]
 N2 = REPOSITORY / "domains" / "stacked" / "n2.yaml"
 OPTIONS = {"search": "best", "seed": 0, "epsilon": 0.01, "geometry": "bounding"}
 HERE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)

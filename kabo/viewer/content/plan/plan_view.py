@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 from kabo.plan import Learned, Node, Plan, plan_statistics, topological_order
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import View
-from kabo.viewer.content.plan_boxes import Card, PlanPicture, argument_text, in_order_of_parameters, plan_picture
-from kabo.viewer.content.plan_faults import require_drawable
-from kabo.viewer.content.plan_knowledge import knowledge_view
-from kabo.viewer.content.plan_motion import handovers_of, motion_view, state_view
-from kabo.viewer.content.plan_proofs import clearances_of, proofs_of
+from kabo.viewer.content.plan.boxes import Card, PlanPicture, argument_text, in_order_of_parameters, plan_picture
+from kabo.viewer.content.plan.faults import require_drawable
+from kabo.viewer.content.plan.knowledge import knowledge_view
+from kabo.viewer.content.plan.motion import handovers_of, motion_view, state_view
+from kabo.viewer.content.plan.proofs import clearances_of, proofs_of
 
 if TYPE_CHECKING:
     from kabo.language.problem import Problem
@@ -126,9 +126,9 @@ def _geometry(plan: Plan, scene: "Scene | None", arrays: Arrays, margins: bool, 
         return found
     from kabo.geometry_server import read_prepared  # loads kernels, as all below does
     from kabo.planner.certify.component_values import ComponentValues
-    from kabo.viewer.content.moving_things import server_of
-    from kabo.viewer.content.plan_margins import MarginCurves
-    from kabo.viewer.content.plan_sweeps import sweeps_of
+    from kabo.viewer.content.plan.margins import MarginCurves
+    from kabo.viewer.content.plan.moving_things import server_of
+    from kabo.viewer.content.plan.sweeps import sweeps_of
 
     try:
         values, surroundings = ComponentValues(plan, scene, order), server_of(plan, scene).surroundings

@@ -20,7 +20,7 @@ from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, stretches
 from kabo.scene.transforms import flat
 from kabo.viewer.content.arrays import Arrays
-from kabo.viewer.content.moving_things import MovingThing, moving_joints, moving_things
+from kabo.viewer.content.plan.moving_things import MovingThing, moving_joints, moving_things
 
 TOLERANCE = 0.1  # [m] by which the hulls may stick out of what the parts sweep
 GRID = 2.0**-10  # [m] corners are multiples of it, and planes are moved out by as much

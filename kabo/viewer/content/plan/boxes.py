@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from kabo.plan import Node, Plan, ValueOf, topological_order
-from kabo.viewer.content.layers import Box, Layout, layered
+from kabo.viewer.content.plan.layers import Box, Layout, layered
 
 if TYPE_CHECKING:
     from kabo.language.problem import Problem

@@ -11,9 +11,9 @@ import kabo
 from kabo.plan import plan_from_json
 from kabo.scene import link_poses
 from kabo.viewer.content.arrays import Arrays
-from kabo.viewer.content.plan_view import plan_view
+from kabo.viewer.content.plan.plan_view import plan_view
 
-REPOSITORY = Path(__file__).parents[3]
+REPOSITORY = Path(__file__).parents[4]
 N2 = REPOSITORY / "domains" / "stacked" / "n2.yaml"
 DOORS = REPOSITORY / "domains" / "doors" / "n3.yaml"
 

@@ -20,7 +20,7 @@ from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, stretches
 from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
-from kabo.viewer.content.moving_things import moving_joints, moving_things
+from kabo.viewer.content.plan.moving_things import moving_joints, moving_things
 
 EVERY = 0.06  # [s] between two moments
 MOST = 60  # moments of a stretch

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.viewer.content.layers import BETWEEN, Box, Layout, layered
+from kabo.viewer.content.plan.layers import BETWEEN, Box, Layout, layered
 
 SIZES = st.tuples(st.integers(20, 160), st.integers(16, 60))
 
