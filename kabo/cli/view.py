@@ -1,6 +1,7 @@
 """`kabo view`: writes a page that shows a scene, a plan, a report or an explanation, and opens it in a browser."""
 
 import argparse
+import json
 import signal
 import threading
 import webbrowser
@@ -10,6 +11,7 @@ from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import output_file, port
 from kabo.cli.limits import add_limits
+from kabo.cli.solving import has_scene
 from kabo.cli.terminal import clean_standard_output, tell
 from kabo.errors import Diagnostic, InputError
 from kabo.phases import phase
@@ -67,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", type=Path, metavar="FILE", help="with --follow: a zenoh configuration (JSON5): TLS, passwords"
     )
     add_limits(parser)
-    parser.set_defaults(needs_kernels=lambda options: True)
+    parser.set_defaults(needs_kernels=_shows_motion)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -95,6 +97,19 @@ def run(options: argparse.Namespace) -> int:
     if options.open and not webbrowser.open(options.output.resolve().as_uri()):
         tell(f"no browser was found: open {options.output} yourself")
     return exit_codes.DONE
+
+
+def _shows_motion(options: argparse.Namespace) -> bool:
+    """Whether the page needs kinematics: symbolic plans do not, nor does a page that follows a server."""
+    if options.file is None:
+        return False
+    if options.file.suffix != ".json":
+        return options.scene is not None or has_scene(options.file)
+    try:
+        document = json.loads(options.file.read_bytes())
+    except (OSError, ValueError):  # told by the command
+        return False
+    return isinstance(document, dict) and (document.get("format") != "kabo-plan/1" or "start" in document)
 
 
 def _follow(options: argparse.Namespace) -> int:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from kabo.cli.main import parser
+
 REPOSITORY = Path(__file__).parents[2]
 BARTENDER = REPOSITORY / "domains" / "bartender"
 
@@ -72,3 +74,18 @@ def test_what_is_no_endpoint_is_told_without_the_sources_of_a_library(kabo):
     answer = kabo("view", "--follow", "rubbish", "--no-open")
     assert "Endpoints must be of the form" in answer.err
     assert ".rs" not in answer.err and "Json5Err" not in answer.err
+
+
+def test_only_pages_with_kinematics_wait_for_kernels(tmp_path):
+    def waits(*given: str) -> bool:
+        options = parser().parse_args(["view", *given])
+        return bool(options.needs_kernels(options))
+
+    symbolic = tmp_path / "symbolic.json"
+    symbolic.write_text('{"format": "kabo-plan/1", "nodes": {}}')
+    moving = tmp_path / "moving.json"
+    moving.write_text('{"format": "kabo-plan/1", "nodes": {}, "start": {}}')
+    assert not waits(str(symbolic)) and waits(str(moving))
+    assert waits(str(REPOSITORY / "domains/stacked/n2.yaml"))
+    assert not waits(str(REPOSITORY / "domains/doors/n3.yaml"))
+    assert not waits("--follow", "tcp/127.0.0.1:7447")

@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print what was found as one JSON object")
     add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda options: True)
 
 
 def run(options: argparse.Namespace) -> int:

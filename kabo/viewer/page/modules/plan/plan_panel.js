@@ -193,7 +193,7 @@ class PlanPanel {
     const { segments = [], duration = 0, overlap = 0 } = node.motion ?? {};
     if (segments.length) {
       const robots = [...new Set(segments.map((segment) => segment.robot))];
-      said.push(`${robots.join(", ")}: ${segments.length} segments, ${duration.toFixed(2)} s`);
+      said.push(`${robots.join(", ")}: ${segments.length} ${segments.length === 1 ? "segment" : "segments"}, ${duration.toFixed(2)} s`);
     }
     if (overlap) {
       said.push(`begins ${overlap.toFixed(2)} s before the node before has ended`);
