@@ -13,6 +13,7 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 VERIFY = REPOSITORY / "kabo" / "verify"
 SHARED = {"kabo.language", "kabo.plan", "kabo.scene", "kabo.meshes", "kabo.errors", "kabo.arrays", "kabo.lazy"}
+SHARED |= {"kabo.displays", "kabo.phases"}  # they show reports, and tell whoever waits
 IGNORED = {
     tokenize.COMMENT,
     tokenize.NL,

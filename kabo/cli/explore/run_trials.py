@@ -126,7 +126,7 @@ def _reporter(say: Callable[[Doing], None]) -> "Callable[[rooms.TrialReport], No
         said = "valid" if isinstance(result, rooms.Valid) else result.reason
         case = rooms.described_case(made.question.case)
         text = f"trial {made.number} of {made.trials}: {case}: {said}{f', {result.comment}' if result.comment else ''}"
-        say(Doing("trying", text, made.number / made.trials))
+        say(Doing("trying", text, made.number / made.trials, of_budget=True))
 
     return report
 

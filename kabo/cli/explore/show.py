@@ -4,10 +4,9 @@ import argparse
 
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import output_file
-from kabo.cli.explore.arguments import add_model, finding
+from kabo.cli.explore.arguments import add_model
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
-from kabo.errors import InputError
 
 NAME = "show"
 HELP = "show the trials of each case: counts, ranges of outcomes, and maps of validity and outcomes"
@@ -25,10 +24,6 @@ def run(options: argparse.Namespace) -> int:
     """Writes the page or prints a summary of each case, with --json both, and returns the exit code."""
     exploration = rooms.load_exploration(options.model)
     if options.html is not None:
-        if options.html.exists() and options.html.samefile(options.model):
-            raise InputError(
-                [finding("--html", "this is the model, and no trial is overwritten", str(options.html))]
-            )
         rooms.write_atomically(options.html, rooms.exploration_page(exploration, options.model).encode())
     if options.json:
         print_json(rooms.show_answer(exploration, options.model))
