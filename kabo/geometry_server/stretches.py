@@ -19,9 +19,9 @@ from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, values
 from kabo.kinematics.kernels import rows as columns
-from kabo.motion import NoPath, connect, shortcut
 from kabo.scene import BASE_VALUES, Robot
 from kabo.streams import stream_key
+from kabo.ways import NoPath, connect, shortcut
 
 LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
 LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch

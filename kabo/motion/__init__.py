@@ -1,7 +1,6 @@
-"""Motion: joint paths from one configuration to another, shortened and timed.
+"""Motion: trajectories as a controller follows them, the smooth paths below them, and the fastest times along a path.
 
-Callers pass a function that tests whether segments are free, and a key that determines all random numbers; the
-package does not depend on robots, meshes or goals.
+The room knows neither robots nor proofs: it computes with joint values, their limits and times.
 """
 
 from kabo.lazy import lazy_names

@@ -1,12 +1,9 @@
 from kabo.motion.blending import Blended as Blended
 from kabo.motion.blending import blended as blended
 from kabo.motion.blending import thinned as thinned
-from kabo.motion.edges import FreeConfigurations as FreeConfigurations
-from kabo.motion.edges import FreeSegment as FreeSegment
 from kabo.motion.ramps import from_rest_to_rest as from_rest_to_rest
 from kabo.motion.ramps import trapezoid as trapezoid
-from kabo.motion.rrt_connect import NoPath as NoPath
-from kabo.motion.rrt_connect import connect as connect
-from kabo.motion.shortcuts import shortcut as shortcut
 from kabo.motion.time_optimal import fastest as fastest
 from kabo.motion.timing import retime as retime
+from kabo.motion.trajectory import MAX_DEGREE as MAX_DEGREE
+from kabo.motion.trajectory import Trajectory as Trajectory

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from kabo.displays import counted, display
+from kabo.motion import Trajectory
 from kabo.plan.certificate import Certificate
 
 if TYPE_CHECKING:  # imports this file
@@ -61,10 +62,11 @@ class Grant:
 
 @dataclass(frozen=True)
 class Segment:
-    """One stretch of motion, linear in joint space and with constant velocity between consecutive way points.
+    """One stretch of motion: a path that is linear in joint space between consecutive way points, and its trajectory.
 
     `waypoints` is an array of m way points with n values, in the order of `joints` (names in the robot's URDF).
-    `times` are the m times of the way points, counted from the start of the node's motion [s]. At the end of the
+    `times` are the m times at which the trajectory passes the way points, counted from the start of the node's motion
+    [s]; without a trajectory (format `kabo-plan/1`) velocities are constant between them. At the end of the
     segment, the objects in `attach` are attached to the given links, and those in `detach` are released. `grants`
     are the reasons for the `allowed_contacts`.
     """
@@ -80,6 +82,7 @@ class Segment:
     allowed_contacts: tuple[tuple[str, str], ...] = ()
     constraint: str | None = None
     grants: tuple[Grant, ...] = ()
+    trajectory: Trajectory | None = None
 
     def __repr__(self) -> str:
         seconds = f"{self.times[-1] - self.times[0]:.1f} s" if self.times else "no time"

@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.motion import NoPath
 from kabo.scene import BASE_VALUES, Robot
+from kabo.ways import NoPath
 
 LEG_SAMPLES_SHARE, LEAST_LEG_SAMPLES = 0.25, 150  # of the samples of a whole search, for one leg, and at least
 MIN_TRAVEL = 0.5  # [m] of a drive from which on a robot folds its arm, where the scene says how

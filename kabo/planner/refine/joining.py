@@ -13,7 +13,6 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import ProcedureContext, Refusal, Situation, candidate, tool_frame, way_to
-from kabo.motion import shortcut
 from kabo.plan import Segment
 from kabo.planner.refine.freedom import Freedoms
 from kabo.planner.refine.legs import Leg, legs_of, proven
@@ -22,6 +21,7 @@ from kabo.streams import stream_key
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.smoothing import MotionPart
 from kabo.tasks.robots.scenes import configuration
+from kabo.ways import shortcut
 
 LEAST_GAIN = 1e-3  # rad by which a motion has to get shorter
 SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next begin, if it has to move in it

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import seeds
-from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 from kabo.streams import Key, stream_key
+from kabo.ways.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
 MAX_EXTENSION = 1.0  # [rad, L2] of a tree by one step
 RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run times have a heavy tail

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import uniform
-from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 from kabo.streams import Key
+from kabo.ways.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
 MIN_GAIN = 1e-3  # [rad, L2] that a shortcut must save: less is not worth its proof
 

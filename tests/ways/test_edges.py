@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kabo.motion.edges import FreeSpace, dyadic_levels, stepped
+from kabo.ways.edges import FreeSpace, dyadic_levels, stepped
 
 
 def test_the_end_comes_first_then_the_middle_then_the_quarters():
