@@ -4,12 +4,12 @@ import numpy as np
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from tests.ways.worlds import LEFT, LOWER, RIGHT, UPPER, Discs
 
 from kabo.motion import retime
 from kabo.streams import stream_key
 from kabo.ways import NoPath, connect, shortcut
 from kabo.ways.shortcuts import length
+from tests.ways.worlds import LEFT, LOWER, RIGHT, UPPER, Discs
 
 COUNT = settings.get_profile("kabo").max_examples
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.ways.worlds import LEFT, LOWER, RIGHT, UPPER, Discs, wall
 
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of
 from kabo.streams import stream_key
 from kabo.ways import NoPath, connect
 from kabo.ways.edges import MAX_CONSTRAINED_STEP
 from tests.kinematics.trees import planar
+from tests.ways.worlds import LEFT, LOWER, RIGHT, UPPER, Discs, wall
 
 KEY = stream_key("connect", 1)
 

@@ -1,11 +1,11 @@
 """Shortcuts keep the ends, prove every new piece, and never lengthen; the law is in tests/properties."""
 
 import numpy as np
-from tests.ways.worlds import LEFT, RIGHT, Discs, wall
 
 from kabo.streams import stream_key
 from kabo.ways import shortcut
 from kabo.ways.shortcuts import length
+from tests.ways.worlds import LEFT, RIGHT, Discs, wall
 
 KEY = stream_key("shortcut")
 DETOUR = np.array([LEFT, [-1.5, 1.9], [-0.2, 1.3], [0.2, 1.2], [1.2, 1.9], [1.9, 0.5], RIGHT])
