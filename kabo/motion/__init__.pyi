@@ -8,8 +8,8 @@ from kabo.motion.limits import MotionLimits as MotionLimits
 from kabo.motion.ramps import from_rest_to_rest as from_rest_to_rest
 from kabo.motion.ramps import trapezoid as trapezoid
 from kabo.motion.time_optimal import fastest as fastest
-from kabo.motion.timed_path import Timed as Timed
-from kabo.motion.timed_path import timed_path as timed_path
+from kabo.motion.timed_motion import Timed as Timed
+from kabo.motion.timed_motion import timed_path as timed_path
 from kabo.motion.timing import retime as retime
 from kabo.motion.trajectory import Samples as Samples
 from kabo.motion.trajectory import Trajectory as Trajectory
