@@ -67,7 +67,7 @@ def _json_file(path: Path) -> GivenFile:
     name = content.get("format") if isinstance(content, dict) else None
     if name in READABLE_FORMATS:
         return GivenFile(path, "plan", content)
-    if name == "kabo-task/1":
+    if name in ("kabo-task/1", "kabo-task/2"):
         return GivenFile(path, "report", content)
     if {"verdict", "counterfactuals"} <= keys:
         return GivenFile(path, "explanation", content)
