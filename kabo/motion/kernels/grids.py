@@ -70,8 +70,8 @@ def sampled_speeds(pieces, borders, limits, count, least):
     return places, squares, owners
 
 
-@kernel  # (m,) f8 x 2, (m,) i8, (k,) b1, f8, i8 -> (N + 1,) f8, (N,) i8
-def grid_of(places, squares, owners, curved, step, most):
+@kernel  # (m,) f8 x 2, (k,) b1, f8, i8 -> (N + 1,) f8, (N,) i8
+def grid_of(places, squares, curved, step, most):
     """A grid from the first to the last place, and the piece of each cell: cells take about `step` [s] at these speeds.
 
     The first and the last piece, where jerk is constant, are one cell. A blend has `LEAST` cells or more, a straight piece

@@ -14,8 +14,9 @@ from kabo.motion.kernels.grids import HUGE, REST, slope
 
 
 class Rows(NamedTuple):
-    """The limits on a grid of N cells: cells h (N,), caps of x at nodes (N + 1,) and in the
-    middle of cells (N,), rows of nodes and of both ends of cells.
+    """The limits on a grid of N cells of lengths h (N,).
+
+    x has caps at nodes (N + 1,) and in the middle of cells (N,). `held` is empty but for one entry if nothing is held.
 
     `node_rows` (r, 2) of (x, g) belong to node i from `node_start[i]` to `node_start[i + 1]`; `cell_rows` (r, 3, 3)
     are of (x, g, w): of the jerk at the left and the right end of a cell, of the acceleration in its middle by x, g, w at
@@ -32,17 +33,20 @@ class Rows(NamedTuple):
     held: np.ndarray
 
 
-@kernel  # (k, n, 6) f8, (k + 1,) f8, (k,) b1, (N + 1,) f8, (N,) i8, (3, n) f8, (N + 1, 2, 3) f8 -> Rows
-def limit_rows(pieces, borders, curved, grid, owner, limits, held):
-    """The rows of all limits; on straight cells one joint decides."""
+@kernel  # (k, n, 6) f8, (k + 1,) f8, (k,) b1, (N + 1,) f8, (N,) i8, (3, n) f8, (N, 3) f8, (N + 1, 2, 3) f8 -> Rows
+def limit_rows(pieces, borders, curved, grid, owner, full, shares, held):
+    """The rows of all limits; on straight cells one joint decides. Each cell may use a share of each limit."""
     n, cells = pieces.shape[1], len(owner)
     h, cap, middle_cap = np.empty(cells), np.full(cells + 1, HUGE), np.full(cells, HUGE)
     node_start, cell_start = np.zeros(cells + 2, np.int64), np.zeros(cells + 1, np.int64)
     node_rows, cell_rows = np.empty((n * (cells + 1), 2)), np.zeros((n * cells, 3, 3))
-    d, middle = np.empty((2, 4, n)), np.empty((2, n))
+    d, middle, limits = np.empty((2, 4, n)), np.empty((2, n)), np.empty((3, n))
     for i in range(cells):
         h[i] = grid[i + 1] - grid[i]
         p = owner[i]
+        for order in range(3):
+            for j in range(n):
+                limits[order, j] = full[order, j] * shares[i, order]
         for e in range(2):
             for order in range(1, 4):
                 slope(pieces[p], grid[i + e] - borders[p], order, d[e, order])
