@@ -26,7 +26,11 @@ import kabo
 
 ROOT = Path(__file__).resolve().parent.parent
 JUDGE = Path(__file__).resolve().parent / "judge" / "motion_batch.py"
-SPEED = {"assembly/gearbox": 0.1, "circular_rearrange/n3": 0.25, "bartender/four_bottles": 0.4}  # seconds that are to do
+SPEED = {
+    "assembly/gearbox": 0.1,
+    "circular_rearrange/n3": 0.25,
+    "bartender/four_bottles": 0.4,
+}  # seconds that are to do
 
 
 def problems() -> dict[str, Path]:
@@ -77,7 +81,10 @@ def made(name: str, path: Path, quality: str, seed: int, folder: Path) -> tuple[
 def found_in(folder: Path, name: str, path: Path) -> Path | None:
     """The plan of a problem in a folder of plans that were made before."""
     stem = str(path.relative_to(ROOT)).replace("/", "__")
-    return next(iter([*sorted(folder.glob(f"{stem}*.json")), *sorted(folder.glob(f"{name.replace('/', '__')}.*.json"))]), None)
+    return next(
+        iter([*sorted(folder.glob(f"{stem}*.json")), *sorted(folder.glob(f"{name.replace('/', '__')}.*.json"))]),
+        None,
+    )
 
 
 def speed(rounds: int) -> Table:
@@ -98,14 +105,21 @@ def speed(rounds: int) -> Table:
 def looked_at(options: argparse.Namespace, folder: Path) -> Iterator[Judged]:
     """All chosen plans, made and judged one by one."""
     for name, path in problems().items():
-        if (options.only and not any(word in name for word in options.only)) or any(w in name for w in options.skip):
+        if (options.only and not any(word in name for word in options.only)) or any(
+            w in name for w in options.skip
+        ):
             continue
         for quality in options.quality:
             if options.plans:
                 file, figures = found_in(options.plans, name, path), {}
             else:
                 file, figures = made(name, path, quality, options.seed, folder)
-            job = {"problem": str(path), "plan": str(file), "durations": True, "collisions": not options.no_collisions}
+            job = {
+                "problem": str(path),
+                "plan": str(file),
+                "durations": True,
+                "collisions": not options.no_collisions,
+            }
             verdict = next(judged([job])) if file else {"error": figures.get("verified", "no plan")}
             yield Judged(name, quality, figures, verdict, json.loads(file.read_text()) if file else {})
 
@@ -113,14 +127,20 @@ def looked_at(options: argparse.Namespace, folder: Path) -> Iterator[Judged]:
 def main() -> None:
     """Prints the tables, writes JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="problems with one of these in the name")
+    parser.add_argument(
+        "--only", nargs="*", default=[], metavar="WORD", help="problems with one of these in the name"
+    )
     parser.add_argument("--not", nargs="*", default=[], dest="skip", metavar="WORD", help="none with one of these")
     parser.add_argument("--quality", nargs="*", default=["fast", "good"], choices=["fast", "good"])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--plans", type=Path, metavar="DIR", help="judge the plan files there, solve nothing")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep plans and the judge's whole verdicts here")
-    parser.add_argument("--no-collisions", action="store_true", help="ask for no distances: they take most of the time")
-    parser.add_argument("--rounds", type=int, default=0, help="runs of the three scenarios that are timed; 0 for none")
+    parser.add_argument(
+        "--no-collisions", action="store_true", help="ask for no distances: they take most of the time"
+    )
+    parser.add_argument(
+        "--rounds", type=int, default=0, help="runs of the three scenarios that are timed; 0 for none"
+    )
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()
     if options.plans:
@@ -132,7 +152,9 @@ def main() -> None:
         for each in looked_at(options, folder):
             found.append(each)
             if options.keep:
-                (folder / f"{each.name.replace('/', '__')}.{each.quality}.verdict").write_text(json.dumps(each.verdict, indent=1))
+                (folder / f"{each.name.replace('/', '__')}.{each.quality}.verdict").write_text(
+                    json.dumps(each.verdict, indent=1)
+                )
     tables = tables_of(found)
     if options.rounds:
         tables.append(speed(options.rounds))

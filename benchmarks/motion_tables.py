@@ -162,7 +162,11 @@ def _clearances(each: Judged) -> list[tuple[float, float, str]]:
                 measured[key] = min(measured.get(key, row["least"]), row["least"])
     certificate = each.plan.get("certificate") or {}
     return [
-        (row["clearance"], measured[row["node"], row["segment"]], f"{row['node']} {row['segment']} {row['between']}")
+        (
+            row["clearance"],
+            measured[row["node"], row["segment"]],
+            f"{row['node']} {row['segment']} {row['between']}",
+        )
         for row in certificate.get("segments") or ()
         if row.get("clearance") is not None and (row["node"], row["segment"]) in measured
     ]

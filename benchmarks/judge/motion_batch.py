@@ -3,8 +3,8 @@
     python motion_batch.py < jobs.jsonl
 
 A job has `problem` (YAML) and `plan` (JSON), and may say `collisions: false` and `durations: true`. It needs numpy,
-pinocchio, coal and PyYAML, for durations scipy and CasADi, and shares no code with kabo. Plans of the format `kabo-plan/1` are taken as what they say: straight between
-way points at constant velocity.
+pinocchio, coal and PyYAML, for durations scipy and CasADi, and shares no code with kabo. Plans of the format
+`kabo-plan/1` are taken as what they say: straight between way points at constant velocity.
 """
 
 import json
@@ -205,11 +205,13 @@ def chains(motion: Motion, own: list[Any]) -> list[list[Any]]:
     return rows
 
 
+def _bytes(content: Any) -> int:
+    return len(json.dumps(content, separators=(",", ":")))
+
+
 def _trajectory_bytes(plan: dict[str, Any]) -> int:
     segments = [segment for node in plan["nodes"].values() for segment in node.get("motion") or ()]
-    return sum(
-        len(json.dumps(each.get("trajectory"), separators=(",", ":"))) for each in segments if "trajectory" in each
-    )
+    return sum(_bytes(each["trajectory"]) for each in segments if each.get("trajectory"))
 
 
 def longest(plan: dict[str, Any]) -> float:

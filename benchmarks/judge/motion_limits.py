@@ -57,7 +57,7 @@ def sampled_differences(motion: Motion, robot: str) -> dict[str, tuple[float, st
     The robot stands before and behind the motion; so this sees every step of velocity, whatever polynomials say.
     """
     at = np.arange(-4, np.ceil(motion.end * RATE) + 5) / RATE
-    found = {kind: (0.0, "") for kind in KINDS}
+    found = dict.fromkeys(KINDS, (0.0, ""))
     for name, values in motion.values(robot, at).items():
         for order, kind in enumerate(KINDS, 1):
             share = float(np.abs(np.diff(values, order)).max()) * RATE**order
@@ -131,9 +131,8 @@ def tool(motion: Motion, node: str) -> tuple[float, float, list[Fault]]:
             doubt = max(doubt, _difference(motion, robot_name, link, own, stretch, at, exact))
             if force.max() > robot.grip * (1 + SLACK):
                 k = int(force.argmax())
-                faults.append(
-                    Fault(node, movers[0].number, "tool", float(force[k]), robot.grip, f"{name} at {at[k]:.6f} s")
-                )
+                where = f"{name} at {at[k]:.6f} s"
+                faults.append(Fault(node, movers[0].number, "tool", float(force[k]), robot.grip, where))
     return worst, doubt, faults
 
 

@@ -210,14 +210,14 @@ def _mesh(file: Path, scale: float) -> Any:
 def _disabled(entry: dict[str, Any], folder: Path, packages: dict[str, Path]) -> list[tuple[str, str]]:
     if "srdf" not in entry:
         return []
-    root = ET.parse(_file(entry["srdf"], folder, packages)).getroot()
+    root = ET.parse(_file(entry["srdf"], folder, packages)).getroot()  # noqa: S314 - files of the repository
     return [(pair.get("link1", ""), pair.get("link2", "")) for pair in root.iter("disable_collisions")]
 
 
 def _read(said: str, folder: Path, packages: dict[str, Path]) -> ET.Element:
     """A URDF: its links and joints alone; visual geometry is that of a link without other; meshes by whole paths."""
     file = _file(said, folder, packages)
-    root = ET.parse(file).getroot()
+    root = ET.parse(file).getroot()  # noqa: S314 - files of the repository
     for mesh in root.iter("mesh"):
         mesh.set("filename", str(_file(mesh.get("filename", ""), file.parent, packages)))
     for element in list(root):
