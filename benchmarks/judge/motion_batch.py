@@ -80,6 +80,8 @@ def judge(job: dict[str, Any]) -> dict[str, Any]:
             kinematic(verdict, motion, name, node)
             if job.get("collisions", True):
                 colliding(verdict, motion, name, collisions, found[name])
+                if node.get("overlap"):
+                    early(verdict, plan, name, motion, collisions, scene, found)
             if job.get("durations", False):
                 verdict.durations.append({"node": name, **durations(motion)})
     return {
@@ -203,6 +205,26 @@ def chains(motion: Motion, own: list[Any]) -> list[list[Any]]:
         else:
             rows.append([each])
     return rows
+
+
+def early(
+    verdict: Verdict,
+    plan: dict[str, Any],
+    name: str,
+    motion: Motion,
+    collisions: Collisions,
+    scene: Any,
+    found: Any,
+) -> None:
+    """Collisions of a motion that begins early with the end of the one before it, at the times that the plan says."""
+    for other, node in plan["nodes"].items():
+        if name in following(node):
+            before = Motion(scene, node, found[other][0])
+            for least in collisions.meeting(before, motion, plan["nodes"][name]["overlap"]):
+                verdict.samples += least.samples
+                verdict.asked += least.asked
+                for first, second, at in least.collisions:
+                    verdict.faults.append(Fault(name, -1, "collision", at, 0.0, f"{first} {second}, begun early"))
 
 
 def _bytes(content: Any) -> int:
