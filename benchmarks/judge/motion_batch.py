@@ -250,6 +250,6 @@ if __name__ == "__main__":
     for line in sys.stdin:
         job = json.loads(line)
         try:
-            print(json.dumps({**job, **judge(job)}), flush=True)
+            print(json.dumps({"plan": job["plan"], **judge(job)}), flush=True)
         except Exception as error:  # noqa: BLE001 - a plan that cannot be judged is told, and the next one judged
-            print(json.dumps({**job, "error": f"{type(error).__name__}: {error}"}), flush=True)
+            print(json.dumps({"plan": job["plan"], "error": f"{type(error).__name__}: {error}"}), flush=True)

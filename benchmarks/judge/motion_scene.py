@@ -171,11 +171,10 @@ def _package(name: str, where: str, folder: Path) -> Path:
     if where != "installed":
         return (folder / where).resolve()
     for file in importlib.metadata.files(name) or ():
-        parts = file.parts
-        if "share" in parts and name in parts:
-            return Path(
-                str(importlib.metadata.distribution(name).locate_file(Path(*parts[: parts.index(name) + 1])))
-            )
+        above = file.parts[:-1]
+        for i, part in enumerate(above[:-1]):
+            if part == "share" and above[i + 1] == name:
+                return Path(str(importlib.metadata.distribution(name).locate_file(Path(*above[: i + 2]))))
     raise FileNotFoundError(f"no installed package {name}")
 
 
