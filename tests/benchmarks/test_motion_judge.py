@@ -22,7 +22,7 @@ robots:
       mount: tool0
       open: {{finger_joint: 0.055}}
       closed: {{finger_joint: 0.0}}
-      force: 6
+      force: 5.2
     velocity: 1.0
     acceleration: {{joint_1: 2.0}}
 models:
@@ -107,7 +107,7 @@ def test_a_hasty_motion_breaks_its_limits(ask, lasts, kinds):
 
 
 def test_a_grip_that_is_too_weak_is_told(ask):
-    """0.25 kg need 2.45 N to be held at rest, and 0.5 · 6 N = 3 N hold it: 1.7 m/s² are left sideways."""
+    """0.25 kg need 2.45 N to be held at rest, and 0.5 · 5.2 N = 2.6 N hold it: 3.4 m/s² are left sideways."""
     assert "tool" not in ask(plan_of(END, 1.2))["violations"]
     assert "tool" in ask(plan_of([1.5, *HOME[1:]], 1.0))["violations"]
 
