@@ -8,7 +8,7 @@ from kabo.meshes import Mesh, Rounding, load_mesh
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
 from kabo.scene.inner_meshes import inner_mesh
-from kabo.scene.joint_limits import ACCELERATION_TIME, JERK_TIME, motion_limits
+from kabo.scene.motion_limits import motion_limits
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
 from kabo.scene.sensors import Sensor, beyond_angle
@@ -18,9 +18,7 @@ from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 __all__ = [
-    "ACCELERATION_TIME",
     "BASE_VALUES",
-    "JERK_TIME",
     "Drive",
     "PRISMATIC",
     "REVOLUTE",

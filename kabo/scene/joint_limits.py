@@ -1,24 +1,17 @@
-"""How fast the joints of a robot may move: velocities, accelerations and jerks, by its URDF, its scene, and defaults.
+"""The limits of velocity, acceleration and jerk that a scene gives the joints of a robot, checked against its URDF.
 
-Without a limit in the scene, a joint reaches its greatest velocity in `ACCELERATION_TIME`, and its greatest
-acceleration in `JERK_TIME` [docs/reference/scenes.md#motion].
+What it does not give is by default (kabo/scene/motion_limits.py) [docs/reference/scenes.md#motion].
 """
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import RateLimits, RobotDescription
-from kabo.motion import MotionLimits
-from kabo.scene.robots import Robot
+from kabo.scene.motion_limits import ONSET, RAMP
 
-ACCELERATION_TIME = 0.25  # [s] from rest to the greatest velocity
-JERK_TIME = 0.05  # [s] from no acceleration to the greatest one
 DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where neither URDF nor scene gives a velocity limit
 MAX_VELOCITY = 1e6  # [rad/s or m/s]: greater ones in a URDF are none
 RATES = ("velocity", "acceleration", "jerk")
@@ -31,18 +24,6 @@ class JointRates:
     velocity: Mapping[str, float]
     acceleration: Mapping[str, float]
     jerk: Mapping[str, float]
-
-
-def motion_limits(robot: Robot) -> MotionLimits:
-    """The limits of all joints of a robot, (n,) each, in the order of a configuration: planned ones, then the gripper's."""
-    velocity = robot.tree.velocity
-    acceleration = _or_default(robot.joint_names, robot.acceleration, velocity / ACCELERATION_TIME)
-    jerk = _or_default(robot.joint_names, robot.jerk, acceleration / JERK_TIME)
-    return MotionLimits.of(velocity, acceleration, jerk)
-
-
-def _or_default(names: tuple[str, ...], given: Mapping[str, float], default: Array) -> Array:
-    return np.array([given.get(name, float(value)) for name, value in zip(names, default, strict=True)])
 
 
 def joint_rates(
@@ -72,11 +53,11 @@ def joint_rates(
         own, gripper = urdf_velocity[name], k >= planned
         fastest = _limit(given["velocity"], name, own, at_most=own) or own or DEFAULT_VELOCITY
         velocity[name] = fastest
-        usual = fastest / ACCELERATION_TIME
+        usual = fastest / RAMP
         hardest = _limit(given["acceleration"], name, None, at_most=usual if gripper else None)
         if hardest is not None:
             acceleration[name] = hardest
-        usual = (usual if hardest is None else hardest) / JERK_TIME
+        usual = (usual if hardest is None else hardest) / ONSET
         sharpest = _limit(given["jerk"], name, None, at_most=usual if gripper else None)
         if sharpest is not None:
             jerk[name] = sharpest

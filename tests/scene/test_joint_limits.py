@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from kabo.errors import InputError
+from kabo.motion import MotionLimits
 from kabo.scene import Robot, load_scene, motion_limits
 from tests.support.small_robots import write_arm
 
@@ -28,8 +29,12 @@ def robot(folder: Path, *lines: str) -> Robot:
     return load_scene(path).robots["arm"]
 
 
+def limits_of(found: Robot) -> MotionLimits:
+    return motion_limits(found, found.joint_names)
+
+
 def rows(folder: Path, *lines: str) -> list[list[float]]:
-    return [row.tolist() for row in motion_limits(robot(folder, *lines)).rows]
+    return [row.tolist() for row in limits_of(robot(folder, *lines)).rows]
 
 
 def test_without_a_word_in_the_scene_limits_follow_from_velocities_of_the_urdf(tmp_path: Path) -> None:
@@ -112,6 +117,6 @@ def test_all_these_limits_may_come_from_a_robot_model(tmp_path: Path) -> None:
         "robots:\n  one: {model: small}\n  two: {model: small, acceleration: 3, base: {position: [1, 0, 0]}}\n"
     )
     scene = load_scene(path)
-    assert motion_limits(scene.robots["one"]).acceleration.tolist() == [2.0] * 4
-    assert motion_limits(scene.robots["two"]).acceleration.tolist() == [3.0] * 4
-    assert motion_limits(scene.robots["two"]).jerk.tolist() == [9.0] * 4
+    assert limits_of(scene.robots["one"]).acceleration.tolist() == [2.0] * 4
+    assert limits_of(scene.robots["two"]).acceleration.tolist() == [3.0] * 4
+    assert limits_of(scene.robots["two"]).jerk.tolist() == [9.0] * 4
