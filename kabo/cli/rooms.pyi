@@ -36,6 +36,7 @@ from kabo.pictures import parts_picture as parts_picture
 from kabo.pictures import picture_of_file as picture_of_file
 from kabo.pictures import require_pictures as require_pictures
 from kabo.pictures import robot_picture as robot_picture
+from kabo.plan import READABLE_FORMATS as READABLE_FORMATS
 from kabo.plan import describe as describe
 from kabo.plan import described_validity as described_validity
 from kabo.plan import plan_from_json as plan_from_json

@@ -109,7 +109,9 @@ def _shows_motion(options: argparse.Namespace) -> bool:
         document = json.loads(options.file.read_bytes())
     except (OSError, ValueError):  # told by the command
         return False
-    return isinstance(document, dict) and (document.get("format") != "kabo-plan/1" or "start" in document)
+    return isinstance(document, dict) and (
+        document.get("format") not in rooms.READABLE_FORMATS or "start" in document
+    )
 
 
 def _follow(options: argparse.Namespace) -> int:

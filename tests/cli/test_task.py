@@ -178,7 +178,7 @@ def test_show_prints_what_planning_found_and_writes_a_page(kabo, walk):
     plan(kabo, "-o", "r.json")
     said = kabo("task", "show", "r.json", "--comments", 1)
     assert said.code == 0 and "+ point 1" in said.out and "+ and 2 more" in said.out
-    assert kabo("task", "show", "r.json", "--json").json["format"] == "kabo-task/1"
+    assert kabo("task", "show", "r.json", "--json").json["format"] == "kabo-task/2"
     said = kabo("task", "show", "r.json", "--html", "r.html")
     page = (walk / "r.html").read_text()
     assert said.code == 0 and not said.out and page.startswith("<!DOCTYPE html>") and "<title>walk – kabo" in page

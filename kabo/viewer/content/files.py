@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language import is_imported, kind_of_file
-from kabo.plan import Plan
+from kabo.plan import READABLE_FORMATS, Plan
 from kabo.viewer.content.document import Given
 
 DEPTHS = (
@@ -65,9 +65,9 @@ def _json_file(path: Path) -> GivenFile:
         raise InputError([Diagnostic(str(path), line, column, f"this is no JSON: {error}", None)]) from None
     keys = content.keys() if isinstance(content, dict) else set()
     name = content.get("format") if isinstance(content, dict) else None
-    if name == "kabo-plan/1":
+    if name in READABLE_FORMATS:
         return GivenFile(path, "plan", content)
-    if name == "kabo-task/1":
+    if name in ("kabo-task/1", "kabo-task/2"):
         return GivenFile(path, "report", content)
     if {"verdict", "counterfactuals"} <= keys:
         return GivenFile(path, "explanation", content)

@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     from kabo.scene import Scene
 
 UNFOLDED_LEVELS = 2  # levels of the tree of stages that are unfolded at first
+MAX_FILMS = 10  # solutions of one run, the first ones, whose motion the page plays: each has its weight
 MIN_TIME_SHARE = 0.02  # share of the whole time from which on it is told
 
 
 def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
-    """The part `report` of a view document, of a report `kabo-task/1`; states and films only with the scene.
+    """The part `report` of a view document, of a report `kabo-task/2`; states and films only with the scene.
 
     Raises:
         KeyError: the report names a robot, joint or object that is not in the scene.
@@ -129,7 +130,8 @@ def _title(what: str, listed: int, count: int) -> str:
 def _whole(k: int, run: RunReport, scene: "Scene | None") -> dict[str, Any]:
     solution: Whole = run["solutions"][k]
     seconds = f", after {run['found'][k]['seconds']:.3g} s" if k < len(run["found"]) else ""
-    film = None if scene is None or "film" not in solution else film_view(solution["film"], scene)
+    shown = scene is not None and "motion" in solution and k < MAX_FILMS
+    film = film_view(solution["motion"], scene) if shown and scene is not None else None
     return {
         "title": f"{k + 1}: cost {number(solution['cost'])}{seconds}",
         "comment": solution["comment"],
@@ -149,6 +151,6 @@ def _whole(k: int, run: RunReport, scene: "Scene | None") -> dict[str, Any]:
 
 def _begin(path: str, solution: Whole) -> float | None:
     """When the first motion of a stage, or of one inside it, begins in the film [s]; None if nothing moves in it."""
-    segments = solution["film"]["segments"] if "film" in solution else []
+    segments = solution["motion"]["segments"] if "motion" in solution else []
     own = (s["times"][0] for s in segments if s["stage"] is not None and f"{s['stage']}/".startswith(f"{path}/"))
     return min(own, default=None)

@@ -29,7 +29,7 @@ def test_a_file_is_what_its_keys_say(name, kind):
     ("content", "kind"),
     [
         ({"format": "kabo-plan/1"}, "plan"),
-        ({"format": "kabo-task/1"}, "report"),
+        ({"format": "kabo-task/2"}, "report"),
         ({"verdict": "no_plan", "counterfactuals": []}, "explanation"),
     ],
 )
