@@ -105,6 +105,9 @@ class Scene:
     start: GeometricState
     files: Mapping[Path, str]
     mates: Mapping[str, Mate] = field(default_factory=dict)
+    description: SceneDescription | None = field(
+        default=None, compare=False, repr=False
+    )  # that it was loaded from
     memory: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
@@ -280,6 +283,7 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         start,
         _hashes(loader.files),
         description.mates,
+        description,
     )
 
 
