@@ -2,9 +2,9 @@
 
     python motion_batch.py < jobs.jsonl
 
-A job has `problem` (YAML) and `plan` (JSON), and may say `collisions: false`. It needs numpy, pinocchio, coal and
-PyYAML, and shares no code with kabo. Plans of the format `kabo-plan/1` are taken as what they say: straight between
-way points at constant velocity.
+A job has `problem` (YAML) and `plan` (JSON), and may say `collisions: false` and `durations: true`. It needs numpy,
+pinocchio, coal and PyYAML, for durations scipy and CasADi, and shares no code with kabo. Plans of the format
+`kabo-plan/1` are taken as what they say: straight between way points at constant velocity.
 """
 
 import json
@@ -16,12 +16,14 @@ import numpy as np
 from motion_collisions import NEAR, Collisions
 from motion_limits import (
     JOIN,
+    KINDS,
     RATE,
     SLACK,
     Fault,
     after_differs,
     borders,
     greatest,
+    joined,
     joins,
     off_path,
     sampled_differences,
@@ -42,6 +44,7 @@ class Verdict:
         self.faults: list[Fault] = []
         self.worst: dict[str, float] = {}
         self.segments: list[dict[str, Any]] = []
+        self.durations: list[dict[str, Any]] = []
         self.samples = self.asked = self.polynomials = 0
 
     def seen(self, kind: str, figure: float) -> None:
@@ -60,6 +63,7 @@ class Verdict:
             "distances_asked": self.asked,
             "segments_with_polynomials": self.polynomials,
             "segments": self.segments,
+            "durations": self.durations,
             "faults": [fault.line() for fault in self.faults[:MOST_FAULTS]],
         }
 
@@ -76,6 +80,10 @@ def judge(job: dict[str, Any]) -> dict[str, Any]:
             kinematic(verdict, motion, name, node)
             if job.get("collisions", True):
                 colliding(verdict, motion, name, collisions, found[name])
+                if node.get("overlap"):
+                    early(verdict, plan, name, motion, collisions, scene, found)
+            if job.get("durations", False):
+                verdict.durations.append({"node": name, **durations(motion)})
     return {
         "format": plan["format"],
         "bytes": Path(job["plan"]).stat().st_size,
@@ -162,11 +170,70 @@ def colliding(verdict: Verdict, motion: Motion, name: str, collisions: Collision
             verdict.faults.append(Fault(name, number, "collision", at, 0.0, f"{first} {second}"))
 
 
+def durations(motion: Motion) -> dict[str, float]:
+    """How long a node's motion lasts, and bounds: its phases and its motions from rest to rest, and straight lines.
+
+    A phase is a segment; a motion is a row of them without a rest. Robots that move at once count by the slower one.
+    """
+    from motion_durations import least, line  # noqa: PLC0415 - CasADi is not needed for anything else
+
+    found: dict[str, dict[str, float]] = {}
+    for robot in sorted({each.robot for each in motion.curves}):
+        limits, own = motion.scene.robots[robot].limits, [each for each in motion.curves if each.robot == robot]
+        sums = dict.fromkeys(("phases", "phases_without_jerk", "motions", "lines"), 0.0)
+        for row in chains(motion, own):
+            bounds = {kind: np.array([limits[name][kind] for name in row[0].joints]) for kind in KINDS}
+            for each in row:
+                with_jerk, without = least(each.waypoints, bounds)
+                sums["phases"] += with_jerk
+                sums["phases_without_jerk"] += without
+            whole = np.concatenate([each.waypoints for each in row])
+            sums["motions"] += least(whole, bounds)[0]
+            sums["lines"] += line(whole, bounds)
+        found[robot] = sums
+    slowest = max(found.values(), key=lambda sums: sums["phases"])
+    return {"lasts": motion.end, **slowest}
+
+
+def chains(motion: Motion, own: list[Any]) -> list[list[Any]]:
+    """Segments of a robot in rows without a rest."""
+    rows: list[list[Any]] = []
+    for each in sorted(own, key=lambda each: each.ends):
+        before = joined(motion, each, each.ends[0], 1) if each.ends[0] > 0.0 else None
+        if before is not None and rows and rows[-1][-1] is before:
+            rows[-1].append(each)
+        else:
+            rows.append([each])
+    return rows
+
+
+def early(
+    verdict: Verdict,
+    plan: dict[str, Any],
+    name: str,
+    motion: Motion,
+    collisions: Collisions,
+    scene: Any,
+    found: Any,
+) -> None:
+    """Collisions of a motion that begins early with the end of the one before it, at the times that the plan says."""
+    for other, node in plan["nodes"].items():
+        if name in following(node):
+            before = Motion(scene, node, found[other][0])
+            for least in collisions.meeting(before, motion, plan["nodes"][name]["overlap"]):
+                verdict.samples += least.samples
+                verdict.asked += least.asked
+                for first, second, at in least.collisions:
+                    verdict.faults.append(Fault(name, -1, "collision", at, 0.0, f"{first} {second}, begun early"))
+
+
+def _bytes(content: Any) -> int:
+    return len(json.dumps(content, separators=(",", ":")))
+
+
 def _trajectory_bytes(plan: dict[str, Any]) -> int:
     segments = [segment for node in plan["nodes"].values() for segment in node.get("motion") or ()]
-    return sum(
-        len(json.dumps(each.get("trajectory"), separators=(",", ":"))) for each in segments if "trajectory" in each
-    )
+    return sum(_bytes(each["trajectory"]) for each in segments if each.get("trajectory"))
 
 
 def longest(plan: dict[str, Any]) -> float:
@@ -183,6 +250,6 @@ if __name__ == "__main__":
     for line in sys.stdin:
         job = json.loads(line)
         try:
-            print(json.dumps({**job, **judge(job)}), flush=True)
+            print(json.dumps({"plan": job["plan"], **judge(job)}), flush=True)
         except Exception as error:  # noqa: BLE001 - a plan that cannot be judged is told, and the next one judged
-            print(json.dumps({**job, "error": f"{type(error).__name__}: {error}"}), flush=True)
+            print(json.dumps({"plan": job["plan"], "error": f"{type(error).__name__}: {error}"}), flush=True)

@@ -41,6 +41,17 @@ class Least:
     samples: int = 0
 
 
+def samples(begin: float, end: float) -> Array:
+    """The times of samples at a fixed rate, and both ends."""
+    regular = np.arange(np.ceil(begin * RATE), np.floor(end * RATE) + 1) / RATE
+    return np.unique(np.concatenate([[begin, end], regular[(regular > begin) & (regular < end)]]))
+
+
+def permitted(stretch: Stretch) -> set[frozenset[str]]:
+    """The contacts that the segments under way have permitted."""
+    return {frozenset(pair) for each in stretch.under_way for pair in each.said["allowed_contacts"]}
+
+
 class Collisions:
     """Looks for collisions in one scene."""
 
@@ -52,30 +63,38 @@ class Collisions:
 
     def least(self, motion: Motion, stretch: Stretch, others: list[State]) -> Least:
         """The least distance over a stretch, and what collides, whatever the state of all that does not move."""
-        found = Least()
-        regular = np.arange(np.ceil(stretch.begin * RATE), np.floor(stretch.end * RATE) + 1) / RATE
-        at = np.unique(
-            np.concatenate(
-                [[stretch.begin, stretch.end], regular[(regular > stretch.begin) & (regular < stretch.end)]]
-            )
-        )
-        found.samples = len(at)
+        at = samples(stretch.begin, stretch.end)
         moving = self._moving(motion, stretch, at)
         standing = self._standing(motion, stretch, {track.name for track in moving}, others)
-        permitted = {frozenset(pair) for each in stretch.under_way for pair in each.said["allowed_contacts"]}
-        pairs = []
-        for i, first in enumerate(moving):
-            for second in (*moving[i + 1 :], *standing):
-                if (
-                    first.joint == second.joint
-                    or first.name == second.name
-                    or self._never(first.name, second.name, permitted)
-                ):
-                    continue
-                apart = np.maximum(first.low - second.high, second.low - first.high)
-                boxes = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
-                if boxes.min() < NEAR:
-                    pairs.append((float(boxes.min()), len(pairs), first, second, boxes))
+        couples = [(a, b) for i, a in enumerate(moving) for b in (*moving[i + 1 :], *standing)]
+        return self._least(couples, permitted(stretch), at)
+
+    def meeting(self, before: Motion, motion: Motion, overlap: float) -> list[Least]:
+        """The same of a motion that begins `overlap` seconds before the one before it ends: of one against the other."""
+        found, early = [], before.end - overlap
+        for first in before.stretches():
+            for second in motion.stretches():
+                begin, end = max(first.begin - early, second.begin), min(first.end - early, second.end, overlap)
+                if end > begin:
+                    at = samples(begin, end)
+                    tracks = self._moving(before, first, at + early), self._moving(motion, second, at)
+                    couples = [(a, b) for a in tracks[0] for b in tracks[1]]
+                    found.append(self._least(couples, permitted(first) | permitted(second), at))
+        return found
+
+    def _least(self, couples: list[tuple[Track, Track]], allowed: set[frozenset[str]], at: Array) -> Least:
+        found, pairs = Least(samples=len(at)), []
+        for first, second in couples:
+            if (
+                first.joint == second.joint
+                or first.name == second.name
+                or self._never(first.name, second.name, allowed)
+            ):
+                continue
+            apart = np.maximum(first.low - second.high, second.low - first.high)
+            boxes = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+            if boxes.min() < NEAR:
+                pairs.append((float(boxes.min()), len(pairs), first, second, boxes))
         for _, _, first, second, boxes in sorted(pairs, key=lambda pair: pair[:2]):
             self._pair(first, second, boxes, at, found)
         return found
@@ -116,9 +135,9 @@ class Collisions:
             return max(distance, 1e-9)
         return float(distance)
 
-    def _never(self, first: str, second: str, permitted: set[frozenset[str]]) -> bool:
+    def _never(self, first: str, second: str, allowed: set[frozenset[str]]) -> bool:
         return (
-            frozenset((first, second)) in permitted
+            frozenset((first, second)) in allowed
             or self.scene.may_touch(first, second)
             or self._near(first, second)
         )

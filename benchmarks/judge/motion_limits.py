@@ -57,7 +57,7 @@ def sampled_differences(motion: Motion, robot: str) -> dict[str, tuple[float, st
     The robot stands before and behind the motion; so this sees every step of velocity, whatever polynomials say.
     """
     at = np.arange(-4, np.ceil(motion.end * RATE) + 5) / RATE
-    found = {kind: (0.0, "") for kind in KINDS}
+    found = dict.fromkeys(KINDS, (0.0, ""))
     for name, values in motion.values(robot, at).items():
         for order, kind in enumerate(KINDS, 1):
             share = float(np.abs(np.diff(values, order)).max()) * RATE**order
@@ -83,8 +83,8 @@ def borders(motion: Motion) -> Iterator[tuple[Curve, Array, bool]]:
     """
     for each in motion.curves:
         begin, end = each.ends
-        before = _joined(motion, each, begin, 1)
-        after = _joined(motion, each, end, 0)
+        before = joined(motion, each, begin, 1)
+        after = joined(motion, each, end, 0)
         here = np.array([each.at(np.array([begin]), k)[0] for k in range(3)])
         known = motion.values(each.robot, np.array([begin - 1e-6]))
         stood = np.array([known[name][0] for name in each.joints])
@@ -99,7 +99,8 @@ def borders(motion: Motion) -> Iterator[tuple[Curve, Array, bool]]:
             yield each, np.array([0.0, np.abs(there[1]).max(), np.abs(there[2]).max()]), True
 
 
-def _joined(motion: Motion, each: Curve, at: float, end: int) -> Curve | None:
+def joined(motion: Motion, each: Curve, at: float, end: int) -> Curve | None:
+    """The segment that each is joined to: which begins (`end` 0) or ends (1) then; None where there must be a rest."""
     for other in motion.curves:
         same = other.robot == each.robot and other.joints == each.joints and other is not each
         if same and abs(other.ends[end] - at) < 1e-9:
@@ -130,9 +131,8 @@ def tool(motion: Motion, node: str) -> tuple[float, float, list[Fault]]:
             doubt = max(doubt, _difference(motion, robot_name, link, own, stretch, at, exact))
             if force.max() > robot.grip * (1 + SLACK):
                 k = int(force.argmax())
-                faults.append(
-                    Fault(node, movers[0].number, "tool", float(force[k]), robot.grip, f"{name} at {at[k]:.6f} s")
-                )
+                where = f"{name} at {at[k]:.6f} s"
+                faults.append(Fault(node, movers[0].number, "tool", float(force[k]), robot.grip, where))
     return worst, doubt, faults
 
 

@@ -171,11 +171,10 @@ def _package(name: str, where: str, folder: Path) -> Path:
     if where != "installed":
         return (folder / where).resolve()
     for file in importlib.metadata.files(name) or ():
-        parts = file.parts
-        if "share" in parts and name in parts:
-            return Path(
-                str(importlib.metadata.distribution(name).locate_file(Path(*parts[: parts.index(name) + 1])))
-            )
+        above = file.parts[:-1]
+        for i, part in enumerate(above[:-1]):
+            if part == "share" and above[i + 1] == name:
+                return Path(str(importlib.metadata.distribution(name).locate_file(Path(*above[: i + 2]))))
     raise FileNotFoundError(f"no installed package {name}")
 
 
@@ -210,14 +209,14 @@ def _mesh(file: Path, scale: float) -> Any:
 def _disabled(entry: dict[str, Any], folder: Path, packages: dict[str, Path]) -> list[tuple[str, str]]:
     if "srdf" not in entry:
         return []
-    root = ET.parse(_file(entry["srdf"], folder, packages)).getroot()
+    root = ET.parse(_file(entry["srdf"], folder, packages)).getroot()  # noqa: S314 - files of the repository
     return [(pair.get("link1", ""), pair.get("link2", "")) for pair in root.iter("disable_collisions")]
 
 
 def _read(said: str, folder: Path, packages: dict[str, Path]) -> ET.Element:
     """A URDF: its links and joints alone; visual geometry is that of a link without other; meshes by whole paths."""
     file = _file(said, folder, packages)
-    root = ET.parse(file).getroot()
+    root = ET.parse(file).getroot()  # noqa: S314 - files of the repository
     for mesh in root.iter("mesh"):
         mesh.set("filename", str(_file(mesh.get("filename", ""), file.parent, packages)))
     for element in list(root):

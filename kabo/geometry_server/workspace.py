@@ -114,11 +114,19 @@ class Workspace:
         """The names of all pairs that are checked, in the order of their indices."""
         return self._view[1]
 
+    @property
+    def checker(self) -> CollisionChecker:
+        """The collision checker; who asks it without `counted` is not counted."""
+        return self._view[0]
+
     def _asked(self, question: Callable[[CollisionChecker], _Answer]) -> _Answer:
-        """The answer of the collision checker; counts it once for the robot and once for each thing that it carries."""
-        view, began = self._view[0], perf_counter()
+        return self.counted(lambda: question(self.checker))
+
+    def counted(self, question: Callable[[], _Answer]) -> _Answer:
+        """The answer; counts its checks once for the robot and once for each thing that it carries."""
+        view, began = self.checker, perf_counter()
         before = replace(view.counters)
-        answer = question(view)
+        answer = question()
         counts, groups = view.counters, 1 + len(self.carried)
         statistics = self.surroundings.statistics
         checks = (

@@ -29,6 +29,7 @@ from kabo.geometry.collision.kernels.bundles import (
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
+from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.part_trees import deviation_within, refine
 from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
 from kabo.geometry.collision.view_arrays import (
@@ -67,6 +68,10 @@ class CollisionChecker(Protocol):
 
         `deviation` (n,): how far each value may be from the segment [rad or m]; None for zeros.
         """
+
+    @property
+    def kernel_checks(self) -> KernelChecks | None:
+        """What other kernels need to make these checks themselves; None if there are no kernels for them."""
 
     @property
     def counters(self) -> Counters:
@@ -224,6 +229,19 @@ class CollisionView:
             self._counts = before.copy()
             self._build()
         return found
+
+    @property
+    def kernel_checks(self) -> KernelChecks:
+        """What other kernels need to make these checks themselves: of the roots, where parts may have to be divided."""
+        decided_by = self if self._coarse is None else self._coarse
+        return KernelChecks(
+            decided_by._memory,
+            decided_by._sweep,
+            free_counts=True,
+            hit_counts=self._coarse is None,
+            configurations_hit=self.configurations_hit,
+            segment_hit=self.segment_hit,
+        )
 
     @property
     def counters(self) -> Counters:

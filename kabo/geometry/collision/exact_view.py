@@ -89,6 +89,10 @@ class ExactView:
         self.counters.configuration_checks += 1
         return self._counted(self._hit(self._configuration(q)))
 
+    @property
+    def kernel_checks(self) -> None:
+        """There are no kernels for these checks."""
+
     def configurations_hit(self, configurations: Array) -> Integers:
         """The result of `configuration_hit` for every row (N, n)."""
         return np.array([self.configuration_hit(q) for q in configurations], np.int64)
