@@ -3,18 +3,22 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.motion.bernstein import recentred
+from kabo.motion.bernstein import recentred, values
+from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
-from kabo.motion.s_curves import TICK, line_pieces
+from kabo.motion.s_curves import TICK, line_limits, line_pieces
+from kabo.motion.section import Section, section
 from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
+REVERSAL = 1.99  # norm of the difference of two unit vectors from which the path turns back on itself
 MIN_DEVIATION = 1e-9  # [rad or m]: what rounding of coefficients and way points may leave
 
 
@@ -91,6 +95,8 @@ def timed_path(
     *,
     deviation: float = 0.0,
     shares: Sequence[float] | None = None,
+    chord: float = 1e-3,
+    tolerance: float = 1e-4,
     held: Held | None = None,
 ) -> Timed:
     """The fastest motion along corners (m, n) within the limits, from rest to rest.
@@ -102,9 +108,11 @@ def timed_path(
         corners: at least one.
         limits: of the n joints, positive for joints that move.
         deviation: how far the path may pass by its corners [rad, L2].
+        shares: (m,) the fraction of its greatest trim that each corner gets; at 0 the motion stops there, as it does where
+            the path turns back, and at corners that are given twice. Without shares it stops at every corner.
+        chord: how far way points on blends may leave the straight pieces between them from the blend [rad, L2].
+        tolerance: how far a joint may leave the blend, so that pieces are few [rad or m].
         held: what the robot holds, and how hard it may be accelerated.
-        shares: (m,) the fraction of its greatest trim that each corner gets; at 0 the motion stops there. Without them it
-            stops at every corner.
 
     Raises:
         ValueError: a joint that moves has a limit of zero, or shapes do not fit.
@@ -113,29 +121,75 @@ def timed_path(
     if points.ndim != 2 or not len(points) or points.shape[1:] != limits.velocity.shape:
         raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, {limits.velocity.shape}")
     different = np.concatenate([[True], np.any(np.diff(points, axis=0) != 0.0, axis=1)])
-    numbers = np.cumsum(different) - 1
-    return _stopping(points[different], limits, tuple(numbers.tolist()))
+    numbers = (np.cumsum(different) - 1).tolist()
+    if not different[1:].any():
+        return _still(points[0], numbers)
+    wanted = np.zeros(len(points)) if shares is None else np.array(shares, np.float64)
+    wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
+    return _moving(points[different], limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
 
 
-def _stopping(points: Array, limits: MotionLimits, corners: tuple[int, ...]) -> Timed:
-    """The motion that stops at all way points, which differ from their neighbours."""
-    if len(points) == 1:
-        return _still(points[0], corners)
-    spans: list[int] = []
-    pieces: list[Array] = []
-    passing = [0]
-    for start, end in zip(points, points[1:], strict=False):
-        own, coefficients = line_pieces(start, end, limits)
-        spans += own
-        pieces.append(coefficients)
-        passing.append(passing[-1] + sum(own))
-    times, padded = short_pieces(np.cumsum([0, *spans]) / 1e6, np.concatenate(pieces))
-    return Timed(points, np.asarray(passing) / 1e6, corners, times, np.round(padded, DECIMALS) + 0.0)
+class _Rounding(NamedTuple):
+    deviation: float
+    shares: Array
+    chord: float
+    tolerance: float
+    held: Held | None
 
 
-def _still(point: Array, corners: tuple[int, ...]) -> Timed:
+def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
+    """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
+    shares = rounding.shares
+    if rounding.deviation <= 0.0:
+        shares = np.zeros(len(points))
+    path = blended(points, max(rounding.deviation, 0.0), np.where(_reversals(points), 0.0, shares).tolist())
+    stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
+    found = [_section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)]
+    begins = np.cumsum([0, *(int(each.ends[-1]) for each in found)])
+    ends = np.concatenate([[0], *(each.ends[1:] + begin for each, begin in zip(found, begins, strict=False))])
+    passing = np.concatenate(
+        [[0], *(each.passing[1:] + begin for each, begin in zip(found, begins, strict=False))]
+    )
+    indices, before = [0], 0
+    for each in found:
+        indices += [before + index for index in each.corners[1:]]
+        before += len(each.passing) - 1
+    times, padded = short_pieces(ends / 1e6, np.concatenate([each.coefficients for each in found]))
+    padded = np.round(padded, DECIMALS) + 0.0
+    waypoints = _places(times, padded, passing / 1e6)
+    stopped = [indices[number] for number in stops]
+    waypoints[stopped] = points[stops]
+    return Timed(waypoints, passing / 1e6, tuple(indices[number] for number in numbers), times, padded)
+
+
+def _section(path: Blended, first: int, last: int, limits: MotionLimits, rounding: _Rounding) -> Section:
+    """The motion from one corner where it stops to the next."""
+    if last == first + 1 and rounding.held is None:
+        spans, pieces = line_pieces(path.corners[first], path.corners[last], limits)
+        ends = np.cumsum([0, *spans])
+        return Section(ends, pieces, ends[[0, -1]], [0, 1])
+    own = Blended(path.corners[first : last + 1], path.trims[first : last + 1])
+    for row in zip(own.corners, own.corners[1:], strict=False):
+        line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
+    return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
+
+
+def _reversals(points: Array) -> NDArray[np.bool_]:
+    """Whether the path turns back on itself at each corner."""
+    steps = np.diff(points, axis=0)
+    units = steps / np.linalg.norm(steps, axis=1)[:, None]
+    return np.concatenate([[False], np.linalg.norm(np.diff(units, axis=0), axis=1) > REVERSAL, [False]])
+
+
+def _places(times: Array, padded: Array, passing: Array) -> Array:
+    """The positions (m, n) at the times `passing`, as plans keep them."""
+    k = np.clip(np.searchsorted(times, passing, side="right") - 1, 0, len(padded) - 1)
+    return np.round(values(padded[k], (passing - times[k])[:, None]), WAYPOINT_DECIMALS) + 0.0
+
+
+def _still(point: Array, corners: list[int]) -> Timed:
     """A motion of one microsecond that stays where it is, for a path needs two way points and a time between them."""
     pieces = np.zeros((1, len(point), 6))
     pieces[0, :, 0] = point
     ends = np.array([0.0, TICK])
-    return Timed(np.stack([point, point]), ends, (*corners[:-1], min(1, len(corners) - 1)), ends, pieces)
+    return Timed(np.stack([point, point]), ends, (*corners[:-1], int(len(corners) > 1)), ends, pieces)

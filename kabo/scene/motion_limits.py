@@ -21,7 +21,7 @@ def motion_limits(robot: Robot, joints: Sequence[str]) -> MotionLimits:
     index = [robot.joint_names.index(joint) for joint in joints]
     velocity = np.asarray(robot.tree.velocity, float)[index]
     acceleration = _of(robot.acceleration, joints, velocity / RAMP)
-    return MotionLimits(velocity, acceleration, acceleration / ONSET)
+    return MotionLimits(velocity, acceleration, _of(robot.jerk, joints, acceleration / ONSET))
 
 
 def _of(given: Mapping[str, float], joints: Sequence[str], default: Array) -> Array:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import event, given
 from hypothesis import strategies as st
 
 from kabo.motion import MotionLimits, timed_path
@@ -52,6 +52,25 @@ def test_a_motion_that_stops_at_corners_keeps_limits_and_path(seed, joints, size
     assert motion.deviation == 1e-9
     assert np.allclose(motion.at(made.passing), made.waypoints, atol=1e-9)
     assert np.abs(motion.at(made.passing, 1)).max() <= 1e-9
+
+
+@given(
+    SEEDS,
+    st.integers(1, 12),
+    st.sampled_from([1e-5, 1e-2, 1.0]),
+    st.integers(2, 7),
+    st.sampled_from([0.003, 0.05]),
+)
+def test_a_motion_that_rounds_corners_keeps_limits_and_path(seed, joints, size, count, deviation):
+    rng = np.random.default_rng(seed)
+    limits = MotionLimits.of(*(np.exp(rng.uniform(-1.0, 2.0, joints)) * k for k in (1.0, 4.0, 80.0)))
+    corners = rng.normal(size=(count, joints)) * size
+    shares = rng.choice([0.0, 0.3, 1.0, 1.0], count)
+    made = timed_path(corners, limits, deviation=deviation, shares=shares.tolist())
+    judge(made, limits)
+    away = [np.linalg.norm(made.waypoints[i] - corner) for i, corner in zip(made.corners, corners, strict=True)]
+    assert max(away) <= deviation + 1e-4
+    event("faster" if made.duration < 0.99 * timed_path(corners, limits).duration else "not faster")
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e7, np.inf])

@@ -56,7 +56,9 @@ class Effort(NamedTuple):
     step: float  # of a way under a constraint: a longer chord would leave it [rad, L2]
     attempts: int  # to shorten the path
     patience: int  # attempts in vain in a row
-    trusted: int  # paths from tree to tree that may fail their proof, before all edges are proven when they are added
+    trusted: (
+        int  # paths from tree to tree that may fail their proof, before all edges are proven when they are added
+    )
 
 
 class Grown(NamedTuple):

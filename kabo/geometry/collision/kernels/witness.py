@@ -33,7 +33,7 @@ BOX_MARGIN = 1e-9  # [m] by which boxes must be apart, for the rounding of verif
 KEPT_MARGIN_SHARE = 0.98  # of an axis in short integers, which is else stored in full
 SMALL_SHARE = 0.05  # of the wanted margin: where halving can gain no more, the axis is looked for thoroughly
 GAINED_SHARE = 0.1  # of a margin: not worth halving for
-STILL = 1e-9  # [m]: a pair without a path does not move if it strays less
+
 JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `Things.rows`
 DEVIATION, PATH, STRAY = 0, 1, 2  # columns of `bounds` and `over`
 # Places of `limits`: boxes farther apart need no axis; halving for less is never worth it; no stretch of FINEST or less
@@ -81,7 +81,7 @@ def _pace(chain, trail, pair, things):
             )
             total += bounds[e, k, PATH]
         greatest = max(greatest, bounds[0, k, STRAY] + bounds[1, k, STRAY])
-    return total > 0.0 or greatest > STILL
+    return total > 0.0 or greatest > 0.0
 
 
 @lean_kernel  # (2, K, 3), i8, i8 -> writes (2, 3) deviation with stray, path, and stray
