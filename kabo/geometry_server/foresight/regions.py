@@ -108,10 +108,10 @@ class _Placing:
         directions, rooms, labels = self._opposite_faces()
         if not len(rooms):
             return
-        points = corners(self.body.mesh.vertices)
+        points = self.body.mesh.vertices
         if any(fits_about(points, own, world, directions, rooms) for own, world in self._aligned_axes()):
             return
-        excess = self._least_excess(points, directions, rooms)
+        excess = self._least_excess(corners(points), directions, rooms)
         if excess.proven and excess.metres > NEGLIGIBLE:
             said = (
                 f"{self.body.name} is at least {millimetres(excess.width)} wide along {labels[excess.direction]} of "
