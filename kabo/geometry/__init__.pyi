@@ -18,6 +18,7 @@ from kabo.geometry.collision.exact_predicates import exact_sweep_collides as exa
 from kabo.geometry.collision.exact_predicates import surfaces_touch as surfaces_touch
 from kabo.geometry.collision.exact_view import ExactView as ExactView
 from kabo.geometry.collision.inclusion import contains as contains
+from kabo.geometry.collision.kernel_checks import KernelChecks as KernelChecks
 from kabo.geometry.collision.motions import Motion as Motion
 from kabo.geometry.collision.penetration import penetration as penetration
 from kabo.geometry.collision.penetration import signed_distance as signed_distance

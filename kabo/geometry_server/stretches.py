@@ -10,18 +10,18 @@ from functools import cached_property
 
 import numpy as np
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array
 from kabo.geometry_server.answers import Refusal, pair_text
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.driving.legs import LEAST_LEG_SAMPLES, LEG_SAMPLES_SHARE, by_legs, travels
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
-from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, values
+from kabo.kinematics import KeptRows, OffLine, Projector, keeps, projector, straight_line, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene import BASE_VALUES, Robot
-from kabo.streams import stream_key
-from kabo.ways import NoPath, connect, shortcut
+from kabo.streams import Key, stream_key
+from kabo.ways import FreeSpace, NoPath, find_way, shortened
 
 LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
 LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch
@@ -53,6 +53,13 @@ class Keep:
         found = values(self.rows, q, self.robot.tree)
         excess = np.maximum(self.rows[:, columns.LOWER] - found, found - self.rows[:, columns.UPPER])
         return _told(self.rows[int(excess.argmax())], float(found[excess.argmax()]))
+
+    @cached_property
+    def kept_rows(self) -> KeptRows:
+        """The constraint as the search for ways takes it."""
+        tree = self.robot.tree
+        active = np.arange(tree.size) < self.robot.planned
+        return KeptRows.of(tree, self.rows, active, CONSTRAINT_TOLERANCE)
 
     def pull_planned(self, hand: Array) -> Projector:
         """A function that projects the planned joints onto the constraint, with the gripper's joints at `hand`."""
@@ -153,49 +160,62 @@ def way_to(
         if keep is not None and broken is not None:
             text = f"{keep.name} does not hold {where}: {broken}"
             return Refusal("constraint", text, frozenset({robot.name}))
+    space, stream = free_space(workspace, keep), stream_key(*key)
+    if robot.drive is not None and not np.array_equal(start[:BASE_VALUES], goal[:BASE_VALUES]):
+        path = _driven(workspace, start, goal, stream, samples, keep)
+        if path is not None:
+            return list(path)
     n = robot.planned
-    hand = start[n:]
+    low, high = start.copy(), start.copy()
+    low[:n], high[:n] = robot.tree.lower[:n], robot.tree.upper[:n]
+    effort = {"attempts": SHORTCUT_ATTEMPTS, "patience": MAX_VAIN_SHORTCUTS}
+    found = workspace.counted(lambda: find_way(start, goal, space, low, high, stream, samples=samples, **effort))
+    if isinstance(found, NoPath):
+        workspace.surroundings.statistics.samples += found.samples
+        return _blocked(workspace, found, keep)
+    return list(found)
+
+
+def free_space(workspace: Workspace, keep: Keep | None, *, projects: bool = True) -> FreeSpace:
+    """What a way in a workspace must avoid and keep, for configurations of planned and gripper's joints."""
+    view = workspace.checker
+    return FreeSpace(
+        view.configurations_hit,
+        view.segment_hit,
+        len(workspace.pairs),
+        lambda: view.kernel_checks,
+        None if keep is None else keep.kept_rows,
+        projects,
+        workspace.surroundings.look,
+    )
+
+
+def _driven(
+    workspace: Workspace, start: Array, goal: Array, stream: Key, samples: int, keep: Keep | None
+) -> Array | None:
+    """A path (m, n) on which base and arm move one after the other; None if it is not tried, or not found."""
+    robot, space = workspace.robot, free_space(workspace, keep)
+    n = robot.planned
+    folds = travels(robot, start[:n], goal[:n])
+    if not folds and workspace.segment_hit(start, goal) < 0 and (keep is None or keep.keeps(start, goal)):
+        return None
 
     def whole(q: Array) -> Array:
-        return np.concatenate([q, hand])
-
-    def free_segment(a: Array, b: Array) -> int:
-        workspace.surroundings.look()
-        if keep is not None and not keep.keeps(whole(a), whole(b)):
-            return len(workspace.pairs)  # one past the pairs: the constraint
-        return workspace.segment_hit(whole(a), whole(b))
-
-    def free_configurations(configurations: Array) -> Integers:
-        return workspace.hits(np.hstack([configurations, np.tile(hand, (len(configurations), 1))]))
-
-    stream = stream_key(*key)
-    project = None if keep is None else keep.pull_planned(hand)
-    free = free_segment, free_configurations
+        return np.concatenate([q, start[n:]])
 
     def find(a: Array, b: Array, low: Array, high: Array, drives: bool) -> Array | NoPath:
-        most, pull = max(LEAST_LEG_SAMPLES, int(LEG_SAMPLES_SHARE * samples)), None if drives else project
-        return connect(a, b, *free, low, high, stream, samples=most, projection=pull)
+        most, around = max(LEAST_LEG_SAMPLES, int(LEG_SAMPLES_SHARE * samples)), (whole(low), whole(high))
+        own = free_space(workspace, keep, projects=not drives)
+        found = workspace.counted(lambda: find_way(whole(a), whole(b), own, *around, stream, samples=most))
+        return found if isinstance(found, NoPath) else found[:, :n]
 
-    def shortened(path: Array) -> Array:
-        # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
-        patience = MAX_VAIN_SHORTCUTS
-        return shortcut(path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=patience)
-
-    if robot.drive is not None and not np.array_equal(start[:BASE_VALUES], goal[:BASE_VALUES]):
-        folds = travels(robot, start[:n], goal[:n])
-        if folds or free_segment(start[:n], goal[:n]) >= 0:
-            legs = by_legs(
-                robot, start[:n], goal[:n], find, lambda q: keep is None or keep.broken(whole(q)) is None
-            )
-            made = [shortened(leg) for leg in legs] if folds else [shortened(np.concatenate(legs))] if legs else []
-            if made:
-                return [whole(q) for q in _without_repetitions(np.concatenate(made))]
-    bounds = robot.tree.lower[:n], robot.tree.upper[:n]
-    path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
-    if isinstance(path, NoPath):
-        workspace.surroundings.statistics.samples += path.samples
-        return _blocked(workspace, path, keep)
-    return [whole(q) for q in shortened(path)]
+    legs = by_legs(robot, start[:n], goal[:n], find, lambda q: keep is None or keep.broken(whole(q)) is None)
+    if not legs:
+        return None
+    effort = {"attempts": SHORTCUT_ATTEMPTS, "patience": MAX_VAIN_SHORTCUTS}
+    paths = [np.array([whole(q) for q in leg]) for leg in (legs if folds else [np.concatenate(legs)])]
+    made = workspace.counted(lambda: [shortened(path, space, stream, **effort) for path in paths])
+    return _without_repetitions(np.concatenate(made))
 
 
 def _without_repetitions(path: Array) -> Array:

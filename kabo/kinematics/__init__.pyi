@@ -19,6 +19,7 @@ from kabo.kinematics.joined_trees import JoinedTree as JoinedTree
 from kabo.kinematics.joined_trees import joined as joined
 from kabo.kinematics.manifold import Tangent as Tangent
 from kabo.kinematics.manifold import tangent as tangent
+from kabo.kinematics.motion_constraints import KeptRows as KeptRows
 from kabo.kinematics.motion_constraints import Projector as Projector
 from kabo.kinematics.motion_constraints import keeps as keeps
 from kabo.kinematics.motion_constraints import projector as projector

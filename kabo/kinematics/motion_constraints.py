@@ -1,6 +1,7 @@
 """Constraints on a motion: proofs that a segment fulfils constraints, and projection for path planning."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,7 +10,8 @@ from kabo.arrays import Array
 from kabo.kinematics.constraints import Rows
 from kabo.kinematics.kernels import motion_bounds as kernels
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.projection import checked, project
+from kabo.kinematics.kernels.projection import FREEZES, WRAPS, Pull, pull_of
+from kabo.kinematics.projection import MAX_ITERATIONS, checked, limited, project, storable_limits
 from kabo.scene.tree import KinematicTree
 
 Projector = Callable[[Array], Array | None]
@@ -37,11 +39,49 @@ def unkept_row(
     start, end = np.array(q0, np.float64), np.array(q1, np.float64)
     if not start.shape == end.shape == (tree.size,) or not np.all(np.isfinite(start + end)):
         raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")
+    _require_no_azimuth(rows)
+    slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - POSE_ROUNDING, (len(rows),)))
+    pieces = kernels.pieces_of(len(rows), len(tree.parent), tree.size)
+    found = kernels.first_row_not_kept(rows, slack, start, end, tree, pieces)
+    return None if found < 0 else int(found)
+
+
+@dataclass(frozen=True)
+class KeptRows:
+    """Rows that must hold along a motion, as kernels take them: to prove segments, and to project configurations.
+
+    `Projections` as those of `projector`, proofs as those of `keeps`.
+    """
+
+    rows: Rows
+    tolerances: Array  # (R,)
+    tree: KinematicTree
+    pieces: kernels.Pieces
+    pull: Pull
+    iterations: int
+    policy: int
+
+    @classmethod
+    def of(
+        cls, tree: KinematicTree, rows: Rows, active: Sequence[bool] | NDArray[np.bool_], tolerance: float
+    ) -> "KeptRows":
+        """The rows with one tolerance [m or rad]; only `active` values are projected.
+
+        Raises:
+            ValueError: shapes do not fit, or a row is an azimuth.
+        """
+        low, high, moving = checked(tree, rows, tree.lower, tree.upper, active)
+        _require_no_azimuth(rows)
+        low, high = storable_limits(low, high)
+        pull = pull_of(rows, INTERVAL_INSET, limited(tree, low, high), moving)
+        pieces = kernels.pieces_of(len(rows), len(tree.parent), tree.size)
+        slack = np.full(len(rows), tolerance - POSE_ROUNDING)
+        return cls(rows, slack, tree, pieces, Pull(*pull), MAX_ITERATIONS, WRAPS | FREEZES)
+
+
+def _require_no_azimuth(rows: Rows) -> None:
     if np.any(rows[:, columns.KIND] == columns.AZIMUTH):
         raise ValueError("an azimuth jumps from pi to -pi: it cannot be kept along a motion")
-    slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - POSE_ROUNDING, (len(rows),)))
-    found = kernels.first_row_not_kept(rows, slack, start, end, tree)
-    return None if found < 0 else int(found)
 
 
 def projector(

@@ -1,11 +1,11 @@
 """Collision checks of a robot that drives: a base that reaches out of its floor counts as one more pair that collides."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry import CollisionChecker, Counters
+from kabo.geometry import CollisionChecker, Counters, KernelChecks
 from kabo.scene import BASE_VALUES, Drive
 
 
@@ -37,12 +37,38 @@ class FloorView:
         out = self.drive.outside(np.asarray(configurations, np.float64)[:, :BASE_VALUES]) > 0.0
         return np.where((found < 0) & out, self.number, found)
 
-    def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if the straight segment is proven free and the base proven to stay on its floor, else the index of a pair."""
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
+        """-1 if the straight segment is proven free and the base proven to stay on its floor, else the index of a pair.
+
+        `deviation` (n,): how far each value may be from the segment [rad or m]; None for zeros.
+        """
         ends = np.asarray(start, np.float64)[:BASE_VALUES], np.asarray(end, np.float64)[:BASE_VALUES]
-        if self.drive.outside_along(*ends, self.epsilon) > 0.0:
+        stray = 0.0 if deviation is None else self._stray(deviation)
+        if self.drive.outside_along(*ends, self.epsilon) + stray > 0.0:
             return self.number
-        return self.view.segment_hit(start, end)
+        return self.view.segment_hit(start, end, deviation)
+
+    def _stray(self, deviation: Array) -> float:
+        """How far a corner of the footprint can be from where it is, if values are off by at most `deviation` [m]."""
+        return float(np.hypot(deviation[0], deviation[1]) + self.drive.radius * deviation[2])
+
+    @property
+    def kernel_checks(self) -> KernelChecks | None:
+        """What other kernels need; what they find free remains to be compared with the floor."""
+        checks = self.view.kernel_checks
+        if checks is None or not checks.hit_counts:
+            return None
+        return replace(
+            checks, free_counts=False, configurations_hit=self._outside, segment_hit=self._outside_along
+        )
+
+    def _outside(self, configurations: Array) -> Integers:
+        out = self.drive.outside(np.asarray(configurations, np.float64)[:, :BASE_VALUES]) > 0.0
+        return np.where(out, self.number, -1)
+
+    def _outside_along(self, start: Array, end: Array) -> int:
+        ends = start[:BASE_VALUES], end[:BASE_VALUES]
+        return self.number if self.drive.outside_along(*ends, self.epsilon) > 0.0 else -1
 
     @property
     def counters(self) -> Counters:

@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo.arrays import Array
 
 TURNS = 1440  # rotations about an axis that are tried: every quarter of a degree
+FEW = 32  # rotations that are tried first, for one at which the body fits
 REFINEMENTS, CAP = 8, 200  # searches near the best direction, and directions in each
 DIRECTIONS = 20_000  # directions that are tried where every rotation is permitted
 
@@ -57,9 +58,7 @@ def excess_about(points: Array, axis: Array, upright: Array, directions: Array, 
         rooms: the room (D,) along each of them [m].
     """
     standing = points @ turn_onto(axis, upright).T
-    angles = 2.0 * np.pi * np.arange(TURNS) / TURNS
-    turned = np.stack([_turned_back(directions, upright, angle) for angle in angles])  # (T, D, 3)
-    found = widths(standing, turned.reshape(-1, 3)).reshape(TURNS, len(rooms))
+    found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(TURNS) / TURNS)
     beyond = found - rooms
     best = int(beyond.max(axis=1).argmin())
     worst = int(beyond[best].argmax())
@@ -67,6 +66,13 @@ def excess_about(points: Array, axis: Array, upright: Array, directions: Array, 
     radius = float(np.linalg.norm(np.cross(standing - _middle(standing), upright), axis=1).max())
     slack = 2.0 * radius * np.pi / TURNS
     return Excess(float(found[best, worst]), float(rooms[worst]), worst, bool(beyond[best, worst] > slack))
+
+
+def fits_about(points: Array, axis: Array, upright: Array, directions: Array, rooms: Array) -> bool:
+    """Whether such a body fits at one of a few turns: then `excess_about` proves nothing."""
+    standing = points @ turn_onto(axis, upright).T
+    found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(FEW) / FEW)
+    return bool((found <= rooms).all(axis=1).any())
 
 
 def excess_at_any(points: Array, rooms: Array) -> Excess:
@@ -116,11 +122,12 @@ def turn_onto(first: Array, second: Array) -> Array:
     return np.asarray(np.eye(3) + hat + hat @ hat / (1.0 + cosine))
 
 
-def _turned_back(directions: Array, axis: Array, angle: float) -> Array:
-    """The directions (D, 3) as a body sees them that was turned about an axis by an angle."""
-    c, s = np.cos(angle), -np.sin(angle)
-    along = directions @ axis
-    return np.asarray(c * directions + s * np.cross(axis, directions) + (1.0 - c) * along[:, None] * axis[None, :])
+def _widths_turned(points: Array, axis: Array, directions: Array, angles: Array) -> Array:
+    """The extents (T, D) of points along directions (D, 3), after turns about an axis by angles (T,) [m]."""
+    c, s = np.cos(angles)[:, None, None], -np.sin(angles)[:, None, None]  # directions turn back instead
+    along = (directions @ axis)[:, None] * axis[None, :]
+    turned = c * directions + s * np.cross(axis, directions) + (1.0 - c) * along
+    return widths(points, turned.reshape(-1, 3)).reshape(len(angles), len(directions))
 
 
 def _middle(points: Array) -> Array:
