@@ -16,7 +16,7 @@ from kabo.plan import Segment
 from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
 from kabo.verify.motion.scene_model import SceneModel
-from kabo.verify.motion.trajectories.curves import DEGREE, Curve
+from kabo.verify.motion.trajectories.curves import Curve, derived
 from kabo.verify.motion.trajectories.extremes import LIMIT_TOLERANCE
 from kabo.verify.motion.trajectories.figures import TrajectoryFigures
 from kabo.verify.report import Finding
@@ -126,11 +126,10 @@ class _Carried:
     def _snaps(self, starts: Array, ends: Array) -> Array:
         """Bounds of the fourth derivative of the body's position on intervals (T,) [m/s4]."""
         sizes = np.zeros((4, len(starts), len(self.still)))
-        differences, factor = self.curve.between(starts, ends), np.ones(len(starts))
-        for order in range(4):
-            differences = np.diff(differences, axis=2)
-            factor = factor * (DEGREE - order) / (ends - starts)
-            sizes[order][:, self.columns] = np.abs(differences).max(axis=2) * factor[:, None]
+        powers = self.curve.powers
+        for own in sizes:
+            powers = derived(powers)
+            own[:, self.columns] = np.abs(Curve(self.curve.times, powers).between(starts, ends)).max(axis=2)
         actuation, total = self.arm.robot.actuation, np.zeros(len(starts))
         before = np.zeros((4, len(starts)))  # sums over the joints that turn, from the base on
         for joint, lever in self.arm.levers(
