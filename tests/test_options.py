@@ -54,7 +54,7 @@ def test_the_header_of_a_plan_says_what_the_plan_depends_on():
 
 
 def test_the_schema_of_plans_has_the_options_of_the_header():
-    properties = schema("kabo-plan-1")["properties"]["options"]["properties"]
+    properties = schema("kabo-plan-2")["properties"]["options"]["properties"]
     assert properties.keys() == {name for name, option in OPTIONS.items() if option.in_header != "never"}
     for name, form in properties.items():
         option, nulls = OPTIONS[name], {None, "null"} & {*form.get("enum", ()), *listed(form.get("type", ()))}

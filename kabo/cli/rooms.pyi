@@ -36,6 +36,7 @@ from kabo.pictures import parts_picture as parts_picture
 from kabo.pictures import picture_of_file as picture_of_file
 from kabo.pictures import require_pictures as require_pictures
 from kabo.pictures import robot_picture as robot_picture
+from kabo.plan import READABLE_FORMATS as READABLE_FORMATS
 from kabo.plan import describe as describe
 from kabo.plan import described_validity as described_validity
 from kabo.plan import plan_from_json as plan_from_json
@@ -49,9 +50,12 @@ from kabo.requests import check_files as check_files
 from kabo.requests import explain_file as explain_file
 from kabo.requests import solve_file as solve_file
 from kabo.requests import verify_file as verify_file
+from kabo.requests import verify_task_report as verify_task_report
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
 from kabo.service.warming import compile_usual as compile_usual
+from kabo.task_plans import is_report as is_report
+from kabo.task_plans import plan_of_report as plan_of_report
 from kabo.tasks.core import InitialisationError as InitialisationError
 from kabo.tasks.core import directions as directions
 from kabo.tasks.core import shown as shown

@@ -242,6 +242,7 @@ class MovingGroup:
     enclosure: Enclosure
     mesh: Mesh | None = None  # the original, for exact views
     elements: tuple[Element, ...] = ()  # what the mesh lies around, if it is round; for exact views, too
+    kept: float = 0.0  # [m]: a pair of bodies keeps the sum of both from each other, beyond the budget's clearance
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,6 +253,7 @@ class FixedGroup:
     enclosure: Enclosure
     mesh: Mesh | None = None
     elements: tuple[Element, ...] = ()
+    kept: float = 0.0  # [m], as of a moving group
 
 
 def poses_of(moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup]) -> Array:

@@ -23,6 +23,7 @@ class Extra:
     quaternion: tuple[float, float, float, float]
     element: Element = field(compare=False)
     digest: str  # of the mesh
+    shape: Shape = field(compare=False)
     pads: bool = False
 
     @property
@@ -45,7 +46,7 @@ def extra(
 ) -> Extra:
     """An extra body with the given shape, attached to `parent` at a position and orientation in the parent's frame."""
     element = element_of(shape, None)
-    return Extra(name, parent, position, quaternion, element, element.mesh.digest)
+    return Extra(name, parent, position, quaternion, element, element.mesh.digest, shape)
 
 
 def padding(name: str, parent: str, vertices: Array, distance: float) -> Extra:
@@ -54,6 +55,7 @@ def padding(name: str, parent: str, vertices: Array, distance: float) -> Extra:
     middle = (low + high) / 2
     radius = float(np.linalg.norm(vertices[:, :2] - middle[:2], axis=1).max()) + distance
     height = float(high[2] - low[2]) + 2 * distance
-    element = element_of(Shape("cylinder", size=(radius, radius, height)), None)
+    shape = Shape("cylinder", size=(radius, radius, height))
+    element = element_of(shape, None)
     x, y, z = (float(v) for v in middle)
-    return Extra(name, parent, (x, y, z), (0.0, 0.0, 0.0, 1.0), element, element.mesh.digest, pads=True)
+    return Extra(name, parent, (x, y, z), (0.0, 0.0, 0.0, 1.0), element, element.mesh.digest, shape, pads=True)

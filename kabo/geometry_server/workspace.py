@@ -91,14 +91,20 @@ class Workspace:
         """For each configuration (N, n) the index of the first pair not proven apart, or -1."""
         return self._asked(lambda view: view.configurations_hit(configurations))
 
-    def segment_hit(self, start: Array, goal: Array) -> int:
-        """-1 if the straight joint segment is proven free, else the index of a pair that is not."""
-        return self._asked(lambda view: view.segment_hit(start, goal))
+    def segment_hit(self, start: Array, goal: Array, deviation: Array | None = None) -> int:
+        """-1 if the straight joint segment is proven free, else the index of a pair that is not.
 
-    def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
-        """The first pair not proven free on a path of straight joint segments, or None."""
-        for start, goal in zip(waypoints, waypoints[1:], strict=False):
-            index = self.segment_hit(start, goal)
+        `deviation` (n,): how far each joint may be from the segment [rad or m]; None for zeros.
+        """
+        return self._asked(lambda view: view.segment_hit(start, goal, deviation))
+
+    def path_hit(self, waypoints: Sequence[Array], deviations: Array | None = None) -> Pair | None:
+        """The first pair not proven free on a path of straight joint segments, or None.
+
+        `deviations` (m - 1, n): how far each joint may be from each segment [rad or m]; None for zeros.
+        """
+        for k, (start, goal) in enumerate(zip(waypoints, waypoints[1:], strict=False)):
+            index = self.segment_hit(start, goal, None if deviations is None else deviations[k])
             if index >= 0:
                 return self.pairs[index]
         return None

@@ -18,6 +18,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 BASE_JOINTS = ("base_x", "base_y", "base_yaw")
+FRICTION = 0.5  # of what a gripper holds, where the scene does not say
 MATE_TOLERANCE = 1e-4  # m: how far a part may leave the way of its insertion, where its mate does not say
 
 
@@ -148,6 +149,23 @@ class ContactPattern:
 
 
 @dataclass(frozen=True)
+class RateLimit:
+    """A limit of a joint's velocity, acceleration or jerk, and where the joint and the number are written."""
+
+    value: float
+    place: Place | None = field(default=None, compare=False, repr=False)
+    value_place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class RateLimits:
+    """Limits of the velocities, accelerations or jerks of a robot: of single joints, and of `every` other joint."""
+
+    every: RateLimit | None = None
+    joints: Mapping[str, RateLimit] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class GripperDescription:
     """A gripper: a URDF of its own, at a pose in the frame of a mount link, or joints of the robot's URDF."""
 
@@ -159,6 +177,9 @@ class GripperDescription:
     touch_links: tuple[str, ...] = ()
     place: Place | None = field(default=None, compare=False, repr=False)
     pose: PoseDescription = PoseDescription()
+    force: float | None = None  # N, with which it holds: the sum of the normal forces; None: nothing slips
+    friction: float = FRICTION  # the coefficient between gripper and object
+    force_place: Place | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -202,9 +223,10 @@ class RobotDescription:
     """A robot as described in a scene file.
 
     `joints` are the planned joints; None: all movable joints except mimic joints and those of the gripper.
-    `limits` can only narrow the limits in the URDF. `analytic` is the place in the file that requests closed-form
-    inverse kinematics. `hulls` are links of which bounded predicates take open meshes as their convex hulls. A robot that
-    drives has the joints of its base before those in `joints`. What stands in the scene file wins over its SRDF file.
+    `limits` of positions and `velocity` can only narrow the limits in the URDF. `analytic` is the place in the file that
+    requests closed-form inverse kinematics. `hulls` are links of which bounded predicates take open meshes as their
+    convex hulls. A robot that drives has the joints of its base before those in `joints`. What stands in the scene file
+    wins over its SRDF file.
     """
 
     name: str
@@ -221,7 +243,10 @@ class RobotDescription:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     analytic: Place | None = field(default=None, compare=False, repr=False)
     hulls: tuple[str, ...] = ()
-    acceleration: Mapping[str, float] = field(default_factory=dict)
+    velocity: RateLimits = RateLimits()
+    acceleration: RateLimits = RateLimits()
+    jerk: RateLimits = RateLimits()
+    limit_places: Mapping[str, Place] = field(default_factory=dict, compare=False, repr=False)
     sensors: Mapping[str, SensorDescription] = field(default_factory=dict)
     drive: DriveDescription | None = None  # None: the base stands
     semantics: SemanticDescription | None = None  # of its SRDF file
@@ -258,4 +283,5 @@ class SceneDescription:
     allowed_contacts: tuple[tuple[str, str], ...]
     packages: Mapping[str, Path]
     path: Path
+    uncertain: Mapping[str, float] = field(default_factory=dict)  # m: errors of bodies' poses, of robots' tracking
     contact_places: tuple[Place, ...] = field(default=(), compare=False, repr=False)  # of the `allowed_contacts`

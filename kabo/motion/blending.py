@@ -1,10 +1,11 @@
-"""Paths with rounded corners: each corner becomes a parabola; parabolas of close corners may overlap, and add up.
+"""Paths with rounded corners: each corner becomes a blend; blends of close corners may overlap, and add up.
 
 Such a path can be followed without stopping [Kunz, Stilman 2012]. A path of straight pieces is its first direction
 and the turns d_i at its corners s_i, p(s) = p_0 + s u_0 + sum of d_i max(0, s - s_i). Here every max(0, s - s_i)
-is replaced by the parabola (s - s_i + a_i)^2 / 4 a_i between s_i - a_i and s_i + a_i. A single corner gives the
-usual blend of trim a_i; where several trims overlap the direction is still continuous, so the blend of a sharp
-corner between short, gently bending pieces may extend to the nearest corner where the motion stops.
+is replaced, between s_i - a_i and s_i + a_i, by 2 a_i (τ³ - τ⁴ / 2) with τ = (s - s_i + a_i) / 2 a_i, whose slope is
+the smoothstep 3 τ² - 2 τ³: so direction and curvature are continuous. A single corner gives a blend of trim a_i; where
+several trims overlap the path is still as smooth, so the blend of a sharp corner between short, gently bending pieces
+may extend to the nearest corner where the motion stops.
 
 Way points that lie on a line within a small tolerance are dropped first.
 """
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
+from kabo.motion.bernstein import MAX_DEGREE, bernstein, derivative, recentred, values
 
 MIN_PIECE_LENGTH = 1e-9  # [rad, L2]: shorter pieces are dropped
 POINT_ROUNDING = 1e-12  # [rad] of a point on the path
@@ -24,6 +26,7 @@ POINT_ROUNDING = 1e-12  # [rad] of a point on the path
 GENTLE_TURN = 0.6
 # Factors by which trims shrink in one step, where the path is too far from its corners.
 MIN_SHRINKING, MAX_SHRINKING = 0.5, 0.98
+CORNER_SHARE = 3.0 / 16  # a blend passes by its corner at this share of its trim and the norm of its turn
 
 
 @dataclass(frozen=True)
@@ -68,31 +71,39 @@ class Blended:
         return float(self.places[number])
 
     @cached_property
-    def _pieces(self) -> tuple[Array, Array, Array]:
-        """Position, first and second derivative (k, n) at the beginning of each of the k pieces between borders."""
-        begins, ends = self.borders[:-1], self.borders[1:]
+    def coefficients(self) -> Array:
+        """The pieces (k, n, 6) between borders, in powers of the parameter from the beginning of each.
+
+        On straight pieces all but the first two are exactly 0.
+        """
+        begins, middles = self.borders[:-1], (self.borders[:-1] + self.borders[1:]) / 2
         units, _ = self.directions
-        turns = np.diff(units, axis=0)
-        past = (begins + ends)[:, None] / 2 - self.places[1:-1]
-        trims = self.trims[1:-1]
-        after, inside = past >= trims, np.abs(past) < trims
-        since = begins[:, None] - self.places[1:-1]
-        wide = np.where(inside, trims, 1.0)
-        bent = np.where(inside, (since + wide) ** 2 / (4.0 * wide), np.where(after, since, 0.0))
-        slopes = np.where(inside, (since + wide) / (2.0 * wide), after)
-        q0 = self.corners[0] + begins[:, None] * units[0] + bent @ turns
-        q0[0] = self.corners[0]  # what blends that reach to the start leave there by rounding
-        return q0, units[0] + slopes @ turns, np.where(inside, 0.5 / wide, 0.0) @ turns
+        last = np.clip(
+            np.searchsorted(self.places, begins + MIN_PIECE_LENGTH, side="right") - 1, 0, len(units) - 1
+        )
+        found = np.zeros((len(begins), self.corners.shape[1], MAX_DEGREE + 1))
+        found[:, :, 0] = self.corners[last] + (begins - self.places[last])[:, None] * units[last]
+        found[:, :, 1] = units[last]
+        places, trims = self.places[1:-1], self.trims[1:-1]
+        low, high = (np.searchsorted(middles, places + side * trims) for side in (-1, 1))
+        corner = np.repeat(np.arange(len(places)), high - low)
+        piece = np.arange(len(corner)) - np.repeat(np.cumsum(high - low) - (high - low), high - low) + low[corner]
+        if len(corner):
+            bent = _bends(begins[piece] - places[corner], trims[corner], corner + 1 <= last[piece])
+            np.add.at(found, piece, bent[:, None, :] * np.diff(units, axis=0)[corner][:, :, None])
+        found[0, :, 0] = self.corners[0]  # what blends that reach to the start leave there by rounding
+        return found
+
+    @cached_property
+    def curved(self) -> NDArray[np.bool_]:
+        """Whether each of the k pieces between borders is part of a blend."""
+        return np.asarray(np.any(self.coefficients[:, :, 2:] != 0.0, axis=(1, 2)))
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
-        """The points (…, n) of the path at the parameters `places`, or its derivatives of order 1 or 2."""
-        q0, q1, q2 = self._pieces
+        """The points (…, n) of the path at the parameters `places`, or its derivatives."""
         s = np.asarray(places, np.float64)
-        k = np.clip(np.searchsorted(self.borders, s, side="right") - 1, 0, len(q0) - 1)
-        ds = (s - self.borders[k])[..., None]
-        if order == 0:
-            return np.asarray(q0[k] + ds * q1[k] + 0.5 * ds**2 * q2[k])
-        return np.asarray(q1[k] + ds * q2[k] if order == 1 else q2[k])
+        k = np.clip(np.searchsorted(self.borders, s, side="right") - 1, 0, len(self.coefficients) - 1)
+        return values(derivative(self.coefficients[k], order), (s - self.borders[k])[..., None])
 
     def straight(self, places: ArrayLike) -> Array:
         """The points (…, n) of the path without rounding of corners, at the parameters `places`."""
@@ -105,16 +116,38 @@ class Blended:
     def deviations(self) -> tuple[Array, Array]:
         """Parameters (k + 1,), and bounds (k,) of the distance from the straight pieces between adjacent parameters.
 
-        The difference of both is quadratic on each piece, so within the hull of its three control points.
+        The difference of both is a polynomial between parameters, so within the hull of its Bernstein coefficients.
         """
         cuts = np.unique(np.concatenate([self.borders, self.places]))
         low, high = cuts[:-1], cuts[1:]
-        middle = (low + high) / 2
-        ends = [np.linalg.norm(self.at(s) - self.straight(s), axis=1) for s in (low, high)]
-        control = 2.0 * (self.at(middle) - self.straight(middle)) - 0.5 * sum(
-            self.at(s) - self.straight(s) for s in (low, high)
-        )
-        return cuts, np.max([*ends, np.linalg.norm(control, axis=1)], axis=0)
+        middles = (low + high) / 2
+        k = np.clip(np.searchsorted(self.borders, middles, side="right") - 1, 0, len(self.coefficients) - 1)
+        units, _ = self.directions
+        own = np.clip(np.searchsorted(self.places, middles, side="right") - 1, 0, len(units) - 1)
+        shape = (len(low), self.corners.shape[1])
+        parts = recentred(self.coefficients[k], np.broadcast_to((low - self.borders[k])[:, None], shape))
+        parts[:, :, 0] -= self.corners[own] + (low - self.places[own])[:, None] * units[own]
+        parts[:, :, 1] -= units[own]
+        controls = bernstein(parts, np.broadcast_to((high - low)[:, None], shape))
+        return cuts, np.linalg.norm(controls, axis=1).max(axis=1)
+
+
+def _bends(since: Array, trims: Array, passed: NDArray[np.bool_]) -> Array:
+    """The coefficients (k, 6) of what replaces max(0, s - s_i), less s - s_i where the corner is passed.
+
+    Args:
+        since: s - s_i at the beginning of each piece (k,).
+        trims: a_i (k,).
+        passed: (k,) whether the corner was before the beginning.
+    """
+    t = (since + trims) / (2.0 * trims)
+    found = np.zeros((len(t), MAX_DEGREE + 1))
+    found[:, 0] = 2.0 * trims * (t**3 - 0.5 * t**4) - np.where(passed, since, 0.0)
+    found[:, 1] = 3.0 * t**2 - 2.0 * t**3 - passed
+    found[:, 2] = 3.0 * (t - t**2) / (2.0 * trims)
+    found[:, 3] = (1.0 - 2.0 * t) / (4.0 * trims**2)
+    found[:, 4] = -1.0 / (16.0 * trims**3)
+    return found
 
 
 def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None) -> Blended:
@@ -131,11 +164,11 @@ def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None
     if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= MIN_PIECE_LENGTH:
         raise ValueError("a path needs two corners, and neighbours that differ")
     units, lengths = _directions(points)
-    bend = np.linalg.norm(np.diff(units, axis=0), axis=1)  # a parabola passes by its corner at trim * bend / 4
+    bend = np.linalg.norm(np.diff(units, axis=0), axis=1)
     wanted = np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
     places = np.concatenate([[0.0], np.cumsum(lengths)])
     rests = np.concatenate([[True], wanted <= 0.0, [True]])
-    trims = np.minimum(_room(places, rests), 4.0 * deviation / np.maximum(bend, GENTLE_TURN)) * wanted
+    trims = np.minimum(_room(places, rests), deviation / CORNER_SHARE / np.maximum(bend, GENTLE_TURN)) * wanted
     while True:
         path = Blended(points, np.concatenate([[0.0], trims, [0.0]]))
         cuts, away = path.deviations

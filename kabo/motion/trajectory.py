@@ -1,17 +1,34 @@
 """The trajectory as data: polynomial pieces in time for each joint, beside the path that they follow."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
+from kabo.motion.bernstein import MAX_DEGREE, derivative, ranges, recentred, values
+from kabo.motion.following import place_on_path
 
-MAX_DEGREE = 5  # of a piece: position, velocity and acceleration at both of its ends determine it
+DECIMALS = 12  # of coefficients in plans
+TIME_DECIMALS = 9  # of times that are computed from others: whole microseconds stay whole
+# The longest pieces [s] by their degree, such that rounded coefficients change no value by more than 1e-10.
+MAX_SPANS = (256.0, 256.0, 8.0, 4.0, 2.0, 2.0)
+SAME_PLACE = 1e-9  # [rad or m]: two trajectories can be joined if their ends differ by less
 
 Coefficients = tuple[tuple[tuple[float, ...], ...], ...]
+Rows = tuple[tuple[float, ...], ...]
+
+
+class Samples(NamedTuple):
+    """A trajectory as a controller reads it: times (k,) [s], and for each time the values (k, n) of all joints."""
+
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
 
 
 @dataclass(frozen=True)
@@ -28,7 +45,7 @@ class Trajectory:
     """
 
     joints: tuple[str, ...]
-    waypoints: tuple[tuple[float, ...], ...]
+    waypoints: Rows
     times: tuple[float, ...]
     coefficients: Coefficients
     deviation: float = 0.0
@@ -41,13 +58,21 @@ class Trajectory:
 
         Velocities jump at way points: it is what plans of the format `kabo-plan/1` say, and no controller follows it.
         """
-        rows = tuple(tuple(map(float, row)) for row in waypoints)
+        rows = _rows(waypoints)
         steps = list(zip(rows, rows[1:], times, times[1:], strict=False))
         pieces = tuple(
             tuple((a, (b - a) / (t1 - t0)) for a, b in zip(row, after, strict=True))
             for row, after, t0, t1 in steps
         )
         return cls(tuple(joints), rows, tuple(map(float, times)), pieces)
+
+    @classmethod
+    def of_arrays(
+        cls, joints: Sequence[str], waypoints: ArrayLike, times: ArrayLike, padded: Array, deviation: float = 0.0
+    ) -> "Trajectory":
+        """The motion from arrays: way points (m, n), times (k + 1,), coefficients (k, n, 6)."""
+        times = tuple(map(float, np.asarray(times, np.float64)))
+        return cls(tuple(joints), _rows(waypoints), times, _trimmed(padded), float(deviation))
 
     @property
     def duration(self) -> float:
@@ -63,6 +88,11 @@ class Trajectory:
                 found[k, j, : len(own)] = own
         return found
 
+    @property
+    def spans(self) -> Array:
+        """The durations (k,) of the pieces [s]."""
+        return np.diff(self.times)
+
     def at(self, times: ArrayLike, order: int = 0) -> Array:
         """The values (…, n) of the joints at `times` [s], or their derivatives of the given order.
 
@@ -72,12 +102,155 @@ class Trajectory:
         clipped = np.clip(wanted, self.times[0], self.times[-1])
         knots = np.asarray(self.times)
         k = np.clip(np.searchsorted(knots, clipped, side="right") - 1, 0, len(self.coefficients) - 1)
-        c = self.padded[k]
-        for _ in range(order):
-            c = c[..., 1:] * np.arange(1, c.shape[-1])
-        local = (clipped - knots[k])[..., None]
-        value = np.zeros(c.shape[:-1])
-        for power in range(c.shape[-1] - 1, -1, -1):
-            value = value * local + c[..., power]
+        value = values(derivative(self.padded[k], order), (clipped - knots[k])[..., None])
         outside = (wanted < self.times[0]) | (wanted > self.times[-1])
         return np.where(outside[..., None] & (order > 0), 0.0, value)
+
+    def sampled(self, rate: float) -> Samples:
+        """Times, positions, velocities and accelerations `rate` times a second [Hz], from the beginning to the end.
+
+        The last sample is the end of the motion: its distance from the one before may be shorter.
+
+        Raises:
+            ValueError: the rate is not positive.
+        """
+        if not rate > 0.0:
+            raise ValueError(f"a rate of samples must be positive, not {rate} Hz")
+        steps = np.arange(np.ceil(self.duration * rate - 1e-9))
+        times = np.append(self.times[0] + steps / rate, self.times[-1])
+        return Samples(times, *(self.at(times, order) for order in range(3)))
+
+    def bounds(self, order: int = 0, *, halvings: int = 3) -> tuple[Array, Array]:
+        """The least and the greatest value (n,) of each joint over the whole motion, or of a derivative.
+
+        They are bounds by Bernstein coefficients: the true range is within them, and they are wider by little. With more
+        `halvings` of the pieces they are tighter.
+        """
+        low, high = self.piece_bounds(order, halvings=halvings)
+        return low.min(axis=0), high.max(axis=0)
+
+    def piece_bounds(self, order: int = 0, *, halvings: int = 3) -> tuple[Array, Array]:
+        """As `bounds`, (pieces, n) for each piece."""
+        durations = np.broadcast_to(self.spans[:, None], self.padded.shape[:2])
+        return ranges(derivative(self.padded, order), durations, halvings=halvings)
+
+    def shifted(self, seconds: float) -> "Trajectory":
+        """The same motion, `seconds` later."""
+        return replace(self, times=tuple(round(t + seconds, TIME_DECIMALS) for t in self.times))
+
+    def scaled(self, factor: float) -> "Trajectory":
+        """The same motion, slower by `factor` (faster below 1), from the same beginning.
+
+        Raises:
+            ValueError: the factor is not positive.
+        """
+        if not factor > 0.0:
+            raise ValueError(f"a factor of time must be positive, not {factor}")
+        start = self.times[0]
+        times = tuple(start + (t - start) * factor for t in self.times)
+        padded = self.padded / factor ** np.arange(MAX_DEGREE + 1)
+        return replace(self, times=times, coefficients=_trimmed(padded))
+
+    def reversed(self) -> "Trajectory":
+        """The motion back, in the same span of time."""
+        signs = (-1.0) ** np.arange(MAX_DEGREE + 1)
+        back = recentred(self.padded, np.broadcast_to(self.spans[:, None], self.padded.shape[:2])) * signs
+        ends = self.times[0] + self.times[-1]
+        times = tuple(round(ends - t, TIME_DECIMALS) for t in self.times[::-1])
+        return replace(self, waypoints=self.waypoints[::-1], times=times, coefficients=_trimmed(back[::-1]))
+
+    def split(self, time: float) -> tuple["Trajectory", "Trajectory"]:
+        """The motion until `time` [s] and the motion from then on; each follows its part of the path.
+
+        Raises:
+            ValueError: the time is not between the beginning and the end.
+        """
+        if not self.times[0] < time < self.times[-1]:
+            raise ValueError(f"no time between {self.times[0]} s and {self.times[-1]} s: {time} s")
+        k = int(np.searchsorted(self.times, time, side="left"))
+        on_border = self.times[k] == time
+        inner = k if on_border else k - 1
+        later = self.padded[inner:].copy()
+        if not on_border:
+            later[0] = recentred(later[0], np.full(len(self.joints), time - self.times[inner]))
+        index, place = place_on_path(self.padded, np.asarray(self.times), np.asarray(self.waypoints), time)
+        first, second = self.waypoints[: index + 1], self.waypoints[index + 1 :]
+        point = tuple(map(float, place))
+        before = replace(
+            self,
+            waypoints=first if first[-1] == point and len(first) > 1 else (*first, point),
+            times=(*self.times[:k], float(time)),
+            coefficients=self.coefficients[:k],
+        )
+        after = replace(
+            self,
+            waypoints=second if second[0] == point and len(second) > 1 else (point, *second),
+            times=(float(time), *self.times[k + on_border :]),
+            coefficients=_trimmed(later),
+        )
+        return before, after
+
+    def joined(self, other: "Trajectory") -> "Trajectory":
+        """This motion and then another one of the same joints, which begins when and where this one ends.
+
+        Velocities and accelerations are not compared: both may rest there, or pass.
+
+        Raises:
+            ValueError: joints differ, or time or place of the border.
+        """
+        if self.joints != other.joints:
+            raise ValueError(f"motions of different joints: {self.joints} and {other.joints}")
+        if abs(self.times[-1] - other.times[0]) > SAME_PLACE:
+            raise ValueError(
+                f"one motion ends at {self.times[-1]} s and the other begins at {other.times[0]} s; `shifted` moves it"
+            )
+        end = np.array([values(own, self.spans[-1]) for own in self.padded[-1]])
+        apart = float(np.abs(end - other.padded[0, :, 0]).max(initial=0.0))
+        if apart > SAME_PLACE:
+            raise ValueError(f"the second motion begins {apart:.2g} rad or m away from the end of the first")
+        same = self.waypoints[-1] == other.waypoints[0]
+        return replace(
+            self,
+            waypoints=self.waypoints + other.waypoints[same:],
+            times=self.times + other.times[1:],
+            coefficients=self.coefficients + other.coefficients,
+            deviation=max(self.deviation, other.deviation),
+        )
+
+    def rounded(self) -> "Trajectory":
+        """The motion as plans keep it: coefficients with 12 decimals, in pieces that are short enough for this.
+
+        Position, velocity and acceleration at borders of pieces stay equal to about 1e-10.
+        """
+        times, padded = short_pieces(np.asarray(self.times), self.padded)
+        return replace(self, times=tuple(map(float, times)), coefficients=_trimmed(np.round(padded, DECIMALS)))
+
+
+def short_pieces(times: Array, padded: Array) -> tuple[Array, Array]:
+    """Times (k + 1,) and coefficients (k, n, 6) with long pieces cut: none is longer than its degree permits."""
+    spans = np.diff(times)
+    degrees = np.array([np.flatnonzero(np.any(piece != 0.0, axis=0)).max(initial=0) for piece in padded])
+    counts = np.ceil(spans / np.asarray(MAX_SPANS)[degrees]).astype(int)
+    if counts.max(initial=1) <= 1:
+        return times, padded
+    inner = [
+        np.round(np.linspace(0.0, span, count + 1)[:-1], 6) for span, count in zip(spans, counts, strict=True)
+    ]
+    which = np.repeat(np.arange(len(spans)), counts)
+    delays = np.concatenate(inner)
+    knots = np.append(np.round(times[which] + delays, TIME_DECIMALS), times[-1])
+    return knots, recentred(padded[which], np.broadcast_to(delays[:, None], (len(which), padded.shape[1])))
+
+
+def _rows(waypoints: ArrayLike) -> Rows:
+    return tuple(map(tuple, np.asarray(waypoints, np.float64).tolist()))
+
+
+def _trimmed(padded: Array) -> Coefficients:
+    """Coefficients (k, n, 6) as tuples without zeros at the end; the first one always stays."""
+    lengths = np.where(padded[..., 1:] != 0.0, np.arange(2, padded.shape[-1] + 1), 1).max(axis=-1)
+    rows = (padded + 0.0).tolist()  # no negative zeros
+    return tuple(
+        tuple(tuple(own[:length]) for own, length in zip(piece, counts, strict=True))
+        for piece, counts in zip(rows, lengths.tolist(), strict=True)
+    )

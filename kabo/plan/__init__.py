@@ -1,6 +1,6 @@
 """The plan room: a plan as data, its canonical file, its statistics, and its views as policy, as tree and as text.
 
-It depends only on the format `kabo-plan/1` (docs/reference/plans.md): not on how a plan was made, nor on whether it is
+It depends only on the format `kabo-plan/2` (docs/reference/plans.md): not on how a plan was made, nor on whether it is
 valid. Searches build plans with `PlanBuilder`, which merges nodes with equal content and continuation.
 """
 
@@ -22,10 +22,19 @@ from kabo.plan.policies import Decision, Observation, Policy, policy
 from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
+from kabo.plan.trajectory_json import trajectory_from_json, trajectory_to_json
 from kabo.plan.unfolding import unfold
-from kabo.plan.writing import learned_json, node_to_json, plan_hash, plan_to_json, write_plan
+from kabo.plan.writing import (
+    READABLE_FORMATS,
+    learned_json,
+    node_to_json,
+    plan_hash,
+    plan_to_json,
+    write_plan,
+)
 
 __all__ = [
+    "READABLE_FORMATS",
     "BodyParts",
     "Certificate",
     "Clearance",
@@ -57,6 +66,8 @@ __all__ = [
     "policy",
     "schema",
     "topological_order",
+    "trajectory_from_json",
+    "trajectory_to_json",
     "unfold",
     "write_plan",
 ]

@@ -1,4 +1,4 @@
-"""Reads the file of a plan; all errors in its form are reported at once, each with its JSON path.
+"""Reads the file of a plan, of either format: all errors in its form are reported at once, each with its JSON path.
 
 Only the form is checked here. The verifier judges whether ids exist, branches are complete, and motions fit their
 actions.
@@ -21,7 +21,8 @@ from kabo.plan.plan import (
     StateChange,
     ValueOf,
 )
-from kabo.plan.writing import FORMAT
+from kabo.plan.trajectory_json import trajectory_from_json
+from kabo.plan.writing import FORMAT, READABLE_FORMATS
 
 _LOG = logging.getLogger("kabo.plan")
 _ID = re.compile(r"n(0|[1-9][0-9]*)")
@@ -70,8 +71,6 @@ def _plan(place: JsonValue) -> Plan:
     fields = place.fields(
         ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps")
     )
-    if "format" in fields and fields["format"].value != FORMAT:
-        fields["format"].add_finding(f'expected "{FORMAT}"', "this file is of another version, or no plan")
     problem = fields["problem"].fields(("name", "files"))
     nodes = fields["nodes"].mapping()
     if not nodes and isinstance(fields["nodes"].value, dict):
@@ -79,7 +78,7 @@ def _plan(place: JsonValue) -> Plan:
     for name, node in nodes.items():
         if not _ID.fullmatch(name):
             node.add_finding(f'"{name}" is no node id', "ids are n0, n1, …")
-    return Plan(
+    plan = Plan(
         problem=problem["name"].text(),
         files={name: _hash(value) for name, value in problem["files"].mapping().items()},
         options=_options(fields["options"]),
@@ -89,6 +88,16 @@ def _plan(place: JsonValue) -> Plan:
         certificate=certificate_from_json(fields["certificate"]) if "certificate" in fields else None,
         certificate_gaps=_gaps(fields) if "certificate_gaps" in fields else (),
     )
+    if "format" in fields:
+        _check_format(fields["format"], plan)
+    return plan
+
+
+def _check_format(place: JsonValue, plan: Plan) -> None:
+    if place.value not in READABLE_FORMATS:
+        place.add_finding(f'expected "{FORMAT}"', "this file is of another version, or no plan")
+    elif place.value != FORMAT and any(s.trajectory for node in plan.nodes.values() for s in node.motion):
+        place.add_finding(f'"trajectory" is a key of "{FORMAT}"', "write this format, or leave the key out")
 
 
 def _gaps(fields) -> tuple[str, ...]:  # type: ignore[no-untyped-def]
@@ -211,7 +220,7 @@ def _argument(place: JsonValue) -> str | float | ValueOf:
 
 
 def _segment(place: JsonValue) -> Segment:
-    fields = place.fields((*_SEGMENT, "constraint"), ("grants",))
+    fields = place.fields((*_SEGMENT, "constraint"), ("grants", "trajectory"))
     joints = tuple(entry.text() for entry in fields["joints"].items(1))
     rows = fields["waypoints"].items(2)
     times = fields["times"].items(2)
@@ -220,12 +229,14 @@ def _segment(place: JsonValue) -> Segment:
     for time in times:
         if time.number() < 0:
             time.add_finding("a time is never negative")
+    waypoints = tuple(tuple(value.number() for value in row.items(exactly=len(joints))) for row in rows)
+    seconds = tuple(time.number() for time in times)
     attached = [entry.fields(("object", "to")) for entry in fields["attach"].items()]
     return Segment(
         robot=fields["robot"].text(),
         joints=joints,
-        waypoints=tuple(tuple(value.number() for value in row.items(exactly=len(joints))) for row in rows),
-        times=tuple(time.number() for time in times),
+        waypoints=waypoints,
+        times=seconds,
         procedure=fields["procedure"].text(),
         stage=fields["stage"].text_or_null(),
         attach=tuple((entry["object"].text(), entry["to"].text()) for entry in attached),
@@ -233,6 +244,11 @@ def _segment(place: JsonValue) -> Segment:
         allowed_contacts=tuple(_pair(entry) for entry in fields["allowed_contacts"].items()),
         constraint=fields["constraint"].text_or_null(),
         grants=tuple(_grant(entry) for entry in fields["grants"].items(1)) if "grants" in fields else (),
+        trajectory=(
+            trajectory_from_json(fields["trajectory"], joints, waypoints, seconds)
+            if "trajectory" in fields
+            else None
+        ),
     )
 
 

@@ -1,4 +1,4 @@
-"""The JSON Schemas of the formats, shipped with the package: `kabo-plan-1`, `kabo-result-1`, `kabo-explain-1`."""
+"""The JSON Schemas of the formats, shipped with the package: `kabo-plan-2`, `kabo-result-1` and others."""
 
 import json
 from importlib import resources
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def schema(name: str) -> dict[str, Any]:
-    """The JSON Schema of a format, such as `kabo-plan-1`.
+    """The JSON Schema of a format, such as `kabo-plan-2`.
 
     Raises:
         FileNotFoundError: kabo has no format of this name.

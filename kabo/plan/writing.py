@@ -1,8 +1,9 @@
 """The canonical file of a plan: equal plans have equal bytes, so that hashes tell whether two plans are the same.
 
 Keys are sorted; there are no blanks, and one line feed at the end. Numbers are written as by Python's `repr`,
-joint values rounded to 1e-9 and times to 1e-6, never as -0.0 or NaN (docs/reference/plans.md). A plan is rounded before it
-is verified, so that the verifier reads the same numbers as executors.
+joint values rounded to 1e-9, times to 1e-6 and coefficients to 1e-12, never as -0.0 or NaN
+(docs/reference/plans.md). A plan is rounded before it is verified, so that the verifier reads the same numbers as
+executors.
 """
 
 import hashlib
@@ -15,10 +16,12 @@ from typing import Any
 
 from kabo.plan.certificate_json import certificate_to_json
 from kabo.plan.plan import Learned, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
+from kabo.plan.trajectory_json import TIME_DECIMALS, rounded_trajectory, trajectory_to_json
 from kabo.whole_files import write_atomically
 
-FORMAT = "kabo-plan/1"
-JOINT_DECIMALS, TIME_DECIMALS, LEARNED_DIGITS = 9, 6, 9
+FORMAT = "kabo-plan/2"
+READABLE_FORMATS = ("kabo-plan/1", FORMAT)  # in the first, segments have no trajectory
+JOINT_DECIMALS, LEARNED_DIGITS = 9, 9
 
 
 def plan_to_json(plan: Plan) -> bytes:
@@ -50,7 +53,7 @@ def canonical(value: Any) -> bytes:
 
 
 def rounded(node: Node) -> Node:
-    """The node with its numbers rounded as in a file: joints to 1e-9, times to 1e-6, no negative zeros."""
+    """The node with its numbers rounded as in a file: joints to 1e-9, times to 1e-6, coefficients to 1e-12."""
     after = None if node.after is None else rounded_state(node.after)
     arguments = {name: _argument(value) for name, value in node.arguments.items()}
     motion, overlap = tuple(map(_rounded_segment, node.motion)), _number(node.overlap, TIME_DECIMALS)
@@ -130,7 +133,10 @@ def _rounded_pose(pose: ObjectPose) -> ObjectPose:
 
 def _rounded_segment(segment: Segment) -> Segment:
     waypoints = tuple(tuple(_number(value, JOINT_DECIMALS) for value in row) for row in segment.waypoints)
-    return replace(segment, waypoints=waypoints, times=tuple(_number(t, TIME_DECIMALS) for t in segment.times))
+    times = tuple(_number(t, TIME_DECIMALS) for t in segment.times)
+    own = segment.trajectory
+    trajectory = None if own is None else rounded_trajectory(own, waypoints)
+    return replace(segment, waypoints=waypoints, times=times, trajectory=trajectory)
 
 
 def _argument_json(value: str | float | ValueOf) -> Any:
@@ -139,18 +145,23 @@ def _argument_json(value: str | float | ValueOf) -> Any:
 
 def _segment_json(segment: Segment) -> dict[str, Any]:
     grants = [{"kind": each.kind, "bodies": list(each.bodies), "by": each.by} for each in segment.grants]
-    return ({"grants": grants} if grants else {}) | {
-        "robot": segment.robot,
-        "joints": list(segment.joints),
-        "waypoints": [list(row) for row in segment.waypoints],
-        "times": list(segment.times),
-        "procedure": segment.procedure,
-        "stage": segment.stage,
-        "attach": [{"object": name, "to": link} for name, link in segment.attach],
-        "detach": list(segment.detach),
-        "allowed_contacts": [list(pair) for pair in segment.allowed_contacts],
-        "constraint": segment.constraint,
-    }
+    motion = {} if segment.trajectory is None else {"trajectory": trajectory_to_json(segment.trajectory)}
+    return (
+        motion
+        | ({"grants": grants} if grants else {})
+        | {
+            "robot": segment.robot,
+            "joints": list(segment.joints),
+            "waypoints": [list(row) for row in segment.waypoints],
+            "times": list(segment.times),
+            "procedure": segment.procedure,
+            "stage": segment.stage,
+            "attach": [{"object": name, "to": link} for name, link in segment.attach],
+            "detach": list(segment.detach),
+            "allowed_contacts": [list(pair) for pair in segment.allowed_contacts],
+            "constraint": segment.constraint,
+        }
+    )
 
 
 def _robots_json(robots: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from kabo.meshes import Mesh, Rounding, load_mesh
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
 from kabo.scene.inner_meshes import inner_mesh
+from kabo.scene.motion_limits import motion_limits
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
 from kabo.scene.sensors import Sensor, beyond_angle
@@ -49,6 +50,7 @@ __all__ = [
     "load_mesh",
     "load_scene",
     "mesh_of",
+    "motion_limits",
     "one_mesh",
     "structure_of",
     "with_hulls",

@@ -9,11 +9,12 @@ from kabo.language.files import geometry_files
 from kabo.language.scene_description import SceneDescription
 from kabo.meshes import FORMATS, load_mesh, outwards, units_warning
 from kabo.scene.elements import Element
+from kabo.scene.holding import weak_grippers
 from kabo.scene.scene import Scene, load_scene
 
 
 def findings_in_scene(description: SceneDescription, scene: Scene | None = None) -> tuple[Diagnostic, ...]:
-    """The errors of loading a scene; if there are none, warnings about sizes and about meshes that are inside out.
+    """The errors of loading a scene; if there are none, warnings about sizes, turned meshes, weak grippers.
 
     `scene` is the loaded scene; None loads it.
     """
@@ -21,7 +22,11 @@ def findings_in_scene(description: SceneDescription, scene: Scene | None = None)
         scene = scene or load_scene(description)
     except InputError as error:
         return error.diagnostics
-    return (*_unit_warnings(scene, description), *_turned_warnings(scene, description))
+    return (
+        *_unit_warnings(scene, description),
+        *_turned_warnings(scene, description),
+        *weak_grippers(scene, description),
+    )
 
 
 def _turned_warnings(scene: Scene, description: SceneDescription) -> Iterator[Diagnostic]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kabo.arrays import Array
 from kabo.displays import counted
 from kabo.language.formulas import Place
-from kabo.language.scene_description import Feature, RobotDescription
+from kabo.language.scene_description import FRICTION, Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, one_mesh
@@ -56,6 +56,12 @@ class Gripper:
     open: Mapping[str, float]
     closed: Mapping[str, float]
     touch_links: tuple[str, ...]
+    force: float | None = None  # [N], the sum of the normal forces on what it holds; None: nothing slips
+    friction: float = FRICTION
+
+    def greatest_acceleration(self, mass: float | None) -> float | None:
+        """The greatest norm of acceleration minus gravity with which it holds a mass [kg], in m/s²; None: any."""
+        return None if self.force is None or mass is None else self.friction * self.force / mass
 
 
 @dataclass(frozen=True)
@@ -101,11 +107,12 @@ class Robot:
     configurations: Mapping[str, tuple[float, ...]]
     inverse_kinematics: str = "automatic"  # analytic where the axes allow it; or one of both
     hulls: tuple[str, ...] = ()
-    acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
+    acceleration: Mapping[str, float] = field(default_factory=dict)  # of some joints [rad/s2 or m/s2]
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     drive: Drive | None = None  # how the base drives, whose values are then the first; None: it stands
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of links that may touch
     groups: Groups = field(default_factory=lambda: Groups({}, {}))  # of its SRDF
+    jerk: Mapping[str, float] = field(default_factory=dict)  # of some joints [rad/s3 or m/s3]
 
     def __post_init__(self) -> None:
         """Registers the robot under a new index."""

@@ -105,6 +105,10 @@ class Scene:
     start: GeometricState
     files: Mapping[Path, str]
     mates: Mapping[str, Mate] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)  # [m] of a body's pose, of any point of a robot
+    description: SceneDescription | None = field(
+        default=None, compare=False, repr=False
+    )  # that it was loaded from
     memory: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
@@ -280,6 +284,8 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         start,
         _hashes(loader.files),
         description.mates,
+        description.uncertain,
+        description,
     )
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import DriveDescription, GripperDescription, RobotDescription
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
+from kabo.scene.joint_limits import MAX_VELOCITY, joint_rates
 from kabo.scene.robot_semantics import with_groups, with_semantics
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.semantics import Groups
@@ -24,10 +25,7 @@ from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 from kabo.scene.urdf_files.native_messages import names_in, with_messages
 
-V = TypeVar("V")
-
 CONTINUOUS_JOINT_LIMIT = 2.0 * math.pi  # [rad] of a continuous joint, to either side
-DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where a URDF gives no velocity limit
 
 
 def load_robot(
@@ -154,7 +152,8 @@ def _assemble(
         kinds.append(kind_axis[0])
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
-    tree = _tree(model, kinds, turns, actuation, names, _named(description, description.limits, names, "limits"))
+    rates = joint_rates(description, names, len(planned), _velocities(model, names))
+    tree = _tree(model, kinds, turns, actuation, description.limits, rates.velocity)
     links = _links(model, turns, elements, places)
     return Robot(
         description.name,
@@ -169,8 +168,9 @@ def _assemble(
         full_configurations(description, len(planned)),
         description.inverse_kinematics,
         description.hulls,
-        _named(description, description.acceleration, names, "accelerations"),
+        rates.acceleration,
         sensors_of(description, links),
+        jerk=rates.jerk,
     )
 
 
@@ -220,8 +220,8 @@ def _tree(
     kinds: list[int],
     turns: list[Array],
     actuation: Actuation,
-    names: tuple[str, ...],
     limits: Mapping[str, tuple[float, float]],
+    speeds: Mapping[str, float],
 ) -> KinematicTree:
     placement = np.zeros((model.njoints, 12))
     placement[0, [0, 4, 8]] = 1.0
@@ -229,16 +229,14 @@ def _tree(
         parent, pose = model.parents[j], model.jointPlacements[j]
         placement[j, :9] = (turns[parent].T @ pose.rotation @ turns[j]).ravel()
         placement[j, 9:] = turns[parent].T @ pose.translation
-    lower, upper, velocity = (np.empty(len(names)) for _ in range(3))
-    for i, name in enumerate(names):
+    lower, upper = np.empty(len(speeds)), np.empty(len(speeds))
+    for i, name in enumerate(speeds):
         joint = model.joints[model.getJointId(name)]
         endless = joint.nq > 1
         lower[i] = -CONTINUOUS_JOINT_LIMIT if endless else model.lowerPositionLimit[joint.idx_q]
         upper[i] = CONTINUOUS_JOINT_LIMIT if endless else model.upperPositionLimit[joint.idx_q]
         low, high = limits.get(name, (lower[i], upper[i]))
         lower[i], upper[i] = max(lower[i], low), min(upper[i], high)
-        speed = float(model.velocityLimit[joint.idx_v])
-        velocity[i] = speed if 0.0 < speed < 1e6 else DEFAULT_VELOCITY
     return KinematicTree(
         np.array(list(model.parents), dtype=np.int64),
         np.array(kinds, dtype=np.int64),
@@ -248,18 +246,14 @@ def _tree(
         placement,
         lower,
         upper,
-        velocity,
+        np.array(list(speeds.values()), np.float64),
     )
 
 
-def _named(
-    description: RobotDescription, values: Mapping[str, V], names: tuple[str, ...], what: str
-) -> Mapping[str, V]:
-    """The values by joint name; InputError if one of the joints is not the robot's."""
-    for name in values:
-        if name not in names:
-            raise refusal(description.place, f'unknown joint "{name}" in the {what}', did_you_mean(name, names))
-    return values
+def _velocities(model: Any, names: tuple[str, ...]) -> dict[str, float | None]:
+    """The velocity limits of the URDF by joint; None where it has none."""
+    speeds = {name: float(model.velocityLimit[model.joints[model.getJointId(name)].idx_v]) for name in names}
+    return {name: speed if 0.0 < speed < MAX_VELOCITY else None for name, speed in speeds.items()}
 
 
 def _tool(description: RobotDescription, links: Mapping[str, Link]) -> Tool | None:
@@ -283,7 +277,7 @@ def _gripper(description: RobotDescription, joints: tuple[str, ...], links: Mapp
         if name not in joints:
             raise refusal(gripper.place, f'unknown joint "{name}" of the gripper', did_you_mean(name, joints))
     touch = tuple(f"{description.name}.{link}" for link in gripper.touch_links)
-    return Gripper(joints, gripper.open, gripper.closed, touch)
+    return Gripper(joints, gripper.open, gripper.closed, touch, gripper.force, gripper.friction)
 
 
 def _check_configurations(description: RobotDescription, robot: Robot) -> None:

@@ -27,7 +27,7 @@ from kabo.tasks.files.running import located_at_stage
 from kabo.tasks.learned import learned_in
 from kabo.tasks.records import FORESEEN, Records, Where
 from kabo.tasks.refusals import Refusals
-from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
+from kabo.tasks.robots import RobotStage, TaskScene, changed, found_motion
 
 Observe = Callable[[Stage, Refused], None]
 
@@ -202,7 +202,7 @@ class GeometricProcedures:
         if len(self._asked) > MAX_CACHED_TASKS:
             del self._asked[next(iter(self._asked))]
         for solution in found[len(asked.successes) :]:
-            motion = segments(solution, self.scene, call.procedure)
+            motion = found_motion(solution, self.scene, call.procedure)
             movable = asked.refusals.movable(self.scene)
             learned = _opened(solution, self.bind(call))
             asked.successes.append(Success(motion, changed(solution), movable, learned))

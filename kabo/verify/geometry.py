@@ -19,7 +19,9 @@ from kabo.verify.motion.motions import check_motion
 from kabo.verify.motion.overlaps import Motion, all_meetings, check_overlaps, sharing_time
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import check_start
+from kabo.verify.motion.trajectories.figures import TrajectoryFigures
 from kabo.verify.report import Finding
+from kabo.verify.scene_alone import SceneAlone
 
 _LOG = logging.getLogger("kabo.verify")
 
@@ -43,7 +45,8 @@ def check_geometry(
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
-    findings = [*check_start(components), *_check_statements(plan, scene)]
+    anywhere = isinstance(problem, SceneAlone)
+    findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     if findings:
         return files, findings, {}, []
     motions, together = 0, sharing_time(plan)
@@ -62,7 +65,10 @@ def check_geometry(
     wrong, certificate = check_certificate(plan, world, order, tally.stretches, meetings, paranoid=paranoid)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
     proven = {"certificate": certificate, "certificate_gaps": plan.certificate_gaps}
-    return files, [*findings, *wrong], {**figures, **proven}, [*_epsilon(problem, plan), *calls.notes()]
+    told = {**figures, **proven, "trajectories": tally.trajectories.report()}
+    findings += _untimed(plan, tally.trajectories)
+    notes = [*_epsilon(problem, plan), *tally.trajectories.notes(), *calls.notes()]
+    return files, [*findings, *wrong], told, notes
 
 
 def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
@@ -71,6 +77,18 @@ def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
     if not any(s.grants for s in segments) and any(unstated(s, scene, frozenset()) for s in segments):
         text = "the plan does not say what grants its contacts (`grants`): it is of an older kabo; make it anew"
         yield Finding(None, text)
+
+
+def _untimed(plan: Plan, figures: TrajectoryFigures) -> Iterator[Finding]:
+    """The findings about segments without a trajectory in a plan in which others have one."""
+    if not figures.followed:
+        return
+    for name, node in plan.nodes.items():
+        for i, segment in enumerate(node.motion):
+            if segment.trajectory is None:
+                yield Finding(
+                    name, f"segment {i} has no trajectory, others of the plan have one", segment.times[0]
+                )
 
 
 def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:

@@ -5,6 +5,7 @@ from typing import Any
 
 from kabo.displays import bullets, counted, display, shortened
 from kabo.verify.certificate_report import CertificateReport
+from kabo.verify.trajectory_report import TrajectoryReport
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ class Report:
         least: the least distance that was measured between a moving body and any other body, and where.
         certificate: the result of checking the plan's certificate; None without one.
         certificate_gaps: why the plan has no certificate, although one was requested.
+        trajectories: how much of each limit the trajectories use, and how far they deviate; None if there are none.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -134,6 +136,7 @@ class Report:
     least: Least | None = None
     certificate: CertificateReport | None = None
     certificate_gaps: tuple[str, ...] = ()
+    trajectories: TrajectoryReport | None = None
 
     @property
     def ok(self) -> bool:
@@ -189,6 +192,7 @@ class Report:
             "motions": self.motions,
             "pairs": self.pairs,
             "distances": self.distances,
+            "trajectories": None if self.trajectories is None else self.trajectories.to_dict(),
             "least_distance": None if self.least is None else self.least.to_dict(),
             "certificate": None if self.certificate is None else self.certificate.to_dict(),
             "certificate_gaps": list(self.certificate_gaps),
@@ -212,6 +216,8 @@ class Report:
             first, second = self.least.bodies
             where = f"{first} and {second}, {self.least.node} at {self.least.time:.3f} s"
             lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm ({where})")
+        if self.trajectories is not None:
+            lines.extend(self.trajectories.lines())
         if self.certificate is not None:
             lines.extend(self.certificate.lines())
         elif self.certificate_gaps:

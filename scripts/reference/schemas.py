@@ -12,8 +12,9 @@ Schema = dict[str, Any]
 
 
 def sections() -> str:
-    """A section for each schema: its keys, and those of each definition."""
-    return "\n\n" + "\n\n".join(section(path) for path in sorted(FOLDER.glob("*.schema.json"))) + "\n\n"
+    """A section for the newest schema of each name: its keys, and those of each definition."""
+    newest = {path.name.split(".")[0].rsplit("-", 1)[0]: path for path in sorted(FOLDER.glob("*.schema.json"))}
+    return "\n\n" + "\n\n".join(map(section, newest.values())) + "\n\n"
 
 
 def section(path: Path) -> str:

@@ -64,7 +64,7 @@ def test_the_pages_example_is_planned_shown_and_compared_as_it_says(tmp_path):
     refused = PAGE.split("is to blame")[1].split("```")[1].strip()
     assert refused in done[2].stdout
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
-    assert json.loads((tmp_path / "report.json").read_text())["format"] == "kabo-task/1"
+    assert json.loads((tmp_path / "report.json").read_text())["format"] == "kabo-task/2"
     assert re.search(r"^go$", done[5].stdout, re.MULTILINE) and "*" in done[5].stdout
 
     (tmp_path / "example.py").write_text(f"{own}\n{example}")

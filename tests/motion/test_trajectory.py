@@ -1,8 +1,26 @@
-"""Tests of the trajectory as data."""
+"""Tests of the trajectory as data, and of what can be done with it."""
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from kabo.motion import Trajectory
+from kabo.motion import MotionLimits, Trajectory, timed_path
+
+SEEDS = st.integers(0, 10**6)
+
+
+def random_motion(seed):
+    """A motion along random corners, from 0.25 s on, and its limits."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    limits = MotionLimits.of(*(rng.uniform(0.5, 1.5, n) * k for k in (1.0, 5.0, 60.0)))
+    made = timed_path(rng.normal(size=(4, n)), limits)
+    return made.trajectory([f"j{i}" for i in range(n)], start=0.25), limits
+
+
+def everywhere(motion, count=500):
+    return np.linspace(motion.times[0], motion.times[-1], count)
 
 
 def test_a_linear_trajectory_passes_its_way_points_at_their_times():
@@ -12,3 +30,95 @@ def test_a_linear_trajectory_passes_its_way_points_at_their_times():
     )
     assert np.allclose(made.at([0.5, 2.0, 9.0], 1), [(0.5, 0), (0, -1), (0, 0)])
     assert made.duration == 3.0
+
+
+@given(SEEDS, st.floats(0.001, 0.999))
+def test_both_parts_of_a_motion_joined_again_are_the_motion(seed, share):
+    whole, _ = random_motion(seed)
+    time = whole.times[0] + share * whole.duration
+    first, second = whole.split(time)
+    assert first.times[-1] == second.times[0] == time
+    assert first.waypoints[-1] == second.waypoints[0]
+    assert np.allclose(first.waypoints[-1], whole.at(time), atol=1e-8)
+    for order in range(3):
+        assert np.allclose(
+            first.joined(second).at(everywhere(whole), order), whole.at(everywhere(whole), order), atol=1e-9
+        )
+    inner = [row for row in first.joined(second).waypoints if row != first.waypoints[-1]]
+    assert inner == [row for row in whole.waypoints if row != first.waypoints[-1]]
+
+
+@given(SEEDS)
+def test_a_motion_reversed_is_where_the_motion_was_at_the_mirrored_time(seed):
+    whole, _ = random_motion(seed)
+    back, times = whole.reversed(), everywhere(whole)
+    mirrored = whole.times[0] + whole.times[-1] - times
+    assert np.allclose(back.at(times), whole.at(mirrored), atol=1e-9)
+    inner = slice(3, -3)
+    assert np.allclose(back.at(times[inner], 1), -whole.at(mirrored[inner], 1), atol=1e-8)
+    assert back.waypoints == whole.waypoints[::-1]
+
+
+@given(SEEDS, st.floats(0.3, 5.0))
+def test_a_motion_slowed_down_is_at_the_same_places_later(seed, factor):
+    whole, _ = random_motion(seed)
+    slow, times = whole.scaled(factor), everywhere(whole)[3:-3]
+    later = whole.times[0] + (times - whole.times[0]) * factor
+    assert slow.duration == pytest.approx(factor * whole.duration)
+    for order in range(3):
+        assert np.allclose(slow.at(later, order) * factor**order, whole.at(times, order), atol=1e-7)
+
+
+@given(SEEDS, st.floats(-5.0, 5.0))
+def test_a_shifted_motion_is_at_the_same_places_later(seed, seconds):
+    whole, _ = random_motion(seed)
+    times = everywhere(whole)
+    assert np.allclose(whole.shifted(seconds).at(times + seconds), whole.at(times), atol=1e-8)
+
+
+@given(SEEDS)
+def test_samples_are_within_the_bounds(seed):
+    whole, limits = random_motion(seed)
+    samples = whole.sampled(1000.0)
+    assert samples.times[0] == whole.times[0]
+    assert samples.times[-1] == whole.times[-1]
+    assert np.all(np.diff(samples.times) <= 1e-3 + 1e-9)
+    for order, found in enumerate((samples.positions, samples.velocities, samples.accelerations)):
+        low, high = whole.bounds(order)
+        assert np.all(low <= found.min(axis=0) + 1e-9)
+        assert np.all(found.max(axis=0) <= high + 1e-9)
+    assert np.all(np.abs(samples.velocities) <= limits.velocity)
+
+
+@pytest.mark.parametrize("factor", [1.0, 40.0])
+def test_rounded_coefficients_change_no_value_of_slow_motions_by_more_than_a_billionth(factor):
+    slow = random_motion(3)[0].scaled(factor)
+    kept, times = slow.rounded(), everywhere(slow)
+    assert all(round(c, 12) == c for piece in kept.coefficients for own in piece for c in own)
+    for order in range(3):
+        assert np.allclose(kept.at(times, order), slow.at(times, order), atol=1e-9)
+
+
+def test_motions_that_do_not_fit_together_are_not_joined():
+    one = Trajectory.linear(("a",), [(0.0,), (1.0,)], (0.0, 1.0))
+    for other, words in [
+        (Trajectory.linear(("b",), [(1.0,), (2.0,)], (1.0, 2.0)), "different joints"),
+        (Trajectory.linear(("a",), [(1.0,), (2.0,)], (2.0, 3.0)), "shifted"),
+        (Trajectory.linear(("a",), [(1.5,), (2.0,)], (1.0, 2.0)), "away from the end"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            one.joined(other)
+
+
+def test_a_motion_is_split_only_inside_its_time_and_sampled_at_a_positive_rate():
+    one = Trajectory.linear(("a",), [(0.0,), (1.0,)], (0.0, 1.0))
+    for made in (lambda: one.split(1.0), lambda: one.sampled(0.0), lambda: one.scaled(0.0)):
+        with pytest.raises(ValueError, match=r"time|rate|factor"):
+            made()
+
+
+def test_a_path_there_and_back_is_split_on_the_way_back():
+    there = Trajectory.linear(("a",), [(0.0,), (1.0,), (0.0,)], (0.0, 1.0, 2.0))
+    first, second = there.split(1.5)
+    assert first.waypoints == ((0.0,), (1.0,), (0.5,))
+    assert second.waypoints == ((0.5,), (0.0,))

@@ -36,7 +36,7 @@ def certified(plan: Plan) -> Plan:
 def test_it_is_read_as_it_was_written(certified):
     content = plan_to_json(certified)
     assert plan_from_json(content) == certified
-    jsonschema.Draft202012Validator(schema("kabo-plan-1")).validate(json.loads(content))
+    jsonschema.Draft202012Validator(schema("kabo-plan-2")).validate(json.loads(content))
 
 
 def test_an_old_certificate_is_read_as_before(certified):

@@ -110,13 +110,10 @@ class World:
     enclosures: list
     pairs: np.ndarray  # (P, 2)
 
-    def view(self, budget):
-        moving = [
-            MovingGroup(j, p, e) for j, p, e in zip(self.joints, self.poses, self.enclosures, strict=True) if j
-        ]
-        fixed = [
-            FixedGroup(p, e) for j, p, e in zip(self.joints, self.poses, self.enclosures, strict=True) if not j
-        ]
+    def view(self, budget, kept=(0.0,) * 6):
+        groups = list(zip(self.joints, self.poses, self.enclosures, kept, strict=True))
+        moving = [MovingGroup(j, p, e, kept=more) for j, p, e, more in groups if j]
+        fixed = [FixedGroup(p, e, kept=more) for j, p, e, more in groups if not j]
         return CollisionView(self.twin.tree, moving, fixed, self.pairs, budget)
 
     @cached_property
@@ -240,3 +237,61 @@ def test_a_free_segment_is_free_everywhere_and_a_refused_one_comes_closer_than_e
             least = least_on_segment(world.distances(start, end, pair), speed, enough=0.0, floor=0.0, samples=60)
             assert least.value > budget.clearance - COAL_TOLERANCE, (pair, least)
             event("free, proven by the judge" if least.bound >= 0 else "free, sampled")
+
+
+@settings(max_examples=COUNT // 2)
+@given(data=st.data(), epsilon=st.sampled_from([2e-3, 5e-3, 0.02]))
+def test_what_is_free_with_a_deviation_is_free_wherever_joints_are_within_it(data, epsilon):
+    """Everywhere within the deviation bodies keep what they are to keep; coal judges corners and places inside."""
+    world, segments = data.draw(worlds(epsilon))
+    budget, rng = Budget.share(epsilon), np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    size = len(segments[0][0])
+    kept = rng.choice([0.0, 2e-3, 8e-3], 6)
+    view, plain = world.view(budget, kept), world.view(budget)
+    for start, end in segments:
+        deviation = rng.choice([0.0, 1e-3, 1e-2, 5e-2], size)
+        if view.segment_hit(start, end, deviation) >= 0:
+            event("hit, but free without" if plain.segment_hit(start, end) < 0 else "hit")
+            continue
+        event("free")
+        assert plain.segment_hit(start, end) < 0, "more distance and deviation free nothing"
+        for _ in range(12):
+            off = deviation * (rng.choice([-1.0, 1.0], size) if rng.random() < 0.7 else rng.uniform(-1, 1, size))
+            at = rng.uniform()
+            for pair, (a, b) in enumerate(world.pairs):
+                found = world.distances(start + off, end + off, pair)(at)
+                assert found > budget.clearance + kept[a] + kept[b] - COAL_TOLERANCE, (pair, found)
+
+
+@settings(max_examples=COUNT // 2)
+@given(data=st.data(), epsilon=st.sampled_from([2e-3, 0.02]))
+def test_bodies_that_keep_a_distance_are_refused_only_within_epsilon_of_it(data, epsilon):
+    world, segments = data.draw(worlds(epsilon))
+    kept = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1))).choice([0.0, 2e-3, 8e-3], 6)
+    view, budget = world.view(Budget.share(epsilon), kept), Budget.share(epsilon)
+    for start, end in segments:
+        hit, asked = view.segment_hit(start, end), np.array([start, 0.5 * (start + end), end])
+        for q, found in zip(asked, view.configurations_hit(asked).tolist(), strict=True):
+            least = [
+                world.distances(q, q, pair)(0.0) - kept[a] - kept[b] for pair, (a, b) in enumerate(world.pairs)
+            ]
+            assert found >= 0 or min(least) > budget.clearance - COAL_TOLERANCE
+            assert found < 0 or least[found] < epsilon + COAL_TOLERANCE
+            assert found < 0 or hit >= 0, "a segment is not free where a configuration is not"
+        if hit >= 0:
+            allowed = epsilon + kept[world.pairs[hit]].sum()
+            distance, speed = world.distances(start, end, hit), world.speed(start, end)
+            found = least_on_segment(distance, speed, enough=allowed, floor=allowed, samples=1500)
+            assert found.value < allowed + COAL_TOLERANCE, (hit, found)
+
+
+@settings(max_examples=COUNT // 10)
+@given(data=st.data())
+def test_zeros_and_no_deviation_give_the_same_answers(data):
+    world, segments = data.draw(worlds(5e-3))
+    first, second = world.view(Budget.share(5e-3)), world.view(Budget.share(5e-3))
+    for start, end in segments:
+        zeros = np.zeros(len(start))
+        assert first.segment_hit(start, end) == second.segment_hit(start, end, zeros)
+        assert first.segment_hit(start, end, zeros + 10.0) >= 0 or not len(world.pairs)
+        assert first.segment_hit(start, end) == second.segment_hit(start, end), "nothing is left of a deviation"

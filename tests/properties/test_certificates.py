@@ -160,3 +160,41 @@ def test_a_body_may_be_displaced_by_less_than_the_margin(seed):
     if scene.second.joint == 0:  # on a joint its path is another, too: then only what it may meet is asked
         displaced.couple().check(scene.proof, 0.01)
     assert distances(displaced).min() > 0.0
+
+
+@EXAMPLES
+@given(seed=st.integers(0, 2**32 - 1), size=st.sampled_from([1e-4, 3e-3, 3e-2]))
+def test_a_proof_with_a_deviation_holds_wherever_joints_are_within_it(seed, size):
+    """Places off the path by corners of the deviation, and inside: coal measures at least the margin of the proof."""
+    plain = scenery(seed)
+    rng, pieces = np.random.default_rng(seed), len(plain.waypoints) - 1
+    off = rng.choice([0.0, 0.3, 1.0], (pieces, plain.waypoints.shape[1])) * size
+    scene = sought(plain.first, plain.second, plain.waypoints, deviations=off)
+    if isinstance(scene.found, Unproven):
+        event("not proven" if isinstance(plain.found, Unproven) else "not proven with it, but without")
+        return
+    assert not isinstance(plain.found, Unproven)
+    if scene.found is None:
+        event("no proof needed")
+        return
+    event("proven")
+    for _ in range(3):
+        for piece in range(pieces):
+            strays = off[piece] * rng.choice([-1.0, -0.5, 1.0], plain.waypoints.shape[1])
+            moved = replace(plain, waypoints=plain.waypoints[piece : piece + 2] + strays)
+            assert distances(moved).min() >= min(0.01, scene.found.margin) - 1e-6
+
+
+@EXAMPLES
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_wanted_margin_is_reached_within_a_fifth_of_what_there_is(seed):
+    """Against coal at many places of the path: the proof tells the least distance, up to `near`."""
+    plain = scenery(seed)
+    scene = sought(plain.first, plain.second, plain.waypoints, wanted=0.01)
+    assert isinstance(scene.found, Unproven) == isinstance(plain.found, Unproven)
+    if isinstance(scene.found, Unproven) or scene.found is None:
+        return
+    least = min(0.01, distances(scene).min())
+    assert scene.couple().check(scene.proof, 0.01).least >= min(0.01, scene.found.margin) - 1e-9
+    assert min(0.01, scene.found.margin) >= 0.8 * least - 1e-6, (scene.found.margin, least)
+    event("better by far" if scene.found.margin > 2.0 * plain.found.margin else "about the same")

@@ -5,6 +5,7 @@ import random
 from hypothesis import event, given
 from hypothesis import strategies as st
 
+from kabo.motion import Trajectory
 from kabo.plan import (
     Node,
     ObjectPose,
@@ -34,14 +35,31 @@ TEXT = st.text(max_size=8)
 
 
 @st.composite
+def trajectories(draw, joints, waypoints, begin, end):
+    """Any polynomials between two times in microseconds, rounded as in files; they follow no path."""
+    inner = draw(st.sets(st.integers(begin + 1, end - 1), max_size=2)) if end - begin > 1 else set()
+    knots = [begin, *sorted(inner), end]
+    polynomial = st.lists(st.floats(-1e3, 1e3).map(lambda x: round(x, 12) + 0.0), max_size=5).map(ending_in_one)
+    pieces = tuple(tuple(draw(polynomial) for _ in joints) for _ in knots[1:])
+    deviation = draw(st.integers(0, 10**8)) / 1e9
+    return Trajectory(joints, waypoints, tuple(t / 1e6 for t in knots), pieces, deviation)
+
+
+def ending_in_one(coefficients):
+    return (*coefficients, 1.0)
+
+
+@st.composite
 def segments(draw):
     count, width = draw(st.integers(2, 4)), draw(st.integers(1, 3))
     rows = st.tuples(*[NUMBERS] * width)
     times = sorted(draw(st.lists(st.integers(0, 10**7), min_size=count, max_size=count)))
+    joints, waypoints = tuple(f"j{i}" for i in range(width)), tuple(draw(rows) for _ in range(count))
+    timed = times[-1] > times[0] and draw(st.booleans())
     return Segment(
         robot=draw(NAMES),
-        joints=tuple(f"j{i}" for i in range(width)),
-        waypoints=tuple(draw(rows) for _ in range(count)),
+        joints=joints,
+        waypoints=waypoints,
         times=tuple(t / 1e6 for t in times),
         procedure=draw(TEXT),
         stage=draw(st.none() | TEXT),
@@ -49,6 +67,7 @@ def segments(draw):
         detach=tuple(draw(st.lists(NAMES, max_size=1))),
         allowed_contacts=tuple(draw(st.lists(PAIRS, max_size=2))),
         constraint=draw(st.none() | NAMES),
+        trajectory=draw(trajectories(joints, waypoints, times[0], times[-1])) if timed else None,
     )
 
 

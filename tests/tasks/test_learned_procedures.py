@@ -97,7 +97,7 @@ def test_a_plan_says_what_was_learned_and_from_which_of_its_files(tmp_path: Path
     (learned,) = node.learned
     assert learned.model == "model.jsonl" and plan.files["model.jsonl"] == problem.files["model.jsonl"]
     written = json.loads(plan_to_json(plan))
-    jsonschema.validate(written, schema("kabo-plan-1"))
+    jsonschema.validate(written, schema("kabo-plan-2"))
     assert written["nodes"][plan.root]["learned"]["case"] == {"bar": "steel"}
     assert plan_to_json(plan_from_json(plan_to_json(plan))) == plan_to_json(plan)
     assert "[learned along=0.0" in describe(plan) and "valid at over 0.999]" in describe(plan)

@@ -132,7 +132,14 @@ class Scenery:
         return ProvenPair(Frames(self.path()), *self.things(), lambda thing: made[thing.name])
 
 
-def sought(first: Box, second: Box, waypoints: np.ndarray, near: float = 0.01) -> Scenery:
+def sought(
+    first: Box,
+    second: Box,
+    waypoints: np.ndarray,
+    near: float = 0.01,
+    deviations: np.ndarray | None = None,
+    wanted: float | None = None,
+) -> Scenery:
     """What the planner's side finds of two boxes along a path of the small robot."""
     robot, _ = small_robot()
     tree = robot.tree
@@ -148,6 +155,7 @@ def sought(first: Box, second: Box, waypoints: np.ndarray, near: float = 0.01) -
         SoughtBody("a", first.joint, flat(first.joint_T)),
         SoughtBody("b", second.joint, flat(second.joint_T)),
     ]
-    course = Sought(tree, np.ascontiguousarray(waypoints), bodies, np.array([[0, 1, frame]], np.int64))
-    found = prover.prove(course)
+    pairs = np.array([[0, 1, frame]], np.int64)
+    course = Sought(tree, np.ascontiguousarray(waypoints), bodies, pairs, deviations=deviations)
+    found = prover.prove(course, None if wanted is None else np.array([wanted]))
     return Scenery(first, second, waypoints, found if isinstance(found, Unproven) else found[0])

@@ -14,6 +14,7 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.compilation import call_first
 from kabo.geometry.budget import Budget
+from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.kernels.bundles import (
     CHECKS,
     CHILD_COUNT,
@@ -29,10 +30,16 @@ from kabo.geometry.collision.kernels.bundles import (
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
-from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.part_trees import deviation_within, refine
 from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
-from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
+from kabo.geometry.collision.view_arrays import (
+    bodies_of,
+    chain_of,
+    memory_of,
+    sweep_of,
+    tracks_of,
+    usable_deviation,
+)
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
@@ -56,8 +63,11 @@ class CollisionChecker(Protocol):
     def configurations_hit(self, configurations: Array) -> Integers:
         """The result of `configuration_hit` for every row (N, n)."""
 
-    def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if all pairs are proven free on the whole straight segment, else the index of a pair that is not."""
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
+        """-1 if all pairs are proven free on the whole straight segment, else the index of a pair that is not.
+
+        `deviation` (n,): how far each value may be from the segment [rad or m]; None for zeros.
+        """
 
     @property
     def kernel_checks(self) -> KernelChecks | None:
@@ -84,7 +94,8 @@ class CollisionView:
 
         Args:
             tree: all joints; its prismatic joints need finite limits.
-            moving: bodies on joints. fixed: bodies in the world.
+            moving: bodies on joints. fixed: bodies in the world. A pair keeps more than the budget's clearance where its
+                bodies have something `kept`.
             pairs: (P, 2) index into moving, and index into moving and then fixed.
             budget: how epsilon is spent; no enclosure may deviate by more than `budget.geometry`.
             touch: whether the surfaces of the pair with an index meet at q (n,); asked where the roots of trees do not
@@ -170,24 +181,38 @@ class CollisionView:
             raise self._refusal(rows[0])
         return answers
 
-    def segment_hit(self, start: Array, end: Array) -> int:
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
         """-1 if all pairs are proven free on the whole straight segment, else the index of the first that is not.
 
-        Bodies that come no closer than the budget's epsilon are free; pairs that do not move relative to each other
-        are checked as well.
+        Bodies that come no closer than the budget's epsilon are free, beyond what they keep; pairs that do not move
+        relative to each other are checked as well.
+
+        Args:
+            start: the beginning of the segment (n,). end: its end (n,).
+            deviation: how far each value may be from the segment (n,) [rad or m], at any place of it; None for zeros.
 
         Raises:
-            ValueError: as `configuration_hit`.
+            ValueError: as `configuration_hit`; a deviation is negative or not finite.
         """
         first, last = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
         if not first.ndim == last.ndim == 1:
             raise self._refusal(first if first.ndim != 1 else last)
-        decided = None if self._roots is None else self._roots.segment_hit(first, last)
+        decided = None if self._roots is None else self._roots.segment_hit(first, last, deviation)
         if decided is not None:
             return decided
-        found = self._decided(lambda: first_swept_hit(first, last, *self._sweep))
+        found = self._decided(lambda: self._swept(first, last, deviation))
         if found < FREE:
             raise self._refusal(last)
+        return found
+
+    def _swept(self, first: Array, last: Array, deviation: Array | None) -> int:
+        """The answer of the kernel, with the parts that are known."""
+        strays = self._sweep[4].way.strays
+        if deviation is not None:
+            strays[:] = usable_deviation(deviation, self._size)
+        found: int = first_swept_hit(first, last, *self._sweep)
+        if deviation is not None:
+            strays[:] = 0.0
         return found
 
     def _decided(self, ask: Callable[[], int]) -> int:

@@ -18,7 +18,7 @@ from kabo.geometry.collision.collision_view import Counters
 from kabo.geometry.collision.exact_surfaces import Surface, distance, placed, surface_of, surrounds, touch
 from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.geometry.collision.kernels.tracks import motion, turning
-from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints, way_of
+from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints, usable_deviation, way_of
 from kabo.geometry.parts import FixedGroup, MovingGroup, poses_of
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
@@ -58,6 +58,8 @@ class ExactView:
         self._first, self._second = (np.ascontiguousarray(column) for column in self._pairs.T)
         joints = np.concatenate([self._joint, np.zeros(len(fixed), np.int64)])
         self._carriers = last_shared_joints(self._chain, joints[self._first], joints[self._second]).tolist()
+        kept = np.array([group.kept for group in groups])
+        self._kept = kept[self._first] + kept[self._second]
         self._place(poses_of(moving, fixed))
         poses = np.column_stack([self._world_R.reshape(-1, 9), self._world_t])
         self._bodies = [placed(surface, pose) for surface, pose in zip(self._surfaces, poses, strict=True)]
@@ -104,28 +106,32 @@ class ExactView:
         self._set(self._configuration(q))
         return bool(self._gaps(np.array([pair])) <= 0.0) and self._touch(pair)
 
-    def segment_hit(self, start: Array, end: Array) -> int:
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
         """-1 if all pairs are proven apart on the whole straight segment, else the index of a pair that is not.
 
         A pair is apart on an interval if its distance at the middle exceeds the relative travel of both bodies to
-        either end [K 4.5]; otherwise the interval is halved, until a pair is nearer than `_least`.
+        either end [K 4.5], and what they keep and stray; otherwise the interval is halved, until a pair is nearer than
+        `_least` beyond that.
 
         Raises:
-            ValueError: as `configuration_hit`.
+            ValueError: as `CollisionView.segment_hit`.
         """
         first, last = self._configuration(start), self._configuration(end)
         self.counters.sweep_checks += 1
-        paths = self._relative_paths(first, last)
+        paths, kept = self._relative_paths(first, last, deviation)
+        kept += self._kept
         stretches = [(0.0, 1.0, np.arange(len(self._pairs)))]
         while stretches:
             low, high, pairs = stretches.pop()
             middle, reach = 0.5 * (low + high), 0.5 * (high - low) * paths
             self._set(first + middle * (last - first))
-            near = pairs[self._gaps(pairs) <= reach[pairs]]
+            near = pairs[self._gaps(pairs) <= reach[pairs] + kept[pairs]]
             inside = self._nested(near) if len(near) else FREE
             if inside >= 0:
                 return self._counted(inside)
-            left = np.array([pair for pair in near.tolist() if self._distance(pair) <= reach[pair]], np.int64)
+            left = np.array(
+                [pair for pair in near.tolist() if self._distance(pair) <= reach[pair] + kept[pair]], np.int64
+            )
             if len(left) and (reach[left] <= self._least).any():
                 return self._counted(int(left[reach[left] <= self._least][0]))
             if len(left):
@@ -145,14 +151,14 @@ class ExactView:
     def _hit(self, q: Array) -> int:
         near = self._near(q)
         for number in near.tolist():
-            if self._touch(number):
+            if self._touch(number) or (self._kept[number] > 0.0 and self._distance(number) <= self._kept[number]):
                 return int(number)
         return self._nested(near) if len(near) else FREE
 
     def _near(self, q: Array) -> Integers:
-        """The indices of the pairs whose boxes meet at q, in order."""
+        """The indices of the pairs whose boxes meet at q, or are nearer than they keep, in order."""
         self._set(q)
-        return np.flatnonzero(self._gaps(np.arange(len(self._pairs))) <= 0.0)
+        return np.flatnonzero(self._gaps(np.arange(len(self._pairs))) <= self._kept)
 
     def _set(self, q: Array) -> None:
         """Moves the boxes and poses of all groups to q."""
@@ -208,22 +214,24 @@ class ExactView:
                     return int(near[k])
         return FREE
 
-    def _relative_paths(self, start: Array, end: Array) -> Array:
-        """Upper bounds of how far points of each pair's bodies travel relative to each other [m]."""
+    def _relative_paths(self, start: Array, end: Array, deviation: Array | None) -> tuple[Array, Array]:
+        """Upper bounds of how far points of each pair's bodies travel relative to each other, and stray [m]."""
         way = way_of(self._chain, np.zeros((1, self._chain.joints.shape[1], 12)))
         way.segment[:] = start, end, start
+        if deviation is not None:
+            way.strays[:] = usable_deviation(deviation, len(way.strays))
         turning(way, self._chain)
 
         @cache
-        def path(group: int, frame: int) -> float:
+        def path(group: int, frame: int) -> Array:
             if group >= self._moving:
-                return 0.0
+                return np.zeros(2)
             joint, radius = int(self._joint[group]), float(self._radii[group])
-            return float(motion(way, self._chain, joint, frame, radius)[2])
+            return np.array(motion(way, self._chain, joint, frame, radius)[2:])
 
-        return np.array(
-            [
-                path(first, frame) + path(second, frame)
-                for (first, second), frame in zip(self._pairs.tolist(), self._carriers, strict=True)
-            ]
-        )
+        both = [
+            path(first, frame) + path(second, frame)
+            for (first, second), frame in zip(self._pairs.tolist(), self._carriers, strict=True)
+        ]
+        paths, strays = np.array(both).reshape(-1, 2).T.copy()
+        return paths, strays

@@ -35,7 +35,7 @@ class Questions(Protocol):
     def configurations_hit(self, configurations: Array) -> Integers:
         """The result of `configuration_hit` for every row (N, n)."""
 
-    def segment_hit(self, start: Array, end: Array) -> int:
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
         """-1 if all pairs are free on the whole straight segment, else the index of a pair that is not."""
 
 
@@ -60,9 +60,9 @@ class RootAnswers:
         hits = np.flatnonzero(answers >= 0).tolist()
         return answers, [i for i in hits if not self._meets(rows[i], int(answers[i]))]
 
-    def segment_hit(self, start: Array, end: Array) -> int | None:
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int | None:
         """-1 if all pairs are proven free on a segment; a pair whose surfaces meet somewhere on it; else None."""
-        if self.roots.segment_hit(start, end) < 0:
+        if self.roots.segment_hit(start, end, deviation) < 0:
             return -1
         for share in np.linspace(0.0, 1.0, WITNESSES).tolist():
             found = self.configuration_hit(start + share * (end - start))

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Hulls, Proofs, Things, Trail, Work
-from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, POSITIONS_PER_PIECE, prove_pairs
+from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, POSITIONS_PER_PIECE, SMALL_SHARE, prove_pairs
 from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for, way_of
 from kabo.geometry.collision.view_arrays import reach as reach_of
 from kabo.geometry.parts import Enclosure, Packed, stacked
@@ -25,6 +25,8 @@ MAX_PROOF_NODES = 200_000  # in all proofs of one path; far more than any path n
 STACK_DEPTH = 4096  # rows of the stack
 SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin tried first
 MIN_MARGIN = 1e-9  # [m] of every proof
+MAX_PAIR_NODES = 4000  # of one proof with a wanted margin, after which any proof does
+QUICK_LOSS, BEST_LOSS = 0.1, 0.02  # share of a gap by which axes may be worse than the best ones
 
 
 class Parts(NamedTuple):
@@ -48,7 +50,8 @@ class Course:
     """Bodies on a chain that moves straight from way point to way point, and the pairs (P, 3) whose separation is claimed.
 
     A row of pairs is first body, second body and frame. With `at_any_times`, a pair is claimed to stay apart with
-    the two bodies at any two times of a straight piece, not only at equal times.
+    the two bodies at any two times of a straight piece, not only at equal times. `deviations` are how far the values
+    of a configuration may be from each piece; `kept` is what each pair keeps from each other, zeros if None.
     """
 
     tree: KinematicTree
@@ -56,6 +59,8 @@ class Course:
     bodies: Sequence[PlacedBody]
     pairs: Integers
     at_any_times: bool = False
+    deviations: Array | None = None  # (W - 1, n) [rad or m]
+    kept: Array | None = None  # (P,) [m]
 
 
 @dataclass(frozen=True)
@@ -113,7 +118,7 @@ class Prover:
 
     def __init__(self, meshes: Mapping[str, Parts], near: float, clearance: float) -> None:
         """`near` [m]: boxes so far apart need no axis; `clearance` [m]: what the planner kept between parts."""
-        self.limits = np.array([near, max(MIN_MARGIN, SHARE_OF_CLEARANCE * clearance), MIN_MARGIN, 1.0])
+        self.near, self.margin = near, max(MIN_MARGIN, SHARE_OF_CLEARANCE * clearance)
         counts = [len(parts.vertices) for parts in meshes.values()]
         ends = np.cumsum([0, *counts])
         self.ranges = {name: (int(a), int(b)) for name, a, b in zip(meshes, ends, ends[1:], strict=False)}
@@ -137,10 +142,12 @@ class Prover:
             self._reaches[key] = float(far.max(initial=0.0)), float((far + balls).max(initial=0.0))
         return self._reaches[key]
 
-    def prove(self, course: Course) -> list[Witness | None] | Unproven:
+    def prove(self, course: Course, wanted: Array | None = None) -> list[Witness | None] | Unproven:
         """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
 
-        A pair needs no proof if it does not move, or if the boxes around both swept volumes are apart.
+        A pair needs no proof if it does not move, or if the boxes around both swept volumes are apart. Proofs leave
+        `wanted` (P,) [m] where they can, else as much as is found with a stated effort; by default 0.9 of the planner's
+        clearance.
         """
         chain = chain_of(course.tree)
         rows, count = len(course.waypoints), len(course.pairs)
@@ -148,13 +155,20 @@ class Prover:
         reaches = np.array([self.reach(body) for body in course.bodies])
         joint_T = np.array([body.joint_T_body for body in course.bodies])
         search = search_for(offset_for(2.0 * float((reach_of(chain)[things[0]] + reaches[:, 1]).max())))
-        self.limits[FINEST] = POSITIONS_PER_PIECE if course.at_any_times else 1.0
+        finest, thorough = POSITIONS_PER_PIECE if course.at_any_times else 1.0, wanted is not None
+        effort, loss = (MAX_PAIR_NODES, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
+        limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss])
+        needed = MIN_MARGIN + (np.zeros(count) if course.kept is None else course.kept)
+        targets = np.array([needed + self.margin if wanted is None else np.maximum(needed, wanted), needed])
+        strays = (
+            np.zeros((rows - 1, course.waypoints.shape[1])) if course.deviations is None else course.deviations
+        )
         where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
         way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
-        trail = Trail(course.waypoints, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 2)))
+        trail = Trail(course.waypoints, strays, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 3)))
         bodies = Things(things, reaches[:, 0].copy(), joint_T, self.hulls, self.boxes)
-        proofs = Proofs(self._codes, self._axes, where, margins)
-        proven = prove_pairs(course.pairs, self.limits, chain, trail, bodies, self._work(), search, proofs)
+        proofs = Proofs(self._codes, self._axes, where, margins, targets)
+        proven = prove_pairs(course.pairs, limits, chain, trail, bodies, self._work(), search, proofs)
         if proven < count:
             return self._unproven(course, int(proven), int(where[proven]))
         return self._witnesses(where, margins)
@@ -162,7 +176,7 @@ class Prover:
     def _work(self) -> Work:
         return Work(
             ends=np.zeros((2, 4), np.int64),
-            over=np.zeros((2, 2)),
+            over=np.zeros((2, 3)),
             still=np.zeros(2, np.bool_),
             box=np.zeros(6),
             swept=np.zeros((2, 6)),

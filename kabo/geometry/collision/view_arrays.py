@@ -65,6 +65,7 @@ class Arrays(NamedTuple):
     children: Integers  # (B, 2)
     offset: float  # for `support`: a power of two of at least twice every |vertex|
     radii: Array  # (G,) how far corners and discs of parts that decide are from the joint's origin [m]
+    kept: Array  # (G,) what each group keeps from others beyond the margin [m]
 
 
 def chain_of(tree: KinematicTree) -> Chain:
@@ -153,6 +154,7 @@ def bodies_of(
         np.concatenate([np.empty((0, 2), np.int64), *children]),
         offset_for(greatest),
         radii[:, 0] + np.where(trees, geometry, 0.0),
+        np.array([group.kept for group in given_groups], np.float64),
     )
 
 
@@ -221,7 +223,8 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE, np.float32)
     # Fixed groups lie in the world already: their boxes are made once.
     centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:6].T
-    half = half + SHORT_SLACK * (np.abs(centre) + half)
+    kept = made.kept * (1.0 + 2.0 * SHORT_SLACK)  # for rounding to 24 bits, too
+    half = half + SHORT_SLACK * (np.abs(centre) + half) + kept
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
     roots = made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS]
     listed = np.zeros(max(1, int(roots[:-1].max(initial=1))), np.int64)
@@ -240,6 +243,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
         frames,
         np.zeros((3, joints)),
         rows.view(np.float64),  # two short numbers in the place of one
+        kept,
         np.zeros(12),
         np.zeros(3),
     ]
@@ -251,7 +255,7 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_ROWS, columns
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, made.offset
     memory = _laid_out(arrays, starts, room=SWEEP_POOL_ROWS * 3 * columns)
-    *_, diameters, _, _, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
+    *_, diameters, _, _, _, _, _, _, _, axis, simplex, points, rounds, blocks = _in_python(numbers_of)(memory)
     counters, _, _, sizes, children, stack, *_ = _in_python(whole_numbers_of)(memory)
     search = Search(made.offset, axis, simplex, points, counters)
     return memory, Hulls(blocks, sizes, rounds), Tree(children, diameters, stack), search
@@ -294,7 +298,7 @@ def tracks_of(chain: Chain, made: Arrays, slack: Array) -> Tracks:
     found, number = np.unique(keys, return_inverse=True)
     tracks = np.array([found // frames, found % frames], np.int64)
     pair_tracks = np.ascontiguousarray(number.reshape(2, -1), np.int64)
-    return Tracks(tracks, pair_tracks, slack[first] + slack[second], made.radii)
+    return Tracks(tracks, pair_tracks, slack[first] + slack[second], made.radii, made.kept)
 
 
 def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integers:
@@ -307,12 +311,25 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
     return last
 
 
+def usable_deviation(deviation: Array, size: int) -> Array:
+    """How far each of `size` values may be from a segment, as an array.
+
+    Raises:
+        ValueError: another shape, or a value that is negative or not finite.
+    """
+    found = np.asarray(deviation, np.float64)
+    if found.shape != (size,) or not ((found >= 0.0) & (found < np.inf)).all():
+        raise ValueError(f"deviations are {size} finite values of at least 0, not {deviation}")
+    return found
+
+
 def way_of(chain: Chain, frames: Array, tracks: int = 0) -> Way:
     """A way without a segment yet, whose frames (N, J, 12) at nodes are given; every first one becomes the world's."""
     frames[:, 0, [0, 4, 8]] = 1.0
     lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
-    segment, turned, motions = np.zeros((3, len(chain.bound))), np.zeros(len(lengths)), np.zeros((tracks, 3))
-    return Way(segment, turned, lengths, motions, frames, np.zeros(len(frames), np.int64))
+    segment, turned, motions = np.zeros((3, len(chain.bound))), np.zeros(len(lengths)), np.zeros((tracks, 4))
+    strays, tags = np.zeros(len(chain.bound)), np.zeros(len(frames), np.int64)
+    return Way(segment, turned, lengths, motions, strays, frames, tags)
 
 
 def sweep_of(chain: Chain, made: Arrays, tracks: Tracks) -> Sweep:

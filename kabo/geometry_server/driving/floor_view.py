@@ -37,12 +37,20 @@ class FloorView:
         out = self.drive.outside(np.asarray(configurations, np.float64)[:, :BASE_VALUES]) > 0.0
         return np.where((found < 0) & out, self.number, found)
 
-    def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if the straight segment is proven free and the base proven to stay on its floor, else the index of a pair."""
+    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
+        """-1 if the straight segment is proven free and the base proven to stay on its floor, else the index of a pair.
+
+        `deviation` (n,): how far each value may be from the segment [rad or m]; None for zeros.
+        """
         ends = np.asarray(start, np.float64)[:BASE_VALUES], np.asarray(end, np.float64)[:BASE_VALUES]
-        if self.drive.outside_along(*ends, self.epsilon) > 0.0:
+        stray = 0.0 if deviation is None else self._stray(deviation)
+        if self.drive.outside_along(*ends, self.epsilon) + stray > 0.0:
             return self.number
-        return self.view.segment_hit(start, end)
+        return self.view.segment_hit(start, end, deviation)
+
+    def _stray(self, deviation: Array) -> float:
+        """How far a corner of the footprint can be from where it is, if values are off by at most `deviation` [m]."""
+        return float(np.hypot(deviation[0], deviation[1]) + self.drive.radius * deviation[2])
 
     @property
     def kernel_checks(self) -> KernelChecks | None:

@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo.arrays import Array
 
 TURNS = 1440  # rotations about an axis that are tried: every quarter of a degree
+FEW = 48  # of them, each of so many, are tried first
 REFINEMENTS, CAP = 8, 200  # searches near the best direction, and directions in each
 DIRECTIONS = 20_000  # directions that are tried where every rotation is permitted
 
@@ -57,12 +58,13 @@ def excess_about(points: Array, axis: Array, upright: Array, directions: Array, 
         rooms: the room (D,) along each of them [m].
     """
     standing = points @ turn_onto(axis, upright).T
-    angles = 2.0 * np.pi * np.arange(TURNS) / TURNS
-    turned = np.stack([_turned_back(directions, upright, angle) for angle in angles])  # (T, D, 3)
-    found = widths(standing, turned.reshape(-1, 3)).reshape(TURNS, len(rooms))
-    beyond = found - rooms
-    best = int(beyond.max(axis=1).argmin())
-    worst = int(beyond[best].argmax())
+    for stride in (FEW, 1):
+        found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(0, TURNS, stride) / TURNS)
+        beyond = found - rooms
+        best = int(beyond.max(axis=1).argmin())
+        worst = int(beyond[best].argmax())
+        if beyond[best, worst] <= 0.0:  # it fits there, so nothing is proven whatever other rotations say
+            break
     # A point at a distance r from the axis moves by at most r times the angle, and a width has two ends.
     radius = float(np.linalg.norm(np.cross(standing - _middle(standing), upright), axis=1).max())
     slack = 2.0 * radius * np.pi / TURNS
@@ -116,11 +118,12 @@ def turn_onto(first: Array, second: Array) -> Array:
     return np.asarray(np.eye(3) + hat + hat @ hat / (1.0 + cosine))
 
 
-def _turned_back(directions: Array, axis: Array, angle: float) -> Array:
-    """The directions (D, 3) as a body sees them that was turned about an axis by an angle."""
-    c, s = np.cos(angle), -np.sin(angle)
-    along = directions @ axis
-    return np.asarray(c * directions + s * np.cross(axis, directions) + (1.0 - c) * along[:, None] * axis[None, :])
+def _widths_turned(points: Array, axis: Array, directions: Array, angles: Array) -> Array:
+    """The extents (T, D) of points along directions (D, 3), after turns about an axis by angles (T,) [m]."""
+    c, s = np.cos(angles)[:, None, None], -np.sin(angles)[:, None, None]  # directions turn back instead
+    along = (directions @ axis)[:, None] * axis[None, :]
+    turned = c * directions + s * np.cross(axis, directions) + (1.0 - c) * along
+    return widths(points, turned.reshape(-1, 3)).reshape(len(angles), len(directions))
 
 
 def _middle(points: Array) -> Array:

@@ -20,13 +20,13 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription, SceneDescription
 from kabo.meshes import Mesh, require_closed
 from kabo.scene import Robot, Scene, link_poses, load_scene
+from kabo.scene.joint_limits import MAX_VELOCITY
 from kabo.scene.semantics import findings as semantic_findings
 from kabo.scene.semantics import spelled
 from kabo.scene.transforms import flat
 
 SMALL_EXTENT = 5e-4  # [m]: links are larger, unless metres were taken for millimetres
 SHOWN_JOINTS = 6  # joints without a velocity limit that are named
-NO_LIMIT = 1e6  # [rad/s or m/s]: larger values are none
 SHOWN_PAIRS = 6  # pairs in collision that are told of one configuration
 
 
@@ -95,12 +95,15 @@ def _semantic(robot: Robot, described: RobotDescription) -> list[Diagnostic]:
 def _without_speed(robot: Robot, described: RobotDescription) -> Iterator[Diagnostic]:
     """A warning about planned joints whose velocity limit kabo chooses, as the URDF gives none above zero."""
     limits = {name: float(robot.model.velocityLimit[robot.model.joints[j].idx_v]) for j, name in _moving(robot)}
-    chosen = [name for name, limit in limits.items() if not 0.0 < limit < NO_LIMIT]
+    given = described.velocity.joints if described.velocity.every is None else limits
+    chosen = [name for name, limit in limits.items() if not 0.0 < limit < MAX_VELOCITY and name not in given]
     if chosen:
         at = described.place or Place("scene", 1, 1)
         more = f" and {len(chosen) - SHOWN_JOINTS} more" if len(chosen) > SHOWN_JOINTS else ""
         said = f'the URDF of robot "{robot.name}" has no velocity limit above 0 for {", ".join(chosen[:SHOWN_JOINTS])}'
-        hint = 'motions take pi rad/s (m/s where it slides): write <limit velocity="…"/> for the true one'
+        hint = (
+            'motions take pi rad/s (m/s where it slides): write <limit velocity="…"/>, or `velocity` in the scene'
+        )
         about = About((robot.name,))
         yield Diagnostic(at.file, at.line, at.column, f"{said}{more}", hint, at.length, "warning", about=about)
 

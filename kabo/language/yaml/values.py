@@ -18,6 +18,8 @@ from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
+_LENGTH = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(mm|cm|m)")
+_RATE = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(rad|deg|m|mm|cm)/s(?:\^?[23]|[²³])?")
 _LARGEST_WHOLE = 10**18
 SMALLEST_SIZE = 1e-6  # m
 _Word = TypeVar("_Word", bound=str)
@@ -158,7 +160,7 @@ class Reader:
             return None
         found = _NUMBER.fullmatch(scalar.text.strip())
         if found is None:
-            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else _in_metres(scalar.text)
+            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else _without_unit(scalar.text)
             self.findings.add(scalar.place, f'{what} must be a number, this is "{_short(scalar.text)}"', hint)
             return None
         if found[2] and not angle:
@@ -214,6 +216,26 @@ class Reader:
             self.findings.add(node.place, f"{what} must be greater than 0")
             return None
         return value
+
+    def above_zero(self, node: YamlNode | None, what: str) -> float | None:
+        """A number greater than zero that may be an angle: in rad, or in degrees with the suffix `deg`."""
+        value = self.number(node, what, angle=True)
+        if value is not None and value <= 0.0 and node is not None:
+            self.findings.add(node.place, f"{what} is not above 0")
+            return None
+        return value
+
+    def length(self, node: YamlNode | None, what: str) -> float | None:
+        """A length above zero [m]: a number of metres, or one with its unit, such as `5mm`."""
+        scalar = self.scalar(node, what)
+        found = None if scalar is None else _LENGTH.fullmatch(scalar.text.strip())
+        if scalar is None or found is None:
+            return self.size(scalar, what)
+        value = float(found[1]) * METRES[found[2]]
+        if value <= 0.0:
+            self.findings.add(scalar.place, f"{what} must be greater than 0")
+            return None
+        return value if self.sensible(scalar, what, value, SMALLEST_SIZE) else None
 
     def whole(self, node: YamlNode | None, what: str, minimum: int = 0) -> int | None:
         """A whole number of at least `minimum`."""
@@ -282,7 +304,14 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 
-def _in_metres(text: str) -> str | None:
-    """The remedy for a length with a unit, such as `5 mm`."""
-    found = re.fullmatch(r"([-+]?\d+(?:\.\d+)?)\s*(mm|cm|m)", text.strip())
-    return None if found is None else f"lengths are metres: write {float(found[1]) * METRES[found[2]]:g}"
+def _without_unit(text: str) -> str | None:
+    """The remedy for a length or a rate with a unit, such as `5 mm` or `90 deg/s`."""
+    found = _LENGTH.fullmatch(text.strip())
+    if found is not None:
+        return f"lengths are metres: write {float(found[1]) * METRES[found[2]]:g}"
+    found = _RATE.fullmatch(text.strip())
+    if found is None:
+        return None
+    if found[2] in ("rad", "deg"):
+        return f"units are rad, m and s: write {found[1]}{' deg' if found[2] == 'deg' else ''}"
+    return f"units are rad, m and s: write {float(found[1]) * METRES[found[2]]:g}"

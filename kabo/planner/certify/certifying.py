@@ -228,11 +228,13 @@ class _Certifying:
         if not node.overlap:
             return
         before = next(other for other in self.order if name in self.plan.nodes[other].successors)
-        begin = max(segment.times[-1] for segment in self.plan.nodes[before].motion) - node.overlap
+        motion = self.plan.nodes[before].motion
+        begin = max(segment.times[-1] for segment in motion) - node.overlap
         for first in self._moved[before]:
-            waypoints = from_time_on(first.course.waypoints, first.stretch.times, begin)
-            if waypoints is not None:
-                tail = first._replace(course=replace(first.course, waypoints=waypoints))
+            rest = from_time_on(first.stretch, motion, self.scene.robots, begin)
+            if rest is not None:
+                waypoints, deviations = rest
+                tail = first._replace(course=replace(first.course, waypoints=waypoints, deviations=deviations))
                 for second in self._moved[name]:
                     yield self._apart_at_any_times(name, tail, second)
 
@@ -249,13 +251,18 @@ class _Certifying:
         bodies = [PlacedBody(thing.mesh, thing.joint, thing.pose) for thing in things]
         if name in self._moved:
             alone = Course(
-                tree, np.ascontiguousarray(waypoints), bodies[: len(moving)], np.empty((0, 3), np.int64)
+                tree,
+                np.ascontiguousarray(waypoints),
+                bodies[: len(moving)],
+                np.empty((0, 3), np.int64),
+                deviations=stretch.together,
             )
             self._moved[name].append(MovingStretch(stretch, alone, moving))
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
-            found = self.bodies.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
+            course = Course(tree, np.ascontiguousarray(waypoints), bodies, pairs, deviations=stretch.together)
+            found = self.bodies.prove(course)
             if not isinstance(found, Unproven):
                 break
         if isinstance(found, Unproven):

@@ -1,7 +1,9 @@
 """Divides the motion of a node into stretches, during each of which the same bodies move and are attached.
 
 Segments of one robot follow one another; segments of different robots may overlap in time, and a new stretch
-starts whenever a segment begins or ends. Between way points, configurations are interpolated linearly in time.
+starts whenever a segment begins or ends. A segment alone has its own way points. Several at once have common times: of
+all way points, of the ends of all polynomials, and at most 20 ms apart if any of them has polynomials; their places
+then are the way points. How far trajectories are from the lines between way points is stated for each joint.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,8 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.motion import chord_deviations, path_deviations
 from kabo.plan import Segment
 from kabo.scene import KinematicTree, Robot
+
+TIME_STEP = 0.02  # [s] at most between way points of several trajectories at once
+TIME_TOLERANCE = 1e-9  # [s] times nearer than this count as equal
+STILL = 1e-9  # [rad or m]: a joint that stands is not off its place by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +29,13 @@ class MotionStretch:
     ending: tuple[int, ...]
     waypoints: dict[str, Array]  # robot -> (W, n), the same W for all
     times: Array  # (W,) [s] since the beginning of the node's motion
+    deviations: dict[str, Array]  # robot -> (W - 1, n), how far each joint may be from each piece [rad or m]
+    in_time: bool = False  # whether places are those at the times; else times are when way points are passed
+
+    @property
+    def together(self) -> Array:
+        """The deviations (W - 1, n) of all robots, side by side as their way points."""
+        return np.hstack(list(self.deviations.values()))
 
 
 def stretches(
@@ -34,30 +48,69 @@ def stretches(
     """
     if not _overlapping(motion):
         for i, segment in enumerate(motion):
-            own = _whole(segment, robots[segment.robot], start[segment.robot], np.array(segment.waypoints))
-            start[segment.robot] = own[-1]
-            yield MotionStretch((i,), (i,), {segment.robot: own}, np.array(segment.times))
+            yield _alone(i, segment, robots[segment.robot], start)
         return
     events = sorted({time for segment in motion for time in (segment.times[0], segment.times[-1])})
     for begin, end in zip(events, events[1:], strict=False):
         under_way = tuple(i for i, s in enumerate(motion) if s.times[0] <= begin and end <= s.times[-1])
         if not under_way:
             continue
-        inner = {t for i in under_way for t in motion[i].times if begin < t < end}
-        times = [begin, *sorted(inner), end]
-        waypoints = {}
+        if len(under_way) == 1 and (motion[under_way[0]].times[0], motion[under_way[0]].times[-1]) == (begin, end):
+            yield _alone(under_way[0], motion[under_way[0]], robots[motion[under_way[0]].robot], start)
+            continue
+        times = _common_times([motion[i] for i in under_way], begin, end)
+        waypoints, deviations = {}, {}
         for i in under_way:
             segment = motion[i]
+            robot, before = robots[segment.robot], start[segment.robot]
             rows = np.array([at_time(segment, t) for t in times])
-            waypoints[segment.robot] = _whole(segment, robots[segment.robot], start[segment.robot], rows)
+            waypoints[segment.robot] = _whole(segment, robot, before, rows)
+            own = segment.trajectory
+            off = None if own is None else chord_deviations(np.array(own.times), own.padded, rows, times)
+            deviations[segment.robot] = _spread(segment, robot, rows, off)
         for name, rows in waypoints.items():
             start[name] = rows[-1]
         ending = tuple(i for i in under_way if motion[i].times[-1] == end)
-        yield MotionStretch(under_way, ending, waypoints, np.array(times))
+        yield MotionStretch(under_way, ending, waypoints, times, deviations, in_time=True)
+
+
+def _alone(number: int, segment: Segment, robot: Robot, start: dict[str, Array]) -> MotionStretch:
+    """The stretch of a segment beside which nothing else moves."""
+    points, times, own = np.array(segment.waypoints), np.array(segment.times), segment.trajectory
+    whole = _whole(segment, robot, start[segment.robot], points)
+    start[segment.robot] = whole[-1]
+    off = None if own is None else path_deviations(np.array(own.times), own.padded, points, times)
+    spread = _spread(segment, robot, points, off)
+    return MotionStretch((number,), (number,), {segment.robot: whole}, times, {segment.robot: spread})
+
+
+def _spread(segment: Segment, robot: Robot, rows: Array, off: Array | None) -> Array:
+    """The deviations (W - 1, n) of all joints of the robot; zeros where there is no trajectory, and of those that stand."""
+    found = np.zeros((len(rows) - 1, len(robot.joint_names)))
+    if off is not None:
+        stands = (np.ptp(rows, axis=0) == 0.0) & (off <= STILL)
+        found[:, [robot.joint_names.index(joint) for joint in segment.joints]] = np.where(stands, 0.0, off)
+    return found
+
+
+def _common_times(under_way: Sequence[Segment], begin: float, end: float) -> Array:
+    """The times (W,) of the way points of several segments at once."""
+    ends = {time for segment in under_way for time in segment.times}
+    trajectories = [segment.trajectory for segment in under_way if segment.trajectory is not None]
+    ends |= {time for own in trajectories for time in own.times}
+    inner = sorted(time for time in ends if begin + TIME_TOLERANCE < time < end - TIME_TOLERANCE)
+    times = [begin, *inner, end]
+    if not trajectories:
+        return np.array(times)
+    counts = [max(1, int(np.ceil((b - a) / TIME_STEP - 1e-9))) for a, b in zip(times, times[1:], strict=False)]
+    cut = [np.arange(n) / n * (b - a) + a for a, b, n in zip(times, times[1:], counts, strict=False)]
+    return np.concatenate([*cut, [end]])
 
 
 def at_time(segment: Segment, time: float) -> Array:
-    """The values of a segment's joints at a time [s]."""
+    """The values of a segment's joints at a time [s]: on its trajectory, or linear between its way points."""
+    if segment.trajectory is not None:
+        return segment.trajectory.at(time)
     times = segment.times
     for k, moment in enumerate(times):
         if moment == time:

@@ -4,24 +4,58 @@ What is proven along a whole piece of this path holds for every moment of the fi
 moment of the second.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.separation_proofs import Course
-from kabo.planner.certify.motion_stretches import joined
+from kabo.plan import Segment
+from kabo.planner.certify.motion_stretches import MotionStretch, joined
+from kabo.scene import Robot
 
 
-def from_time_on(waypoints: Array, times: Array, time: float) -> Array | None:
-    """The way points (W, n) of a path from `time` [s] to its end; None if the path has ended by then."""
+def from_time_on(
+    stretch: MotionStretch, motion: Sequence[Segment], robots: Mapping[str, Robot], time: float
+) -> tuple[Array, Array] | None:
+    """The way points (W, n) of a stretch from `time` [s] to its end, and deviations (W - 1, n); None if it has ended.
+
+    Args:
+        stretch: a stretch of `motion`.
+        motion: the segments of the node.
+        robots: all robots of the scene.
+        time: since the beginning of the node's motion.
+    """
+    times, waypoints, deviations = stretch.times, np.hstack(list(stretch.waypoints.values())), stretch.together
     if times[-1] <= time:
         return None
     if times[0] >= time:
-        return waypoints
+        return waypoints, deviations
     later = times > time
-    row = np.array([np.interp(time, times, column) for column in waypoints.T])
-    return np.concatenate([row[None], waypoints[later]])
+    piece = int(later.argmax()) - 1
+    row = [_place(stretch, motion, robots[name], piece, time) for name in stretch.waypoints]
+    rest = deviations[piece:].copy()
+    rows = np.concatenate([np.concatenate(row)[None], waypoints[later]])
+    return rows, rest
+
+
+def _place(stretch: MotionStretch, motion: Sequence[Segment], robot: Robot, piece: int, time: float) -> Array:
+    """Where the path of a robot is at a time [s]: for a trajectory that follows it, the nearest place on its piece."""
+    rows, times = stretch.waypoints[robot.name], stretch.times
+    segment = next(motion[i] for i in stretch.segments if motion[i].robot == robot.name)
+    row = np.array([np.interp(time, times, column) for column in rows.T])
+    if segment.trajectory is None:
+        return row
+    own = [robot.joint_names.index(joint) for joint in segment.joints]
+    at = segment.trajectory.at(time)
+    if not stretch.in_time:
+        start, way = rows[piece, own], rows[piece + 1, own] - rows[piece, own]
+        square = float(way @ way)
+        share = float((at - start) @ way) / square if square > 0.0 else 0.0
+        at = start + min(1.0, max(0.0, share)) * way
+    row[own] = at
+    return row
 
 
 def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: int) -> Course:
@@ -47,11 +81,28 @@ def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: in
             here += 1
             rows.append((here, there))
     waypoints = np.array([[*mine[i], *theirs[k]] for i, k in rows])
+    deviations = None
+    if first.deviations is not None and second.deviations is not None:
+        numbers = np.array(rows)
+        both = zip((first.deviations, second.deviations), numbers.T, strict=True)
+        deviations = np.hstack([_along(off, own, cut) for off, own in both])
     moved = [body._replace(joint=body.joint + shift if body.joint else 0) for body in second.bodies]
     numbered = pairs + np.array([0, len(first.bodies), 0])
     return replace(
-        first, tree=tree, waypoints=waypoints, bodies=[*first.bodies, *moved], pairs=numbered, at_any_times=True
+        first,
+        tree=tree,
+        waypoints=waypoints,
+        bodies=[*first.bodies, *moved],
+        pairs=numbered,
+        at_any_times=True,
+        deviations=deviations,
     )
+
+
+def _along(deviations: Array, places: Integers, cut: int) -> Array:
+    """The deviations (R - 1, n) of one motion between the R places on its cut pieces; zeros where it stays at one."""
+    pieces = np.minimum(np.minimum(places[:-1], places[1:]) // cut, len(deviations) - 1)
+    return np.where((places[1:] == places[:-1])[:, None], 0.0, deviations[pieces])
 
 
 def _cut(waypoints: Array, parts: int) -> Array:

@@ -38,13 +38,14 @@ class Leg:
         return self.part.stretch.path
 
     def along(self, path: Iterable[Sequence[float]] | Array) -> Segment:
-        """The segment along other way points (m, n), given over all joints; its times are placeholders."""
+        """The segment along other way points (m, n), given over all joints; its times only count them."""
         robot = self.part.scene.robot(self.segment.robot)
         index = [robot.joint_names.index(joint) for joint in self.segment.joints]
         rows = tuple(tuple(configuration(np.asarray(q)[index])) for q in path)
         kept = (*(a for a, b in zip(rows, rows[1:], strict=False) if a != b), rows[-1])
         kept = kept if len(kept) > 1 else (kept[0], kept[0])
-        return replace(self.segment, waypoints=kept, times=tuple(float(k) for k in range(len(kept))))
+        times = tuple(float(k) for k in range(len(kept)))
+        return replace(self.segment, waypoints=kept, times=times, trajectory=None)
 
 
 def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:

@@ -5,18 +5,17 @@ Each stretch begins and ends in the same geometric state as before, except that 
 follows. Every changed motion is proven collision-free again, for all values that components may have there.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from time import perf_counter
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
+from kabo.geometry_server.situation import Situation
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
 from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
-from kabo.planner.refine.legs import legs_of, proven
 from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
 from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
@@ -53,19 +52,17 @@ class RefinementFigures:
         }
 
 
-def refine(
-    variants: tuple[Variant, ...], server: GeometricProcedures, *, samples: int = SAMPLES
-) -> RefinementFigures:
-    """Shortens, retimes and overlaps the motion of a plan's variants in place; returns figures before and after.
+def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = SAMPLES) -> RefinementFigures:
+    """Shortens, times and overlaps the motion of a plan in place; returns figures before and after.
 
     Args:
-        variants: the variants of an evaluation in which every call succeeded; the first is the root.
+        found: the motion of an evaluation in which every call succeeded, as it was found.
         server: the server that answered the calls; when its run has to stop, the remaining motion is not changed.
         samples: the number of samples that may be drawn to find other solutions of tasks.
     """
     began = perf_counter()
-    stops = stops_of(variants, server)
-    found = FoundMotion(stops, server)
+    found.untime()
+    stops = found.stops
     stretches = list(stretches_of(stops))
     draft = PlanDraft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
     choice = AlternativeChoice(server, stops, draft, samples)
@@ -76,12 +73,49 @@ def refine(
     for stretch in stretches:
         with suppress(CutOff):
             _refine(stretch, server)
-    _retime(stops, server)
+    time_motion(stops, server)
     if longest(stops, seconds_of) > found.seconds + BETTER or longest(stops, length_of) > found.length + BETTER:
-        found.restore(stops)
+        found.time()
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)
     return RefinementFigures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
+
+
+def time_motion(stops: Sequence[Stop], server: GeometricProcedures) -> None:
+    """Gives all motion of a plan its trajectories, where the plan's tasks have not."""
+    context = server.server.context()
+    for stop in stops:
+        if stop.answer is not None and stop.answer.motion:
+            made = timed(context, stop.situation, stop.answer.motion)
+            stop.keep(stop.situation, replace(stop.answer, motion=made))
+
+
+class FoundMotion:
+    """The motion of a plan as it was found, without times and with them."""
+
+    def __init__(self, variants: tuple[Variant, ...], server: GeometricProcedures) -> None:
+        """The motion of an evaluation in which every call succeeded; the first variant is the root."""
+        self.stops = stops_of(variants, server)
+        self._untimed = self._now()
+        self.length = longest(self.stops, length_of)
+        time_motion(self.stops, server)
+        self.seconds = longest(self.stops, seconds_of)
+        self._timed = self._now()
+
+    def _now(self) -> dict[Stop, tuple[Situation, Success | None]]:
+        return {stop: (stop.situation, stop.answer) for stop in self.stops}
+
+    def untime(self) -> None:
+        """Gives the plan the motion that was found, as paths without times."""
+        self._keep(self._untimed)
+
+    def time(self) -> None:
+        """Gives the plan the motion that was found, with its times."""
+        self._keep(self._timed)
+
+    def _keep(self, kept: Mapping[Stop, tuple[Situation, Success | None]]) -> None:
+        for stop, (situation, answer) in kept.items():
+            stop.keep(situation, answer)
 
 
 def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
@@ -115,42 +149,6 @@ def _refine(stretch: Sequence[Stop], server: GeometricProcedures) -> None:
         kept = None if answer is None else Success(act.motion, act.changes, learned=answer.learned)
         stop.keep(situation, kept)
         situation = situation.replace(act.changes)
-
-
-def _retime(stops: Sequence[Stop], server: GeometricProcedures) -> None:
-    """Times all motion anew."""
-    for stop in stops:
-        if stop.answer is not None:
-            with suppress(CutOff):
-                stop.keep(stop.situation, _timed(stop, stop.answer, server))
-
-
-def _timed(stop: Stop, answer: Success, server: GeometricProcedures) -> Success:
-    """A node's motion with new times, if it is proven with them."""
-    context = server.server.context()
-    server.server.look()
-    if not answer.motion or legs_of(context, stop.situation, answer.motion) is None:
-        return answer
-    made = tuple(timed(context, stop.situation, answer.motion, round_corners=find_spec("toppra") is not None))
-    return replace(answer, motion=made) if proven(context, stop.situation, made) else answer
-
-
-class FoundMotion:
-    """The motion before refinement, retimed within the same limits, for comparison and as a fallback."""
-
-    def __init__(self, stops: Sequence[Stop], server: GeometricProcedures) -> None:
-        self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
-        self.length = longest(stops, length_of)
-        _retime(stops, server)
-        self.seconds = longest(stops, seconds_of)
-        self._timed = {stop: (stop.situation, stop.answer) for stop in stops}
-        for stop, (situation, answer) in self._kept.items():
-            stop.keep(situation, answer)
-
-    def restore(self, stops: Sequence[Stop]) -> None:
-        """Restores the motion of the plan before refinement."""
-        for stop in stops:
-            stop.keep(*self._timed[stop])
 
 
 # ---------------------------------------------------------------------------------------------------- both at once

@@ -30,7 +30,7 @@ from kabo.planner.geometry.assembly import assemble, files_read
 from kabo.planner.geometry.eager import EagerGeometry
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.refusals import RefusalTable
-from kabo.planner.refine.refining import refine
+from kabo.planner.refine.refining import FoundMotion, refine
 from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
 from kabo.scene import load_scene
@@ -86,13 +86,13 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
 
     If refining or certifying is still to be done, `run.on_found` is first called with the plan as it was found.
     """
-    plan = None
+    plan, found = None, FoundMotion(variants, server)
     if run.on_found is not None and (run.options.quality == "good" or run.certifies):
         plan = _assembled(run, variants, server)
         run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
     if run.options.quality == "good":
         run.report_progress("refining")
-        run.refined, plan = refine(variants, server).written(), None
+        run.refined, plan = refine(found, server).written(), None
         if server.stop():
             run.note_cut("refining", "some of its motion is as it was found")
     if plan is None:

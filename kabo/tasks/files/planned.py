@@ -25,7 +25,7 @@ class TaskReport:
     """What planning runs of a task found.
 
     Attributes:
-        content: the report as plain data, in the form `kabo-task/1` (docs/reference/tasks.md).
+        content: the report as plain data, in the form `kabo-task/2` (docs/reference/tasks.md).
         runs: the runs, each with its task.
         scene: the scene in which the task was planned; None for a task without robots.
     """

@@ -1,4 +1,7 @@
-"""The format of reports, `kabo-task/1`: the keys of each object, and the check of a file against them."""
+"""The format of reports, `kabo-task/2`: the keys of each object, and the check of a file against them.
+
+Files of the format `kabo-task/1` are read, too: their solutions have no changes of the scene, and no trajectories.
+"""
 
 import math
 from collections.abc import Iterator
@@ -8,13 +11,14 @@ import msgspec
 
 from kabo.errors import Diagnostic, InputError
 
-FORMAT = "kabo-task/1"
+FORMAT, OLD_FORMAT = "kabo-task/2", "kabo-task/1"
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
 # The names in the published schema of objects whose classes are called otherwise here.
 _SCHEMA_NAMES = {
     "AttachReport": "Attach",
     "FailureReport": "Refusal",
-    "FilmReport": "Film",
+    "ChangeReport": "SceneChange",
+    "MotionReport": "Motion",
     "JointsReport": "Joints",
     "LearnedReport": "Learned",
     "PhaseReport": "Part",
@@ -24,6 +28,7 @@ _SCHEMA_NAMES = {
     "SolutionTime": "Found",
     "StageFigures": "Figures",
     "StateReport": "State",
+    "TrajectoryReport": "Trajectory",
 }
 MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
@@ -88,8 +93,22 @@ class AttachReport(TypedDict):
     to: str
 
 
-class SegmentReport(TypedDict):
-    """One stretch of motion, as in plan files; times from the beginning of the film [s]."""
+class TrajectoryReport(TypedDict):
+    """How the way points are passed, as in plan files: polynomials of the time since the beginning of each piece."""
+
+    times: list[float]
+    coefficients: list[list[list[float]]]
+    deviation: float
+
+
+class _Proven(TypedDict, total=False):
+    trajectory: TrajectoryReport
+    allowed_contacts: list[tuple[str, str]]
+    constraint: str | None
+
+
+class SegmentReport(_Proven):
+    """One stretch of motion, as in plan files; times from the beginning of the motion [s]."""
 
     robot: str
     joints: list[str]
@@ -100,11 +119,44 @@ class SegmentReport(TypedDict):
     detach: list[str]
 
 
-class FilmReport(TypedDict):
-    """The motion of a whole solution, from one state to another."""
+Change = Literal["attach", "detach", "join", "permit", "forbid", "add", "remove", "pad", "unpad"]
+
+
+class AddedBody(TypedDict):
+    """A body that only planning knows: its shape in the pose in its parent's frame, sizes as in scenes' meshes."""
+
+    name: str
+    parent: str
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    shape: dict[
+        str, list[float]
+    ]  # box: x, y, z; cylinder and capsule: radius, radius, height; sphere: radius thrice
+
+
+class _About(TypedDict, total=False):
+    object: str  # attach, detach, join: what changes hands; remove: the added body; unpad: what was padded
+    to: str  # attach: `robot.link`; join: the body
+    of: str  # detach: the robot that lets it go
+    pairs: list[tuple[str, str]]  # permit, forbid: `robot.link` or bodies
+    body: AddedBody  # add; pad, where `parent` is what is padded
+
+
+class ChangeReport(_About):
+    """A change of the scene by a stage, which takes effect at the end of a segment; null: before the first one."""
+
+    change: Change
+    stage: str
+    segment: int | None
+    time: float
+
+
+class MotionReport(TypedDict):
+    """The motion of a whole solution, from one state to another, and what changes in the scene meanwhile."""
 
     start: StateReport
     segments: list[SegmentReport]
+    changes: list[ChangeReport]
     after: StateReport
 
 
@@ -129,11 +181,11 @@ class PhaseReport(_Learning):
     changes: list[str]
 
 
-class _Filmed(TypedDict, total=False):
-    film: FilmReport  # of the first solutions, where robots move
+class _Moving(TypedDict, total=False):
+    motion: MotionReport  # where robots move
 
 
-class Whole(_Filmed):
+class Whole(_Moving):
     """A solution of the task."""
 
     comment: str
@@ -203,7 +255,7 @@ class _InScene(TypedDict, total=False):
 class Report(_InScene):
     """Runs of one task."""
 
-    format: Literal["kabo-task/1"]
+    format: Literal["kabo-task/2"]
     task: str
     file: str | None
     arguments: dict[str, Any]
@@ -224,7 +276,7 @@ def read_report(content: bytes, file: str) -> Report:
     """
     hint = "kabo task plan FILE -o REPORT.json writes one"
     try:
-        found = msgspec.json.decode(content, type=Report)
+        found = msgspec.convert(_upgraded(msgspec.json.decode(content)), type=Report)
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at ")
         where = path.strip("`").removeprefix("$.")
@@ -246,6 +298,19 @@ def read_report(content: bytes, file: str) -> Report:
     if not found["stages"] or not found["runs"]:
         raise InputError([Diagnostic(file, 1, 1, "this is no report of planning: it has no run", hint)])
     return found
+
+
+def _upgraded(content: Any) -> Any:
+    """A report of the format `kabo-task/1` in today's form; anything else as it is."""
+    if not isinstance(content, dict) or content.get("format") != OLD_FORMAT:
+        return content
+    runs = content.get("runs")
+    for run in runs if isinstance(runs, list) else ():
+        solutions = run.get("solutions") if isinstance(run, dict) else None
+        for whole in solutions if isinstance(solutions, list) else ():
+            if isinstance(whole, dict) and isinstance(whole.get("film"), dict):
+                whole["motion"] = {**whole.pop("film"), "changes": []}
+    return {**content, "format": FORMAT}
 
 
 def _counts(report: Report) -> Iterator[tuple[str, int, int]]:

@@ -1,8 +1,8 @@
-"""The report of planning runs as plain data: `kabo-task/1`, for `kabo task show`, `kabo task compare` and other programs.
+"""The report of planning runs as plain data: `kabo-task/2`, for `kabo task show`, `kabo task compare` and other programs.
 
 It contains the structure of the task, the figures of each stage, every solution of the task, and the
-solutions and failures of every stage with their comments and scene changes. Where robots move, it contains the motions
-of the first solutions and the sample of every failure, too.
+solutions and failures of every stage with their comments and scene changes. Where robots move, it contains the motion
+of every solution, with the changes of its scene as data, and the sample of every failure, too.
 """
 
 import math
@@ -25,7 +25,7 @@ from kabo.tasks.core import (
 )
 from kabo.tasks.files.building import TaskFile, default_of
 from kabo.tasks.files.changes import scene_change
-from kabo.tasks.files.films import MAX_FILMS, film_of, sample_of
+from kabo.tasks.files.motions import motion_of, sample_of
 from kabo.tasks.files.report_form import (
     FailureReport,
     PhaseReport,
@@ -57,7 +57,7 @@ def report(
     """The report of one or more planning runs of the same task, in a scene that was read from `scene_file`."""
     task = runs[0].task
     made: Report = {
-        "format": "kabo-task/1",
+        "format": "kabo-task/2",
         "task": task.name,
         "file": file,
         "arguments": {name: plain(value) for name, value in (arguments or {}).items()},
@@ -130,10 +130,7 @@ def _run(run: TaskRun, scene: "Scene | None") -> RunReport:
         "exhausted": task.exhausted,
         "stopped": run.stopped,
         "found": [{"seconds": seconds, "cost": cost} for seconds, cost in run.found],
-        "solutions": [
-            _whole(solution, paths, scene if k < MAX_FILMS else None)
-            for k, solution in enumerate(task.solutions[:MAX_REPORTED])
-        ],
+        "solutions": [_whole(solution, paths, scene) for solution in task.solutions[:MAX_REPORTED]],
         "stages": {path: _stage(task, stage, scene) for path, stage in stages},
         "explanation": None if task.solutions else _why(task, paths),
     }
@@ -199,8 +196,8 @@ def _phase(part: Solution, path: str) -> PhaseReport:
 def _whole(solution: Solution, paths: Mapping[int, str], scene: "Scene | None") -> Whole:
     parts = [_phase(part, paths[id(part.stage)]) for part in phases(solution)]
     made: Whole = {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
-    film = None if scene is None else film_of(solution, scene)
-    return made if film is None else {**made, "film": film}
+    motion = None if scene is None else motion_of(solution, scene)
+    return made if motion is None else {**made, "motion": motion}
 
 
 def phases(solution: Solution) -> Iterator[Solution]:

@@ -10,6 +10,7 @@ from kabo.tasks.robots.motion.costs import tool_distance as tool_distance
 from kabo.tasks.robots.motion.directions import Direction as Direction
 from kabo.tasks.robots.motion.exporting import changed as changed
 from kabo.tasks.robots.motion.exporting import changed_between as changed_between
+from kabo.tasks.robots.motion.exporting import found_motion as found_motion
 from kabo.tasks.robots.motion.exporting import segments as segments
 from kabo.tasks.robots.motion.exporting import stretches as stretches
 from kabo.tasks.robots.scenes import Stretch as Stretch

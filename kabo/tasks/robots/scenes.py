@@ -20,6 +20,7 @@ from kabo.geometry_server import (
     workspace_of,
 )
 from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot, world_T
+from kabo.tasks.robots.timed_paths import TimedPath
 
 
 def configuration(q: Iterable[float]) -> Configuration:
@@ -155,9 +156,9 @@ class Stretch:
     """A piece of motion of one robot, proven free when it was made; it becomes a segment of a plan.
 
     `waypoints` are configurations of all its joints; those of the other `group` do not move. `attach` (object, link) and
-    `detach` take effect at its end. A stretch with one way point lasts `seconds`, mostly 0. `times` [s, from 0] are given
-    only for a motion that does not stop at its ends. The corners of an `exact` stretch are not rounded. `stage` is the path
-    of the stage that made it, if a wrapper has taken it over. `since` [s] is the time between the beginning of the previous
+    `detach` take effect at its end. A stretch with one way point lasts `seconds`, mostly 0. `timed` is given for a motion
+    that has its times already; others rest at both ends. The shape of an `exact` stretch is kept. `stage` is the path of
+    the stage that made it, if a wrapper has taken it over. `since` [s] is the time between the beginning of the previous
     stretch of the same motion and that of this one; None: it begins after all previous ones have ended.
     """
 
@@ -169,7 +170,7 @@ class Stretch:
     attach: tuple[tuple[str, str], ...] = ()
     detach: tuple[str, ...] = ()
     seconds: float = 0.0
-    times: tuple[float, ...] = ()
+    timed: TimedPath | None = None
     exact: bool = False
     stage: str | None = None
     since: float | None = None
@@ -191,8 +192,8 @@ class Stretch:
 
     def reversed(self) -> "Stretch":
         """The stretch in reverse; its attachments are kept as they are, because other stages reverse them."""
-        times = tuple(round(self.times[-1] - t, 6) for t in reversed(self.times))
-        return replace(self, waypoints=self.waypoints[::-1], times=times)
+        timed = None if self.timed is None else self.timed.reversed()
+        return replace(self, waypoints=self.waypoints[::-1], timed=timed)
 
 
 def stretch(

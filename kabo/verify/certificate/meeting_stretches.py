@@ -35,10 +35,20 @@ def stretch_of(meeting: Meeting, cut: int) -> MotionStretch | None:
     kept = np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])
     whole = np.hstack([mine[rows[kept, 0]], theirs[rows[kept, 1]]])
     arms = (*first.arms.values(), *second.arms.values())
-    path = Path(arms, whole, np.arange(len(whole), dtype=np.float64))
+    path = Path(arms, whole, np.arange(len(whole), dtype=np.float64), _deviations(meeting, rows[kept], cut))
     things = [*meeting.first.things, *meeting.second.things]
     divide, before = len(meeting.first.things), meeting.first.segments
     return MotionStretch(meeting.node, meeting.second.segments, path, things, (), before=before, divide=divide)
+
+
+def _deviations(meeting: Meeting, rows: Array, cut: int) -> Array:
+    """The deviations of both motions on each step between two rows (M, 2) of numbers of their cut pieces."""
+    found = []
+    for path, own in zip((meeting.first.path, meeting.second.path), rows.T, strict=True):
+        pieces = np.minimum(own[:-1], own[1:]) // cut
+        here = path.deviations[np.minimum(pieces, len(path.deviations) - 1)]
+        found.append(np.where((own[1:] == own[:-1])[:, None], 0.0, here))
+    return np.hstack(found)
 
 
 def _cut(configurations: Array, parts: int) -> Array:

@@ -1,8 +1,9 @@
 """Checks every claim in the proof that two bodies stay apart: disjoint boxes, and separating axes.
 
 Nothing is searched. A claim is about a piece of the path and a range of convex parts of each body. What a body sweeps
-over this piece lies in the hull of its poses at both ends and at all way points between, enlarged by the deviation from
-the chords. Poses are given in the world as if the last joint that carries both bodies stayed in its first pose.
+over this piece lies in the hull of its poses at both ends and at all way points between, enlarged by the deviation of
+the path from the chords and by that of the trajectory from the path. Poses are given in the world as if the last joint
+that carries both bodies stayed in its first pose.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.plan import PairProof
 from kabo.verify.certificate.parts import Parts
-from kabo.verify.motion.chord_bounds import deviations, frame_of, reach
+from kabo.verify.motion.chord_bounds import deviations, frame_of, reach, strays
 from kabo.verify.motion.sweep import Path, Poses, SweptBody
 
 POSITIONS_PER_PIECE = 1 << 20  # positions in the path are integers, so many to the piece between two way points
@@ -64,6 +65,8 @@ class Side:
         # Balls need no chords: their centres have them.
         radius = 0.0 if mount is None else reach(mount, parts.vertices, parts.of_vertices(parts.discs))
         self.deviations, self.moves = deviations(path, mount, joint if mount is not None else 0, radius)
+        self.strays = strays(path, mount, joint if mount is not None else 0, radius)
+        self.moves = self.moves or bool(self.strays.any())
         self._poses: dict[int, Array] = {}
         self._stretches: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._boxes: dict[tuple[int, int], tuple[list[list[float]], list[list[float]], float]] = {}
@@ -93,10 +96,15 @@ class Side:
         return self._stretches[s0, s1]
 
     def deviation(self, s0: int, s1: int) -> float:
-        """An upper bound of how far the body's points leave their chords between two positions of the path [m]."""
+        """An upper bound of how far the body's points leave their chords between two positions of the path [m].
+
+        Inside a piece the path bends less, but the trajectory may deviate from it as much as anywhere on the piece.
+        """
+        first, last = s0 // POSITIONS_PER_PIECE, s1 // POSITIONS_PER_PIECE
         if s1 - s0 < POSITIONS_PER_PIECE:
-            return float(self.deviations[s0 // POSITIONS_PER_PIECE]) * ((s1 - s0) / POSITIONS_PER_PIECE) ** 2
-        return float(self.deviations[s0 // POSITIONS_PER_PIECE : s1 // POSITIONS_PER_PIECE].max())
+            share = (s1 - s0) / POSITIONS_PER_PIECE
+            return float(self.deviations[first]) * share**2 + float(self.strays[first])
+        return float((self.deviations[first:last] + self.strays[first:last]).max())
 
     def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
         """The box (lower, upper) around all that a range of parts sweeps, and the rounding error [m]."""

@@ -67,3 +67,29 @@ def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tu
             distance = distance + np.maximum(np.abs(values[k][:-1]), np.abs(values[k][1:]))
         distance = distance + float(np.linalg.norm(arm.robot.model.jointPlacements[j].translation))
     return 0.125 * bend * ROUNDING_FACTOR, any(step.any() for step in steps)
+
+
+def strays(path: Path, mount: Mount | None, frame: int, radius: float) -> Array:
+    """The most that points are away from where the path has them, as the trajectory deviates, on each piece (K,) [m].
+
+    The arguments are those of `deviations`. A joint that turns by d moves a point by its distance from the joint times
+    d at most, one that slides by d.
+    """
+    pieces = len(path.configurations) - 1
+    if mount is None or path.exact:
+        return np.zeros(pieces)
+    arm, columns = path.arms[mount.robot], path.columns[mount.robot]
+    q, off, actuation = path.configurations[:, columns], path.deviations[:, columns], arm.robot.actuation
+    found, distance, joint = np.zeros(pieces), np.full(pieces, radius), mount.joint
+    while joint != frame:
+        source, ratio = actuation.source[joint], actuation.ratio[joint]
+        own = np.abs(ratio) * off[:, source]
+        if arm.revolute[joint]:
+            found += distance * own
+        else:
+            value = np.abs(ratio * q[:, source] + actuation.shift[joint])
+            found += own
+            distance = distance + np.maximum(value[:-1], value[1:]) + own
+        distance = distance + float(np.linalg.norm(arm.robot.model.jointPlacements[joint].translation))
+        joint = arm.parents[joint]
+    return found * ROUNDING_FACTOR

@@ -12,6 +12,7 @@ from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.surfaces import hull_depth
 from kabo.verify.motion.sweep import Contact, Intervals, Pair, Path, Proof, SweptBody, open_intervals
+from kabo.verify.motion.trajectories.figures import TrajectoryFigures
 from kabo.verify.report import Finding, Least
 
 
@@ -24,6 +25,7 @@ class Tally:
     least: Least | None = None
     known: dict[bytes, Proof] = field(default_factory=dict)
     stretches: list[MotionStretch] = field(default_factory=list)  # all stretches checked, for the certificate
+    trajectories: TrajectoryFigures = field(default_factory=TrajectoryFigures)
 
 
 def check_collision(
@@ -89,6 +91,7 @@ def _prove(pair: Pair, intervals: Intervals, shift: np.ndarray | None) -> Proof:
 def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
     digest = hashlib.sha256(" ".join(pair.path.arms).encode())
     digest.update(pair.path.configurations.tobytes() + pair.path.times.tobytes())
+    digest.update(b"" if pair.path.exact else pair.path.deviations.tobytes())
     for thing in (pair.first, pair.second):
         digest.update(thing.surface.identity)
         if thing.mount is not None:
@@ -107,6 +110,8 @@ def _finding(node: str, names: tuple[str, str], proof: Proof) -> Finding:
     first, second = names
     if contact.distance is not None:
         text = f"{first} and {second}: cannot be decided, closer than {contact.distance:.2g} m"
+        if contact.stray > 0.0:
+            text += f", and the trajectory may bring them {contact.stray:.2g} m nearer than its path"
         return Finding(node, text, contact.time, names, 0.0)
     if contact.inside:
         return Finding(

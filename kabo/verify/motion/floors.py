@@ -82,7 +82,9 @@ def _outline(arm: Arm, joint: int) -> Array:
         return corners
 
 
-def check_floor(node: str, segment: Segment, arm: Arm, floor: Floor, start: Array) -> Iterator[Finding]:
+def check_floor(
+    node: str, segment: Segment, arm: Arm, floor: Floor, start: Array, deviations: Array | None = None
+) -> Iterator[Finding]:
     """A finding unless the base is proven to stay on its floor along a segment of the planned joints.
 
     Args:
@@ -91,6 +93,7 @@ def check_floor(node: str, segment: Segment, arm: Arm, floor: Floor, start: Arra
         arm: the robot.
         floor: its floor.
         start: the configuration (n,) of all joints when the segment begins.
+        deviations: how far the joints may be from the path on each piece (K, planned) [rad or m]; None: nowhere.
     """
     if segment.joints != arm.robot.planned_joints:
         return
@@ -99,6 +102,10 @@ def check_floor(node: str, segment: Segment, arm: Arm, floor: Floor, start: Arra
     rows[:, : waypoints.shape[1]] = waypoints
     poses = np.array([arm.joint_poses(q.tolist())[floor.joint] for q in rows])
     out = outside(floor, poses, np.diff(rows[:, BASE_JOINTS - 1]))
+    if deviations is not None:
+        lever = float(np.linalg.norm(floor.outline, axis=1).max())
+        reach = arm.reach(floor.joint, lever, arm.chains[floor.joint])
+        out = out + deviations[:, :BASE_JOINTS] @ reach[:BASE_JOINTS]
     k = int(out.argmax())
     if out[k] > LIMIT_TOLERANCE:
         text = f"the base of {segment.robot} leaves its floor {floor.region} by {1000 * out[k]:.3g} mm"

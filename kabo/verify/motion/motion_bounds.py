@@ -17,7 +17,7 @@ def closer(pair: Pair, intervals: Intervals) -> tuple[Pair, Intervals]:
     lengths = np.diff(pair.ends)
     bounds = np.minimum(lengths, _lengths(pair.path, pair.first) + _lengths(pair.path, pair.second))
     made = Pair(pair.path, pair.first, pair.second, np.zeros(pair.path.steps.shape[1]))
-    made.ends = np.concatenate([[0.0], np.cumsum(bounds)])
+    made.ends, made.strays = np.concatenate([[0.0], np.cumsum(bounds)]), pair.strays
     return made, [(_place(pair, made, start), _place(pair, made, end)) for start, end in intervals]
 
 

@@ -23,6 +23,7 @@ from kabo.verify.motion.sweep import (
     stations,
     weights,
 )
+from kabo.verify.motion.windows import rest_of
 from kabo.verify.report import Finding
 
 OVERLAP_TOLERANCE = 2e-6  # [s] by which rounded times may exceed a bound
@@ -38,15 +39,11 @@ class Sweep:
 
     def since(self, time: float) -> "Sweep | None":
         """The part of the sweep after a time [s]; None if the sweep has ended by this time."""
-        path = self.path
-        if path.times[-1] <= time:
+        if self.path.times[-1] <= time:
             return None
-        if path.times[0] >= time:
+        if self.path.times[0] >= time:
             return self
-        later = path.times > time
-        row = np.array([np.interp(time, path.times, column) for column in path.configurations.T])
-        rows = np.concatenate([row[None], path.configurations[later]])
-        return Sweep(Path(tuple(path.arms.values()), rows, [time, *path.times[later]]), self.things, self.segments)
+        return Sweep(rest_of(self.path, time), self.things, self.segments)
 
 
 @dataclass(frozen=True)
@@ -180,7 +177,8 @@ def _balls(path: Path, thing: SweptBody) -> tuple[Array, float]:
     s = np.array([alone.ends[k] + share * (alone.ends[k + 1] - alone.ends[k]) for k, share in steps])
     poses = np.array([thing.pose(path.poses(*place)) for place in steps])
     centres = poses[:, :3, :3] @ thing.surface.centre + poses[:, :3, 3]
-    return centres, thing.surface.radius + float(np.diff(s, append=s[-1]).max()) / 2 + 1e-9
+    away = float(np.diff(s, append=s[-1]).max()) / 2 + float(alone.strays.max())
+    return centres, thing.surface.radius + away + 1e-9
 
 
 def _meeting(first: Pair, second: Pair) -> Contact | None:
@@ -192,20 +190,22 @@ def _meeting(first: Pair, second: Pair) -> Contact | None:
             known[which][s] = (first, second)[which].poses(s)[0]
         return known[which][s]
 
-    shortest = MIN_STEP_SHARE * (first.length + second.length)
+    shortest, exact = MIN_STEP_SHARE * (first.length + second.length), first.path.exact and second.path.exact
     stack = [(0.0, first.length, 0.0, second.length)]
     while stack:
         s0, s1, t0, t1 = stack.pop()
         s, t, half = (s0 + s1) / 2, (t0 + t1) / 2, (s1 - s0 + t1 - t0) / 2
         a, b = (first.first.surface, pose(0, s)), (second.first.surface, pose(1, t))
+        stray = 0.0 if exact else first.stray(s0, s1) + second.stray(t0, t1)
         distance = hull_gap(*a, *b)
-        if distance <= half:
+        if distance <= half + stray:
             distance = max(distance, mesh_distance(*a, *b))
-        if distance > half:
+        if distance > half + stray:
             continue
         if distance <= CONTACT_DISTANCE or half < shortest:
             time = second.path.time(*second.place(t))
-            return Contact(time, None if distance <= CONTACT_DISTANCE else distance, hull_depth(*a, *b))
+            near = None if distance <= CONTACT_DISTANCE else distance
+            return Contact(time, near, hull_depth(*a, *b), stray=stray)
         if s1 - s0 > t1 - t0:
             stack += [(s, s1, t0, t1), (s0, s, t0, t1)]
         else:

@@ -37,10 +37,19 @@ def check_path_constraints(path: Path, constraints: Sequence[Constraint], owners
         rates = _rates(arm, constraint, owners)
         for piece in range(len(path.steps)):
             bound = {kind: float(path.steps[piece] @ rate) for kind, rate in rates.items()}
-            _prove(path, piece, constraint, owners, bound)
+            stray = {kind: float(path.deviations[piece] @ rate) for kind, rate in rates.items()}
+            _prove(path, piece, constraint, owners, bound, stray)
 
 
-def _prove(path: Path, piece: int, constraint: Constraint, owners: Owners, bound: dict[str, float]) -> None:
+def _prove(
+    path: Path,
+    piece: int,
+    constraint: Constraint,
+    owners: Owners,
+    bound: dict[str, float],
+    stray: dict[str, float],
+) -> None:
+    """Proves a constraint on one piece, whose measures change by `bound`, and by `stray` beside the path."""
     for end in (0.0, 1.0):
         for measure in _measured(path, piece, end, constraint, owners):
             if measure.excess > measure.tolerance:
@@ -53,7 +62,7 @@ def _prove(path: Path, piece: int, constraint: Constraint, owners: Owners, bound
         for measure in found:
             if measure.excess > measure.tolerance:
                 raise ConstraintViolation(path.time(piece, middle), constraint, measure, False)
-        open_ = [m for m in found if m.excess + bound[m.kind] * half > m.tolerance]
+        open_ = [m for m in found if m.excess + bound[m.kind] * half + stray[m.kind] > m.tolerance]
         if open_ and half < 0.5**MAX_HALVINGS:
             raise ConstraintViolation(path.time(piece, middle), constraint, open_[0], True)
         if open_:

@@ -13,6 +13,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.surfaces import Surface, encloses, hull_depth, hull_gap, mesh_distance
+from kabo.verify.motion.trajectories.curves import Curve
 
 Poses = Mapping[str, Array]  # robot that moves -> the poses of its joints (J, 4, 4)
 Intervals = list[tuple[float, float]]  # from, to, in metres of a pair's relative motion
@@ -51,16 +52,32 @@ class SweptBody:
 class Path:
     """A path of a robot, or of several that move together: configurations (m, n) of all their joints, times (m,).
 
-    The columns are the joints of one robot after the other, in the order of `arms`.
+    The columns are the joints of one robot after the other, in the order of `arms`. While they follow a piece of the
+    path, no joint is ever farther from it than its deviation (m - 1, n) [rad or m]; None: they follow it exactly.
+    `curves` are the trajectories of some columns. `in_time`: way points are passed at `times`, and the position between
+    them is proportional to time but for the deviation; else a trajectory is somewhere on the piece between two times.
     """
 
-    def __init__(self, arms: Arm | Sequence[Arm], configurations: Array, times: Sequence[float] | Array) -> None:
+    def __init__(
+        self,
+        arms: Arm | Sequence[Arm],
+        configurations: Array,
+        times: Sequence[float] | Array,
+        deviations: Array | None = None,
+        curves: Sequence[tuple[tuple[int, ...], Curve]] = (),
+        *,
+        in_time: bool = False,
+    ) -> None:
         together = (arms,) if isinstance(arms, Arm) else tuple(arms)
         self.arms = {arm.robot.name: arm for arm in together}
         ends = np.cumsum([0, *(len(arm.robot.joint_names) for arm in together)])
         self.columns = {name: slice(ends[k], ends[k + 1]) for k, name in enumerate(self.arms)}
         self.configurations, self.times = configurations, np.asarray(times)
         self.steps = np.abs(np.diff(configurations, axis=0))  # (m - 1, n)
+        none = np.zeros_like(self.steps)
+        self.deviations = none if deviations is None else deviations
+        self.exact = not self.deviations.any()
+        self.curves, self.in_time = tuple(curves), in_time
 
     def at(self, piece: int, share: float) -> Array:
         """The configuration at a place in a piece; `share` goes from 0 to 1."""
@@ -79,12 +96,16 @@ class Path:
 
 @dataclass(frozen=True)
 class Contact:
-    """A place where a pair is not proven apart; `distance` is None if they touch, else too small to decide."""
+    """A place where a pair is not proven apart; `distance` is None if they touch, else too small to decide.
+
+    `stray` is how much nearer than on the path the bodies may be, as their motion deviates from it [m].
+    """
 
     time: float
     distance: float | None
     depth: float
     inside: bool = False
+    stray: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -103,6 +124,13 @@ class Pair:
     def __init__(self, path: Path, first: SweptBody, second: SweptBody, bound: Array) -> None:
         self.path, self.first, self.second = path, first, second
         self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ bound)])  # metres at every way point
+        self.strays = path.deviations @ bound  # (m - 1,) [m]
+
+    def stray(self, start: float, end: float) -> float:
+        """The most by which the bodies may be nearer than on the path, from `start` to `end` metres of motion [m]."""
+        first = int(np.searchsorted(self.ends, start, side="left")) - 1
+        last = int(np.searchsorted(self.ends, end, side="right"))
+        return float(self.strays[max(0, first) : max(1, last)].max())
 
     @property
     def length(self) -> float:
@@ -140,16 +168,18 @@ class Pair:
         """
         least, when, count = np.inf, 0.0, 0
         stack = list(reversed(intervals))
-        shortest = MIN_STEP_SHARE * self.length
+        shortest, exact = MIN_STEP_SHARE * self.length, not self.strays.any()
         while stack:
             start, end = stack.pop()
             middle, half = (start + end) / 2, (end - start) / 2
+            stray = 0.0 if exact else self.stray(start, end)
             a, b = self.poses(middle)
             if shift is not None:
                 a = a.copy()
                 a[:3, 3] += shift
             distance = hull_gap(self.first.surface, a, self.second.surface, b)
-            helps = distance <= half and distance < 0.5 * half + CONTACT_DISTANCE or distance <= CONTACT_DISTANCE
+            left = distance - stray
+            helps = left <= half and left < 0.5 * half + CONTACT_DISTANCE or left <= CONTACT_DISTANCE
             if helps or distance < least:  # hulls prove, but only meshes say how near the bodies come
                 distance = max(distance, mesh_distance(self.first.surface, a, self.second.surface, b))
             count += 1
@@ -158,13 +188,17 @@ class Pair:
             if distance <= CONTACT_DISTANCE:
                 depth = hull_depth(self.first.surface, a, self.second.surface, b)
                 return Proof(Contact(when, None, depth), least, when, count)
-            if distance > half:
+            left = distance - stray
+            if left > half:
                 continue
-            if distance < shortest:
-                return Proof(Contact(when, distance, 0.0), least, when, count)
+            if left < shortest or left <= 0.0:
+                if exact or half <= shortest:
+                    time = self.path.time(*self.place(middle))
+                    return Proof(Contact(time, distance, 0.0, stray=stray), least, when, count)
+                left = 0.0  # other pieces of the path may have a smaller deviation
             # The later half goes onto the stack first, so that contacts are found in the order of time.
-            stack.append((middle + distance, end))
-            stack.append((start, middle - distance))
+            stack.append((middle + left, end))
+            stack.append((start, middle - left))
         return Proof(None, least, when, count)
 
 
@@ -192,11 +226,14 @@ def open_intervals(
     free are removed.
     """
     bounds = np.array([weights(path, *pair) for pair in pairs]).reshape(len(pairs), -1)
-    moving = [int(i) for i in np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)]
+    travel = path.steps if path.exact else path.steps + path.deviations
+    moving = [int(i) for i in np.flatnonzero((travel @ bounds.T).sum(axis=0) > 0.0)]
     if not moving:
         return 0, []
     places = stations(path, path.steps @ bounds.max(axis=0))
     apart = _apart(path, [pairs[i] for i in moving], places)  # (P, stations)
+    if not path.exact:
+        apart = apart - (path.deviations @ bounds[moving].T).max(axis=0)[:, None]
     travelled = np.concatenate([np.zeros((1, path.steps.shape[1])), np.cumsum(path.steps, axis=0)])
     passed = np.array([travelled[k] + share * path.steps[k] for k, share in places])
     s = bounds[moving] @ passed.T

@@ -27,6 +27,8 @@ from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Situation
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.sweep import Path, SweptBody
+from kabo.verify.motion.trajectories.borders import check_borders
+from kabo.verify.motion.trajectories.judge import Followed, SegmentJudge, check_form, followed
 from kabo.verify.motion.views import check_view
 from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.report import Finding
@@ -44,6 +46,7 @@ class Walk:
     tally: Tally
     permitted: dict[int, Permits] = field(default_factory=dict)  # of the segments that have begun
     sweeps: list[Sweep] = field(default_factory=list)  # the bodies that moved, window by window
+    how: list[Followed] = field(default_factory=list)  # the curve and deviations of each segment
     now: float = 0.0  # [s]
 
     def __post_init__(self) -> None:
@@ -63,11 +66,17 @@ class Walk:
         yield from self._check_timeline()
         if self._timeless():
             return
+        misshapen = [f for i, s in enumerate(self.segments) for f in check_form(self.node, i, s)]
+        if misshapen:
+            yield from misshapen
+            return
         self.segments = one_by_one(self.segments)
+        self.how = [followed(segment) for segment in self.segments]
         yield from self._check_numbers()
-        self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments)
+        yield from self._check_trajectories()
+        self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments, self.how)
         for window in windows(self.segments):
-            path = window_path(window, self.segments, self.world.arms, self.q)
+            path = window_path(window, self.segments, self.world.arms, self.q, self.how)
             for i in window.starting:
                 yield from self._begin(i)
             yield from self._check_collision(window, path)
@@ -85,7 +94,7 @@ class Walk:
     def _begin(self, i: int) -> Iterator[Finding]:
         """Checks the hand, the strokes and the constraint of a segment that begins, and decides its permitted contacts."""
         segment, time = self.segments[i], self.segments[i].times[0]
-        path = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
+        path = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot], self.how[i])
         self.permitted[i] = self.grants.permits(i, path)
         for text, pair in self.permitted[i].refused:
             yield Finding(self.node, text, time, pair)
@@ -135,12 +144,19 @@ class Walk:
 
     def _check_numbers(self) -> Iterator[Finding]:
         q = {robot: self.q[robot].copy() for robot in self.moved}
-        for segment in self._in_time():
+        for i in sorted(range(len(self.segments)), key=lambda i: self.segments[i].times[0]):
+            segment = self.segments[i]
             arm = self.world.arms[segment.robot]
             yield from check_numbers(self.node, segment, arm.robot, q[segment.robot])
             if (floor := self.world.floors[segment.robot]) is not None:
-                yield from check_floor(self.node, segment, arm, floor, q[segment.robot])
+                yield from check_floor(self.node, segment, arm, floor, q[segment.robot], self.how[i].deviations)
             q[segment.robot][columns(segment, arm)] = segment.waypoints[-1]
+
+    def _check_trajectories(self) -> Iterator[Finding]:
+        arms, figures = self.world.arms, self.tally.trajectories
+        for i, segment in enumerate(self.segments):
+            yield from SegmentJudge(self.node, i, segment, arms[segment.robot], figures).check(self.how[i])
+        yield from check_borders(self.node, self.segments, self.how, arms)
 
     # ------------------------------------------------------------------------------------------------ contacts
     def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:

@@ -12,7 +12,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.scene import Attachment, Configuration, GeometricState, Robot, Scene, attachment, world_T
 from kabo.scene.transforms import inverse
-from kabo.tasks.files.report_form import FilmReport, SegmentReport, StateReport
+from kabo.tasks.files.report_form import MotionReport, SegmentReport, StateReport
 
 State = dict[str, Any]
 
@@ -41,7 +41,7 @@ def _joints(values: Mapping[str, float], robot: Robot) -> dict[str, float]:
     return dict(values)
 
 
-def film_view(film: FilmReport, scene: Scene) -> State:
+def film_view(film: MotionReport, scene: Scene) -> State:
     """A film: `start` and `after` as what is elsewhere than at the start of the scene, `segments`, `handovers`.
 
     Raises:
@@ -62,7 +62,7 @@ def film_view(film: FilmReport, scene: Scene) -> State:
     }
 
 
-def _handovers(film: FilmReport, scene: Scene) -> list[State]:
+def _handovers(film: MotionReport, scene: Scene) -> list[State]:
     """Where objects hang that are taken or let go: `time` [s], `object`, `parent`, and the pose in its frame."""
     made = []
     start = _whole(film["start"], scene)

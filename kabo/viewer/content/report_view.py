@@ -13,11 +13,14 @@ if TYPE_CHECKING:
     from kabo.scene import Scene
 
 UNFOLDED_LEVELS = 2  # levels of the tree of stages that are unfolded at first
+MAX_FILMS = 10  # solutions of one run, the first ones, whose motion the page plays: each has its weight
 MIN_TIME_SHARE = 0.02  # share of the whole time from which on it is told
 
 
-def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
-    """The part `report` of a view document, of a report `kabo-task/1`; states and films only with the scene.
+def report_view(report: Mapping[str, Any], scene: "Scene | None", solution: int | None = None) -> View:
+    """The part `report` of a view document, of a report `kabo-task/2`; states and films only with the scene.
+
+    `solution` is the number of the only one that has a film, from 1 in the order of all runs; None: the first ones.
 
     Raises:
         KeyError: the report names a robot, joint or object that is not in the scene.
@@ -26,6 +29,7 @@ def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
     read = cast("Report", report)
     runs = read["runs"]
     given = [f"{name} = {value}" for name, value in read["arguments"].items()]
+    before = [sum(len(run["solutions"]) for run in runs[:k]) for k in range(len(runs))]
     return {
         "headline": describe_report(read, 0).split("\n", 1)[0].partition(": ")[2],
         "given": [*([read["file"]] if read["file"] else []), *given],
@@ -36,8 +40,14 @@ def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
         ],
         "stages": _stages(read["stages"], runs, scene),
         "runs": [
-            {"seed": run["seed"], "solutions": [_whole(k, run, scene) for k in range(len(run["solutions"]))]}
-            for run in runs
+            {
+                "seed": run["seed"],
+                "solutions": [
+                    _whole(k, run, scene if _is_shown(first, k, solution) else None)
+                    for k in range(len(run["solutions"]))
+                ],
+            }
+            for first, run in zip(before, runs, strict=True)
         ],
     }
 
@@ -129,7 +139,7 @@ def _title(what: str, listed: int, count: int) -> str:
 def _whole(k: int, run: RunReport, scene: "Scene | None") -> dict[str, Any]:
     solution: Whole = run["solutions"][k]
     seconds = f", after {run['found'][k]['seconds']:.3g} s" if k < len(run["found"]) else ""
-    film = None if scene is None or "film" not in solution else film_view(solution["film"], scene)
+    film = None if scene is None or "motion" not in solution else film_view(solution["motion"], scene)
     return {
         "title": f"{k + 1}: cost {number(solution['cost'])}{seconds}",
         "comment": solution["comment"],
@@ -147,8 +157,13 @@ def _whole(k: int, run: RunReport, scene: "Scene | None") -> dict[str, Any]:
     }
 
 
+def _is_shown(first: int, k: int, solution: int | None) -> bool:
+    """Whether solution `k` of a run before which there are `first` others is played."""
+    return k < MAX_FILMS if solution is None else first + k + 1 == solution
+
+
 def _begin(path: str, solution: Whole) -> float | None:
     """When the first motion of a stage, or of one inside it, begins in the film [s]; None if nothing moves in it."""
-    segments = solution["film"]["segments"] if "film" in solution else []
+    segments = solution["motion"]["segments"] if "motion" in solution else []
     own = (s["times"][0] for s in segments if s["stage"] is not None and f"{s['stage']}/".startswith(f"{path}/"))
     return min(own, default=None)

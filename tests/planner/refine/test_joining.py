@@ -11,7 +11,8 @@ from kabo.language.formulas import GroundCall
 from kabo.planner.refine.freedom import freedoms
 from kabo.planner.refine.joining import ActMotion, Effort, joined, lengths
 from kabo.planner.refine.legs import legs_of, proven
-from kabo.planner.refine.timing import duration, limits_of, timed
+from kabo.planner.refine.timing import duration, timed
+from kabo.scene import motion_limits
 from kabo.tasks.procedures import GeometricProcedures
 from tests.tasks.conftest import DOMAINS, scene_of
 
@@ -131,36 +132,28 @@ def test_a_motion_is_not_proven_where_something_stands_in_its_way():
     assert there != other
 
 
-@pytest.mark.parametrize("round_corners", [True, False])
-def test_times_keep_velocities_and_nothing_else_changes(round_corners):
+def test_times_keep_limits_and_nothing_else_changes():
     server, situation = row()[0], start()
-    limits = limits_of(server.scene.robots["left"])
+    robot = server.scene.robots["left"]
     for act in shortened(True):
-        made = timed(server.server.context(), situation, act.motion, round_corners=round_corners)
+        made = timed(server.server.context(), situation, act.motion)
         assert proven(server.server.context(), situation, made)
         assert [(s.stage, s.attach, s.detach) for s in made] == [(s.stage, s.attach, s.detach) for s in act.motion]
         assert made[0].times[0] == 0.0
         for before, after in zip(made, made[1:], strict=False):
             assert after.times[0] == before.times[-1]
         for segment in made:
-            steps = np.diff(segment.times)
-            assert np.all(steps > 0.0)
-            if len(segment.joints) == len(limits.velocity):
-                speeds = np.abs(np.diff(np.array(segment.waypoints), axis=0)) / steps[:, None]
-                assert np.all(speeds <= limits.velocity * (1.0 + 1e-6))
+            assert np.all(np.diff(segment.times) > 0.0)
+            for order, limit in enumerate(motion_limits(robot, segment.joints).rows, 1):
+                low, high = segment.trajectory.bounds(order)
+                assert np.all(np.maximum(-low, high) <= limit)
         assert duration(made) > 0.0
         situation = situation.replace(act.changes)
 
 
-def test_rounded_corners_are_faster_than_rests():
-    server, act = row()[0], shortened(True)[0]
-    context = server.server.context()
-    rounded, rested = (timed(context, start(), act.motion, round_corners=each) for each in (True, False))
-    assert duration(rounded) < duration(rested)
-
-
 def test_a_scene_may_set_accelerations():
     robot = row()[0].scene.robots["left"]
-    slower = limits_of(replace(robot, acceleration={robot.planned_joints[1]: 0.5}))
+    slower = motion_limits(replace(robot, acceleration={robot.planned_joints[1]: 0.5}), robot.planned_joints)
     assert slower.acceleration[1] == 0.5
     assert np.allclose(np.delete(slower.acceleration, 1), np.delete(4.0 * slower.velocity, 1))
+    assert np.allclose(slower.jerk, 20.0 * slower.acceleration)

@@ -91,7 +91,7 @@ def test_only_good_plans_say_their_quality_and_what_it_came_to():
 
 def test_refined_plans_and_their_figures_are_as_the_schemas_say():
     result = planned(CASES[0], "good")
-    jsonschema.validate(json.loads(plan_to_json(result.plan)), schema("kabo-plan-1"))
+    jsonschema.validate(json.loads(plan_to_json(result.plan)), schema("kabo-plan-2"))
     body = result_to_json(result)
     jsonschema.validate(body, schema("kabo-result-1"))
     assert body["statistics"]["path_length"] < body["statistics"]["path_length_found"]

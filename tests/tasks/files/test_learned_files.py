@@ -189,7 +189,7 @@ def reported(folder: Path, text: str = HOLD) -> Report:
 def test_parts_of_a_report_say_what_was_learned(tmp_path: Path) -> None:
     made = reported(tmp_path)
     assert read_report(report_bytes(made), "r.json") == made
-    jsonschema.validate(json.loads(report_bytes(made)), schema_of("kabo-task-1"))
+    jsonschema.validate(json.loads(report_bytes(made)), schema_of("kabo-task-2"))
     parts = made["runs"][0]["solutions"][0]["parts"]
     assert [part["stage"] for part in parts if "learned" in part] == ["where", "again"]
     learned = parts[1]["learned"]

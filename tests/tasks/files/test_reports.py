@@ -19,7 +19,7 @@ from kabo.tasks.files.reports import named_stages, plain, report
 from kabo.tasks.files.running import PlanningOptions, TaskRun, plan_file
 from tests.tasks.files.conftest import Points, Start, Step, Way, write
 
-SCHEMA = Path(__file__).parents[3] / "kabo" / "plan" / "schemas" / "kabo-task-1.schema.json"
+SCHEMA = Path(__file__).parents[3] / "kabo" / "plan" / "schemas" / "kabo-task-2.schema.json"
 
 
 def made(folder: Path, target: list[float], **settings: Any) -> Report:

@@ -99,6 +99,7 @@ class Tracks(NamedTuple):
     pair_tracks: Integers  # (2, P)
     slacks: Array  # (P,) rest of the budget for `spread` [m]
     radii: Array  # (G,) how far corners and discs are from the joint's origin [m]
+    kept: Array  # (G,) what each group keeps from others beyond the margin [m]
 
 
 class Way(NamedTuple):
@@ -107,7 +108,8 @@ class Way(NamedTuple):
     segment: Array  # (3, n) start, end, the node in work
     turned: Array  # (J,)
     lengths: Array  # (J,) of the placements' translations [m]
-    motions: Array  # (T, 3) deviation, angle, path
+    motions: Array  # (T, 4) deviation, angle, path, stray
+    strays: Array  # (n,) how far each value of a configuration may be from the segment [rad or m]
     frames: Array  # (SLOTS, J, 12)
     tags: Integers  # (SLOTS,)
 
@@ -195,16 +197,17 @@ class Trail(NamedTuple):
     """A path from way point to way point, and where a pair of bodies is on it."""
 
     waypoints: Array  # (W, n)
+    strays: Array  # (W - 1, n) how far each value of a configuration may be from each piece
     way: Way  # its frames (W + 1, J, 12): at the way points, and at another place
     poses: Array  # (2, W + 2, 12)
-    bounds: Array  # (2, W - 1, 2) deviation and path of each piece
+    bounds: Array  # (2, W - 1, 3) deviation, path and stray of each piece
 
 
 class Work(NamedTuple):
     """The scratch arrays of a proof."""
 
     ends: Integers  # (2, 4) first part, part after the last, first and last row of `Trail.poses`
-    over: Array  # (2, 2) deviation and path over a stretch
+    over: Array  # (2, 3) deviation, path and stray over a stretch
     still: NDArray[np.bool_]  # (2,) whether a body does not move
     box: Array  # (6,)
     swept: Array  # (2, 6)
@@ -220,3 +223,4 @@ class Proofs(NamedTuple):
     axes: Array  # (N, 3)
     where: Integers  # (P,) the row after each pair's proof
     margins: Array  # (P + 1,) its least margin
+    targets: Array  # (2, P) the margin that is wanted of each pair, and the one that it needs [m]

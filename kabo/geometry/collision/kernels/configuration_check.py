@@ -68,9 +68,12 @@ def usable(q, bound):
     return good
 
 
-@joined_kernel  # (J * 12,) f8, i8, (G,) i8, (G * 8,) f8 -> writes (6, padded groups) f4
-def _group_boxes(frames, moving, joint, boxes, rows):
-    """Writes the world boxes of all moving groups as columns of `rows`, a little larger, since they are rounded."""
+@joined_kernel  # (J * 12,) f8, i8, (G,) i8, (G * 8,) f8, (G,) f8 -> writes (6, padded groups) f4
+def _group_boxes(frames, moving, joint, boxes, kept, rows):
+    """Writes the world boxes of all moving groups as columns of `rows`, grown by what they keep from others.
+
+    They are a little larger, since they are rounded.
+    """
     for g in range(moving):
         at = 12 * joint[g]
         x, y, z = four(frames, at), four(frames, at + 4), four(frames, at + 8)
@@ -78,7 +81,9 @@ def _group_boxes(frames, moving, joint, boxes, rows):
         centre, half = (centre[0], centre[1], centre[2], 1.0), (half[0], half[1], half[2], 0.0)
         middle = sums(times(x, centre), times(y, centre), times(z, centre))
         reach = sums(times(absolute(x), half), times(absolute(y), half), times(absolute(z), half))
-        reach = fused(plus(absolute(middle), reach), all_four(SHORT_SLACK), plus(reach, all_four(BOX_SLACK)))
+        reach = fused(
+            plus(absolute(middle), reach), all_four(SHORT_SLACK), plus(reach, all_four(BOX_SLACK + kept[g]))
+        )
         low, high = minus(middle, reach), plus(middle, reach)
         rows[0, g], rows[1, g], rows[2, g] = np.float32(low[0]), np.float32(low[1]), np.float32(low[2])
         rows[3, g], rows[4, g], rows[5, g] = np.float32(high[0]), np.float32(high[1]), np.float32(high[2])
@@ -174,7 +179,7 @@ def first_hit(q, memory):
     """
     (
         factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
-        rows, pose, axis, simplex, points, rounds, blocks,
+        rows, kept, pose, axis, simplex, points, rounds, blocks,
     ) = numbers_of(memory)  # fmt: skip
     counters, joints, groups, sizes, children, stack, pairs, allowed, listed = whole_numbers_of(memory)
     margin, moving = memory[MARGIN], allowed.shape[0]
@@ -183,13 +188,12 @@ def first_hit(q, memory):
         Hulls(blocks, sizes, rounds),
         Tree(children, diameters, stack),
     )
-    checked = Checked(groups, listed, outlines, hulls, tree, margin)
     search = Search(memory[OFFSET], axis, simplex, points, counters)
     counters[CHECKS] += 1
     if not usable(q, bound):
         return UNUSABLE
     frames_of(q, Chain(joints, factors, placement, bound), local, angles, world_T, frames)
-    _group_boxes(frames, moving, groups[JOINT], boxes, rows)
+    _group_boxes(frames, moving, groups[JOINT], boxes, kept, rows)
     for g in range(moving):
         for word in range(allowed.shape[1]):
             near = allowed[g, word]
@@ -200,8 +204,10 @@ def first_hit(q, memory):
                 near ^= bit
                 h = GROUPS_PER_WORD * word + _place_of(bit)
                 placed = relative(frames, groups[JOINT, g], groups[JOINT, h])
-                if boxes_near(placed, boxes, g, h, margin):
+                apart_by = margin + kept[g] + kept[h]
+                if boxes_near(placed, boxes, g, h, apart_by):
                     put_pose(placed, pose)
+                    checked = Checked(groups, listed, outlines, hulls, tree, apart_by)
                     found = _parts_hit(g, h, pose, checked, search)
                     if found != FREE:
                         counters[POSITIVE] += 1

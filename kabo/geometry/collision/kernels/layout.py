@@ -36,8 +36,9 @@ def numbers_of(memory):
 
     factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), the latter flat too, cores
     (B, 9), diameters (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world
-    boxes of groups, pose (12,), axis (3,), simplex (4, 3), points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K)
-    of vertices: of all parts in their joint's frame, then those that sweeps place.
+    boxes of groups, kept (G,) what each keeps from others beyond the margin, pose (12,), axis (3,), simplex (4, 3),
+    points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
+    those that sweeps place.
     """
     whole = memory.view(np.int64)
     joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
@@ -64,6 +65,7 @@ def numbers_of(memory):
     frames, start = window(memory, start, (12 * joints,)), after(start, 12 * joints)
     angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
     rows, start = window(memory.view(np.float32), 2 * start, (6, columns)), after(start, 3 * columns)
+    kept, start = window(memory, start, (whole[GROUPS],)), after(start, whole[GROUPS])
     pose, start = window(memory, start, (12,)), after(start, 12)
     axis, start = window(memory, start, (3,)), after(start, 3)
     simplex, start = window(memory, start, (4, 3)), after(start, 12)
@@ -72,7 +74,7 @@ def numbers_of(memory):
     blocks = window(memory, whole[BLOCKS], (rows_of_hulls, 3, whole[COLUMNS]))
     return (
         factors, placement, bound, part_extents, group_extents, boxes, cores, diameters, local, world_T, frames, angles,
-        rows, pose, axis, simplex, points, rounds, blocks,
+        rows, kept, pose, axis, simplex, points, rounds, blocks,
     )  # fmt: skip
 
 

@@ -12,6 +12,9 @@ and "hit" may be said where this, numeric and both bodies' own deviations are at
 pose in the middle decides if it brings the parts that close by itself; else both halves are looked at. D falls with
 the square of the interval, spread linearly, so the bisection ends.
 
+Where joints may be off the segment by given values, a body may be farther from its pose by its stray [kernels.tracks];
+and a body may have to keep more than the clearance from others. Both only add to the distance that is asked for.
+
 Where a part is not proven apart and has children, these are looked at over the same interval.
 """
 
@@ -55,7 +58,7 @@ COARSE_DEVIATION = 0.03  # [m] down to which segments are halved before boxes ar
 GROUP, FRAME = 0, 1  # rows of `Tracks.tracks`
 RUN, MARK, USED, INTERVAL_MARK, INTERVALS_USED = 0, 1, 2, 3, 4  # places of `Pool.state`
 KEY, KEY_MARK, ROW = 0, 1, 2  # rows of `Pool.keys`
-DEVIATION, ANGLE, PATH = 0, 1, 2  # columns of `Way.motions`
+DEVIATION, ANGLE, PATH, STRAY = 0, 1, 2, 3  # columns of `Way.motions`
 
 
 @lean_kernel
@@ -79,8 +82,10 @@ def _whole(t, scene, sweep):
     """Computes bounds of a track's motion, its boxes at coarse nodes and the box of its swept volume."""
     tracks, motions = sweep.tracks, sweep.way.motions
     group, frame = tracks.tracks[GROUP, t], tracks.tracks[FRAME, t]
-    deviation, angle, path = motion(sweep.way, scene.chain, scene.groups[JOINT, group], frame, tracks.radii[group])
-    motions[t, DEVIATION], motions[t, ANGLE], motions[t, PATH] = deviation, angle, path
+    deviation, angle, path, stray = motion(
+        sweep.way, scene.chain, scene.groups[JOINT, group], frame, tracks.radii[group]
+    )
+    motions[t, DEVIATION], motions[t, ANGLE], motions[t, PATH], motions[t, STRAY] = deviation, angle, path, stray
     level = level_for(deviation, COARSE_DEVIATION)
     _coarse_poses(t, level, path > 0.0, scene, sweep)
     whole_box(t, level, deviation / (1 << 2 * level), path > 0.0, sweep.nodes)
@@ -268,8 +273,10 @@ def first_swept_hit(start, end, margin, clearance, pairs, scene, sweep, search):
             if nodes.whole_marks[t] != run:
                 nodes.whole_marks[t] = run
                 _whole(t, scene, sweep)
-        if boxes_near(nodes.whole_boxes, ta, nodes.whole_boxes, tb, margin):
-            limits = Limits(tracks.slacks[p], tracks.slacks[p] + clearance, margin)
+        kept = tracks.kept[tracks.tracks[GROUP, ta]] + tracks.kept[tracks.tracks[GROUP, tb]]
+        kept += sweep.way.motions[ta, STRAY] + sweep.way.motions[tb, STRAY]
+        if boxes_near(nodes.whole_boxes, ta, nodes.whole_boxes, tb, margin + kept):
+            limits = Limits(tracks.slacks[p], tracks.slacks[p] + clearance + kept, margin + kept)
             found = _pair_hit(ta, tb, limits, scene, sweep, search)
             if found != FREE:
                 search.counters[POSITIVE] += 1

@@ -28,7 +28,7 @@ def turning(way, chain):
         turned[j] = turned[joints[0, j]] + step
 
 
-@lean_kernel  # Way, Chain, i8, i8, f8 -> f8, f8, f8
+@lean_kernel  # Way, Chain, i8, i8, f8 -> f8, f8, f8, f8
 def motion(way, chain, joint, frame, radius):
     """Bounds over the whole segment for points within `radius` of the joint's origin, seen from `frame`.
 
@@ -36,25 +36,31 @@ def motion(way, chain, joint, frame, radius):
     path. With d_j = |joint step|, rho_j a bound of the distance to axis j and T_j the sum of d over revolute
     joints between the frame and j: |x''| <= sum over revolute j of rho_j d_j (d_j + 2 T_j), plus sum over
     prismatic j of 2 d_j T_j. With one radius for all joints this is [K Eq. 4.20].
+
+    The fourth bound is the stray, how far a point may be from where it is on the segment: where each joint may be
+    off the segment by s_j, it is the sum of rho_j s_j over revolute and of s_j over prismatic joints.
     """
     segment, turned, joints, factors = way.segment, way.turned, chain.joints, chain.factors
-    bend, path, reach, j = 0.0, 0.0, radius, joint
+    strays = way.strays
+    bend, path, stray, reach, j = 0.0, 0.0, 0.0, radius, joint
     while j != frame:
         i, parent = joints[2, j], joints[0, j]
         before = max(0.0, turned[parent] - turned[frame])
         start, end = factors[0, j] * segment[0, i] + factors[1, j], factors[0, j] * segment[1, i] + factors[1, j]
-        step = abs(end - start)
+        step, off = abs(end - start), abs(factors[0, j]) * strays[i]
         if joints[1, j] == 0:
             bend += reach * step * (step + 2.0 * before)
             path += reach * step
+            stray += reach * off
         else:
             bend += 2.0 * step * before
             path += step
-            reach += max(abs(start), abs(end))
+            stray += off
+            reach += max(abs(start), abs(end)) + off
         reach += way.lengths[j]
         j = parent
     angle = max(0.0, turned[joint] - turned[frame])
-    return 0.125 * bend * (1.0 + 1e-12), angle * (1.0 + 1e-12), path * (1.0 + 1e-12)
+    return 0.125 * bend * (1.0 + 1e-12), angle * (1.0 + 1e-12), path * (1.0 + 1e-12), stray * (1.0 + 1e-12)
 
 
 @lean_kernel  # f8, f8 [m] -> i8

@@ -26,7 +26,7 @@ DEVIATION, TURN, QUARTER = 0, 1, 2  # columns of bounds
 def part_bounds(way, chain, joint, radii, diameters, bounds):
     """Writes for every part of a body its three bounds over a whole segment: deviation and both shares of the spread."""
     for p in range(radii.shape[0]):
-        deviation, angle, _ = motion(way, chain, joint, 0, radii[p])
+        deviation, angle, _, _ = motion(way, chain, joint, 0, radii[p])
         bounds[p, DEVIATION] = deviation
         bounds[p, TURN], bounds[p, QUARTER] = 0.25 * angle * diameters[p], 0.25 * diameters[p]
 

@@ -9,8 +9,11 @@ and is one of
     FIRST, SECOND: the children prove both halves of the first or second body's range of parts.
 
 Over an interval a body sweeps no more than the hull of its poses at the ends and at all way points between, grown
-by the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). A verifier recomputes these
-hulls; a proof contains only the axes and the choice of halves.
+by the deviation of its points from their chords [K Eq. 4.19-4.22], and by its stray where joints may be off the path
+(`tracks.motion`). A verifier recomputes these hulls; a proof contains only the axes and the choice of halves.
+
+A pair has two targets: the margin that each axis is wanted to leave, and the one that it needs. Nodes with less than
+is wanted are halved until halving can gain little more; what is found there then is all that is wanted of the rest.
 
 The first index of a pair's arrays, 0 or 1, is the body. `Trail.poses` holds the poses at all way points and, behind
 them, at the ends of a part of a piece.
@@ -19,25 +22,24 @@ them, at the ends of a part of a piece.
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.bundles import DISC, RADIUS
-from kabo.geometry.collision.kernels.separation import bulge, support
-from kabo.geometry.collision.kernels.simplex import nearest
 from kabo.geometry.collision.kernels.tracks import motion, pose_in, turning
+from kabo.geometry.collision.kernels.witness_axes import AXIS_SCALE, END, HIGH, LOW, START, gap_along, greatest_gap
 from kabo.scene.kernels.poses import forward_kinematics
 
 FRACTION_BITS = 20
 POSITIONS_PER_PIECE = 1 << FRACTION_BITS  # positions to a piece of the path
 BOXES, AXIS, EXACT_AXIS, TIME, FIRST, SECOND, FAILED = 0, 1, 2, 3, 4, 5, 6
 BOX_MARGIN = 1e-9  # [m] by which boxes must be apart, for the rounding of verifiers
-MAX_ITERATIONS = 32
-ACCEPTED_GAP_LOSS = 0.1  # of the distance, by which an axis' gap may be smaller
-AXIS_SCALE = 32767.0  # of an axis in three short integers
 KEPT_MARGIN_SHARE = 0.98  # of an axis in short integers, which is else stored in full
-DECIDED_SHARE = 0.05  # of the wanted margin: no halving if the motion adds less
-LOW, HIGH, START, END = 0, 1, 2, 3  # columns of `ends`
+SMALL_SHARE = 0.05  # of the wanted margin: where halving can gain no more, the axis is looked for thoroughly
+GAINED_SHARE = 0.1  # of a margin: not worth halving for
+
 JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `Things.rows`
-DEVIATION, PATH = 0, 1  # columns of `bounds` and `over`
-NEAR, WANTED, NEEDED, FINEST = 0, 1, 2, 3  # places of `limits`; no stretch of FINEST or less is halved
+DEVIATION, PATH, STRAY = 0, 1, 2  # columns of `bounds` and `over`
+# Places of `limits`: boxes farther apart need no axis; halving for less is never worth it; no stretch of FINEST or less
+# is halved; the nodes of a proof after which no more than NEEDED is wanted; the share of a gap that may be lost.
+NEAR, DECIDED, FINEST, EFFORT, LOSS = 0, 1, 2, 3, 4
+WANTED, NEEDED = 0, 1  # rows of `Proofs.targets`
 
 
 @lean_kernel
@@ -63,33 +65,37 @@ def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scrat
         )
 
 
-@lean_kernel  # -> writes `trail.bounds`; returns the length of both paths together
+@lean_kernel  # -> writes `trail.bounds`; returns whether the pair moves
 def _pace(chain, trail, pair, things):
-    """Writes for every piece bounds of how far points of both bodies deviate from chords, and move, in the frame."""
-    total, waypoints, bounds, segment = 0.0, trail.waypoints, trail.bounds, trail.way.segment
+    """Writes for every piece bounds of how far points of both bodies deviate from chords, move, and stray in the frame."""
+    total, greatest, waypoints, bounds, segment = 0.0, 0.0, trail.waypoints, trail.bounds, trail.way.segment
     for k in range(waypoints.shape[0] - 1):
         for i in range(waypoints.shape[1]):
             segment[0, i], segment[1, i] = waypoints[k, i], waypoints[k + 1, i]
+            trail.way.strays[i] = trail.strays[k, i]
         turning(trail.way, chain)
         for e in range(2):
             t = pair[e]
-            bounds[e, k, DEVIATION], _, bounds[e, k, PATH] = motion(
+            bounds[e, k, DEVIATION], _, bounds[e, k, PATH], bounds[e, k, STRAY] = motion(
                 trail.way, chain, things.rows[JOINT, t], pair[2], things.radii[t]
             )
             total += bounds[e, k, PATH]
-    return total
+        greatest = max(greatest, bounds[0, k, STRAY] + bounds[1, k, STRAY])
+    return total > 0.0 or greatest > 0.0
 
 
-@lean_kernel  # (2, K, 2), i8, i8 -> writes (2, 2) deviation and path
+@lean_kernel  # (2, K, 3), i8, i8 -> writes (2, 3) deviation with stray, path, and stray
 def _over(bounds, s0, s1, over):
-    """Writes the same bounds for a stretch: whole pieces, or a part of one."""
+    """Writes the same bounds for a stretch, whole pieces or a part of one: of both kinds of deviation together."""
     first, last = s0 >> FRACTION_BITS, (s1 - 1) >> FRACTION_BITS
     share = min(1.0, (s1 - s0) / POSITIONS_PER_PIECE)
     for e in range(2):
-        over[e, DEVIATION], over[e, PATH] = 0.0, 0.0
+        over[e, DEVIATION], over[e, PATH], over[e, STRAY] = 0.0, 0.0, 0.0
         for k in range(first, last + 1):
-            over[e, DEVIATION] = max(over[e, DEVIATION], bounds[e, k, DEVIATION] * share * share)
+            off = bounds[e, k, STRAY]
+            over[e, DEVIATION] = max(over[e, DEVIATION], bounds[e, k, DEVIATION] * share * share + off)
             over[e, PATH] += bounds[e, k, PATH] * share
+            over[e, STRAY] = max(over[e, STRAY], off)
 
 
 @lean_kernel
@@ -124,84 +130,6 @@ def _boxes_apart(swept, near):
     return apart
 
 
-@lean_kernel  # Hulls, i8, f8 x 3, f8 -> i8
-def _key(hulls, part, x, y, z, shift):
-    """The key of a part along (x, y, z), in its own frame, as `support`; ball and disc count."""
-    key = support(hulls.blocks, part, hulls.sizes[part], x, y, z, shift)
-    if hulls.rounds[part, RADIUS] > 0.0 or hulls.rounds[part, DISC] > 0.0:
-        reach = hulls.rounds[part, RADIUS] + bulge(hulls.rounds, part, x, y, z)[0]
-        height = np.int64(key & np.int64(-64)).view(np.float64) + reach
-        key = (np.float64(height).view(np.int64) & np.int64(-64)) | (key & np.int64(63))
-    return key
-
-
-@lean_kernel
-def _gap(hulls, ends, poses, x, y, z, search):
-    """The gap along an axis of length 1 from the second body to the first; writes the supporting points (2, 3)."""
-    points = search.points
-    for e in range(2):
-        x, y, z = -x, -y, -z  # towards the second body, then back
-        best, part, at = np.int64(-1), 0, 0
-        for k in range(ends[e, START], ends[e, END] + 1):
-            u = poses[e, k, 0] * x + poses[e, k, 3] * y + poses[e, k, 6] * z
-            v = poses[e, k, 1] * x + poses[e, k, 4] * y + poses[e, k, 7] * z
-            w = poses[e, k, 2] * x + poses[e, k, 5] * y + poses[e, k, 8] * z
-            shift = search.offset + (poses[e, k, 9] * x + poses[e, k, 10] * y + poses[e, k, 11] * z)
-            for p in range(ends[e, LOW], ends[e, HIGH]):
-                key = _key(hulls, p, u, v, w, shift)
-                if key > best:
-                    best, part, at = key, p, k
-        column = best & 63
-        a, b, c = hulls.blocks[part, 0, column], hulls.blocks[part, 1, column], hulls.blocks[part, 2, column]
-        if hulls.rounds[part, DISC] > 0.0:
-            u = poses[e, at, 0] * x + poses[e, at, 3] * y + poses[e, at, 6] * z
-            v = poses[e, at, 1] * x + poses[e, at, 4] * y + poses[e, at, 7] * z
-            w = poses[e, at, 2] * x + poses[e, at, 5] * y + poses[e, at, 8] * z
-            _, du, dv, dw = bulge(hulls.rounds, part, u, v, w)
-            a, b, c = a + du, b + dv, c + dw
-        for r in range(3):
-            points[e, r] = (
-                poses[e, at, 3 * r] * a + poses[e, at, 3 * r + 1] * b + poses[e, at, 3 * r + 2] * c
-            ) + poses[e, at, 9 + r]
-        ball = hulls.rounds[part, RADIUS]
-        if ball > 0.0:
-            points[e, 0], points[e, 1], points[e, 2] = (
-                points[e, 0] + ball * x,
-                points[e, 1] + ball * y,
-                points[e, 2] + ball * z,
-            )
-    return (
-        x * (points[0, 0] - points[1, 0]) + y * (points[0, 1] - points[1, 1]) + z * (points[0, 2] - points[1, 2])
-    )
-
-
-@lean_kernel
-def _greatest_gap(hulls, ends, poses, enough, least, search):
-    """The greatest gap found, its axis in `axis` [Gilbert 1988]; stops at `enough`, near the distance, or at contact."""
-    axis, points, simplex = search.axis, search.points, search.simplex
-    x, y, z = axis[0], axis[1], axis[2]
-    square, size, greatest = x * x + y * y + z * z, 0, -np.inf
-    if not 1e-20 < square < 1e20:
-        x, y, z, square = 1.0, 0.0, 0.0, 1.0
-    for _ in range(MAX_ITERATIONS):
-        norm = np.sqrt(square)
-        ux, uy, uz = x / norm, y / norm, z / norm
-        gap = _gap(hulls, ends, poses, ux, uy, uz, search)
-        if gap > greatest:
-            greatest, axis[0], axis[1], axis[2] = gap, ux, uy, uz
-            if gap > enough:
-                break
-        if size > 0 and norm - greatest <= (ACCEPTED_GAP_LOSS * norm if greatest > least else 1e-9 * norm + 1e-10):
-            break
-        for r in range(3):
-            simplex[size, r] = points[0, r] - points[1, r]
-        size, x, y, z = nearest(simplex, size + 1)
-        square = x * x + y * y + z * z
-        if size == 4 or not square > max(1e-20, least * least):
-            break
-    return greatest
-
-
 @lean_kernel
 def _write_axis(things, work, poses, grow, gap, search, proofs, row):
     """Writes the axis in short integers if that keeps its margin, else in full; returns the gap along the written axis."""
@@ -213,7 +141,7 @@ def _write_axis(things, work, poses, grow, gap, search, proofs, row):
         square += axes[row, r] * axes[row, r]
     norm = np.sqrt(square)
     x, y, z = axes[row, 0] / norm, axes[row, 1] / norm, axes[row, 2] / norm
-    found = _gap(things.hulls, work.ends, poses, x, y, z, search)
+    found = gap_along(things.hulls, work.ends, poses, x, y, z, search)
     if found - grow > KEPT_MARGIN_SHARE * (gap - grow):
         return found
     proofs.codes[row] = EXACT_AXIS
@@ -313,7 +241,8 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
         work.ends,
         work.over,
     )
-    axis, swept = search.axis, work.swept
+    axis, swept, last_row = search.axis, work.swept, row + np.int64(limits[EFFORT])
+    wanted, needed = proofs.targets[WANTED, p], proofs.targets[NEEDED, p]
     while top > 0:
         top -= 1
         s0, s1 = stack[top, 0], stack[top, 1]
@@ -330,16 +259,20 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
             continue
         grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
         single = ends[0, HIGH] - ends[0, LOW] == 1 and ends[1, HIGH] - ends[1, LOW] == 1
-        last = single and (grow + moved <= DECIDED_SHARE * limits[WANTED] or s1 - s0 <= limits[FINEST])
-        least = grow + (limits[NEEDED] if last else limits[WANTED])
+        rest = grow - over[0, STRAY] - over[1, STRAY] + moved  # what halving can gain
+        wanted = needed if row > last_row else wanted
+        small = single and (rest <= SMALL_SHARE * wanted or s1 - s0 <= limits[FINEST])
+        least = grow + (needed if small else wanted)
         if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
             for r in range(3):
                 axis[r] = swept[0, r] + swept[0, 3 + r] - swept[1, r] - swept[1, 3 + r]
-        gap = _greatest_gap(things.hulls, ends, trail.poses, grow + limits[NEAR], least, search)
-        if gap > least:
+        gap = greatest_gap(things.hulls, ends, trail.poses, grow + limits[NEAR], least, limits[LOSS], search)
+        gained = rest <= max(limits[DECIDED], GAINED_SHARE * (gap - grow)) or s1 - s0 <= limits[FINEST]
+        if gap > least and (gap > grow + wanted or gained):
             gap = _write_axis(things, work, trail.poses, grow, gap, search, proofs, row)
             proofs.margins[p] = min(proofs.margins[p], gap - grow)
-        elif last:
+            wanted = max(needed, min(wanted, gap - grow))
+        elif small and gained:
             _fail(s0, s1, gap - grow, ends, proofs, row)
             return -1
         else:
@@ -354,6 +287,7 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
 def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
     """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
 
+    `proofs.targets` (2, P) are the margin that is wanted of each pair, and the one that is needed [m].
     A pair that does not move, or whose boxes over the whole path are apart, has an empty proof, since verifiers
     test these two cases first. Returns the number of pairs proven before the first failure; P if there is none.
     """
@@ -365,7 +299,7 @@ def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
         )
     for p in range(pairs.shape[0]):
         proofs.margins[p], proofs.where[p] = np.inf, row
-        if not _pace(chain, trail, pairs[p], things) > 0.0:
+        if not _pace(chain, trail, pairs[p], things):
             continue
         for e in range(2):
             t, path = pairs[p, e], 0.0

@@ -5,24 +5,25 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
+from kabo.language.scene_description import FRICTION, Feature, GripperDescription, RobotDescription
 from kabo.language.yaml.documents import Mapping, Scalar, YamlNode
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.scenes.bodies import BodyReader
 from kabo.language.yaml.scenes.constraints import Owner
 from kabo.language.yaml.scenes.drives import read_base
 from kabo.language.yaml.scenes.features import read_features, sound_features
+from kabo.language.yaml.scenes.joint_limits import RATES, read_joint_limits
 from kabo.language.yaml.scenes.poses import read_local_pose
 from kabo.language.yaml.scenes.semantics import read_group, read_own_contacts, read_semantics, tool_of
 from kabo.language.yaml.scenes.sensors import read_sensors
 from kabo.language.yaml.values import Reader
 
 ROBOT_MODEL_KEYS = (
-    "urdf", "srdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool",
+    "urdf", "srdf", "base", "joints", "limits", *RATES, "inverse_kinematics", "hulls", "gripper", "tool",
     "configurations", "sensors", "allowed_contacts",
 )  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
-GRIPPER_KEYS = ("urdf", "mount", "pose", "joints", "open", "closed", "touch_links")
+GRIPPER_KEYS = ("urdf", "mount", "pose", "joints", "open", "closed", "touch_links", "force", "friction")
 TOOL_KEYS = ("frame", "features")
 
 
@@ -55,12 +56,13 @@ class RobotReader:
         features.update(own_features)
         self.tools[name] = Owner(name, features)
         configurations = self._configurations(mapping.get("configurations"), joints, drives=drive is not None)
+        limits = read_joint_limits(reader, mapping)
         return RobotDescription(
             name, urdf or Path(), base, joints, word, gripper, frame,
-            sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
-            analytic, hulls, self._accelerations(mapping.get("acceleration")),
-            read_sensors(reader, mapping.get("sensors")), drive, semantics, group,
-            read_own_contacts(reader, mapping.get("allowed_contacts")),
+            sound_features(features), configurations, model, mapping.place, limits.positions, analytic, hulls,
+            **limits.rates, limit_places=limits.places, sensors=read_sensors(reader, mapping.get("sensors")),
+            drive=drive, semantics=semantics, joint_group=group,
+            contacts=read_own_contacts(reader, mapping.get("allowed_contacts")),
         )  # fmt: skip
 
     def _word_of_kinematics(self, node: YamlNode) -> Literal["analytic", "automatic", "projection"]:
@@ -101,7 +103,15 @@ class RobotReader:
         opened = self._joint_values(mapping, "open", joints)
         closed = self._joint_values(mapping, "closed", joints)
         links = self._words(mapping.get("touch_links"), "link") or ()
-        return GripperDescription(urdf, mount, joints, opened, closed, links, mapping.place, pose)
+        force = reader.positive(mapping.get("force"), "the force of a gripper")
+        friction = reader.positive(mapping.get("friction"), "the friction of a gripper")
+        if "friction" in mapping.entries and "force" not in mapping.entries:
+            hint = "write the force with which the gripper holds, in N: without it nothing slips"
+            reader.findings.add(mapping.key("friction").place, "`friction` counts only beside `force`", hint)
+        at = mapping.key("force").place if "force" in mapping.entries else None
+        return GripperDescription(
+            urdf, mount, joints, opened, closed, links, mapping.place, pose, force, friction or FRICTION, at
+        )
 
     def _joint_values(self, mapping: Mapping, key: str, joints: tuple[str, ...] | None) -> dict[str, float]:
         fixed = joints == ()  # a fork, a magnet, a suction cup: nothing opens or closes
@@ -121,29 +131,6 @@ class RobotReader:
         self.reader.keys(mapping, TOOL_KEYS, "a tool")
         frame = self.reader.text(self.reader.require(mapping, "frame", "a tool"), "the frame of a tool")
         return frame, read_features(self.reader, mapping.get("features"))
-
-    def _limits(self, node: YamlNode | None) -> dict[str, tuple[float, float]]:
-        """The range of some joints, narrower than in the URDF."""
-        found: dict[str, tuple[float, float]] = {}
-        for name, _, value in self.reader.entries(node, "the limits"):
-            values = self.reader.numbers(value, f'the limits of "{name}"', 2, angle=True)
-            if values is not None and values[0] > values[1]:
-                hint = "the lower one comes first"
-                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed', hint)
-            elif values is not None:
-                found[name] = values[0], values[1]
-        return found
-
-    def _accelerations(self, node: YamlNode | None) -> dict[str, float]:
-        """The greatest accelerations of some joints [rad/s2 or m/s2]."""
-        found: dict[str, float] = {}
-        for name, _, value in self.reader.entries(node, "`acceleration`"):
-            number = self.reader.number(value, f'the acceleration of "{name}"', angle=True)
-            if number is not None and number <= 0.0:
-                self.reader.findings.add(value.place, f'the acceleration of "{name}" is not above 0')
-            elif number is not None:
-                found[name] = number
-        return found
 
     def _configurations(
         self, node: YamlNode | None, joints: tuple[str, ...] | None, *, drives: bool

@@ -29,11 +29,12 @@ from kabo.language.yaml.scenes.drives import check_floors
 from kabo.language.yaml.scenes.features import given_features
 from kabo.language.yaml.scenes.poses import Framed, check_frames
 from kabo.language.yaml.scenes.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
+from kabo.language.yaml.scenes.uncertain import read_uncertain
 from kabo.language.yaml.values import Reader
 
 SCENE_KEYS = (
     "scene", "epsilon", "packages", "robots", "robot_models", "models", "objects", "regions", "mates",
-    "motion_constraints", "allowed_contacts",
+    "motion_constraints", "allowed_contacts", "uncertain",
 )  # fmt: skip
 MATE_KEYS = ("moving", "fixed", "constraints", "insertion", "tolerance")
 _CONTACT = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
@@ -90,7 +91,8 @@ def read_scene(
         name or "", epsilon or 1.0, robots, described, regions,
         _read_mates(body_reader, root.get("mates"), bodies.models),
         _read_motion_constraints(body_reader, root.get("motion_constraints"), roles),
-        contacts, packages, root.source.path, contact_places,
+        contacts, packages, root.source.path,
+        read_uncertain(reader, root.get("uncertain"), [*robots, *bodies.parts], regions), contact_places,
     )  # fmt: skip
     _check_frames(reading, bodies.parts, reading.description)
     reading.unsound = len(findings.errors) > before

@@ -1,20 +1,16 @@
-"""Converts a solution into parts of a plan: timed segments of its stretches, and the components that it changes."""
+"""Converts a solution into parts of a plan: segments of motion with trajectories, and the components that it changes."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from kabo.geometry_server import Situation
-from kabo.motion import retime
 from kabo.plan import Segment
-from kabo.scene import Component, Scene
+from kabo.scene import Component, Robot, Scene
 from kabo.tasks.core import Solution
+from kabo.tasks.robots.motion.timing import rested, standing
 from kabo.tasks.robots.scenes import Stretch, TaskScene
-
-VELOCITY_SHARE = 0.5  # share of the joints' velocity limits
-TIME_DECIMALS = 6  # decimals of times [s]
+from kabo.tasks.robots.timed_paths import TimedPath
 
 
 def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
@@ -25,27 +21,68 @@ def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
 
 
 def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
-    """The timed segments of a solution; attaching and releasing take effect at the end of a segment."""
+    """The segments of a solution with their trajectories; attaching and releasing take effect at the end of a segment."""
     return tuple(segment for _, segment in timeline(solution, scene, procedure))
 
 
 def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
-    """Every stretch that takes time, with its timed segment.
+    """Every stretch that takes time, with its segment.
 
     Instantaneous changes are added to a neighbouring segment.
     """
     made: list[tuple[Stretch, Segment]] = []
     ends: dict[str, float] = {}  # when each robot's last segment ends
     begin = 0.0
-    for path, each in stretches(solution):
+    for each, segment in _paths(solution, scene, procedure):
         begin = max(ends.values(), default=0.0) if each.since is None else begin + each.since
+        timed = _timed(each, segment, scene.robots[each.robot]).beginning(begin)
+        made.append((each, timed.of(segment)))
+        ends[each.robot] = timed.times[-1]
+    return made
+
+
+def found_motion(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
+    """The segments of a solution, of which those that a plan's situation is enough to time have no trajectory yet.
+
+    What is planned is mostly discarded, so these times are computed for the motion of the finished plan alone. Where
+    bodies were added to the scene, or several robots move, the plan does not tell enough: there all are timed.
+    """
+    if _needs_more_than_situations(solution):
+        return segments(solution, scene, procedure)
+    made: list[Segment] = []
+    for each, segment in _paths(solution, scene, procedure):
+        begin = made[-1].times[-1] if made else 0.0
+        if each.timed is not None or each.seconds or each.exact:
+            made.append(_timed(each, segment, scene.robots[each.robot]).beginning(begin).of(segment))
+        else:
+            made.append(replace(segment, times=tuple(begin + t for t in segment.times)))
+    return tuple(made)
+
+
+def _needs_more_than_situations(solution: Solution) -> bool:
+    states = [state for leaf in solution.leaves for state in (leaf.start, leaf.end) if state is not None]
+    robots = {each.robot for _, each in stretches(solution)}
+    return len(robots) > 1 or any(state.scene.extras for state in states)
+
+
+def _paths(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
+    """Every stretch that takes time, with its segment, whose times only count the way points."""
+    made: list[tuple[Stretch, Segment]] = []
+    for path, each in stretches(solution):
         if len(each.waypoints) == 1 and not each.seconds and each.since is None and _joined(made, each, scene):
             continue
-        segment = _segment(path, each, scene, procedure, begin)
+        segment = _segment(path, each, scene.robots[each.robot], procedure)
         if segment is not None:
             made.append((each, segment))
-            ends[each.robot] = segment.times[-1]
     return made
+
+
+def _timed(each: Stretch, segment: Segment, robot: Robot) -> TimedPath:
+    if each.timed is not None:
+        return each.timed
+    if each.seconds or len(set(segment.waypoints)) == 1:
+        return standing(segment.joints, segment.waypoints[0], each.seconds)
+    return rested(robot, segment.joints, segment.waypoints)
 
 
 def _joined(made: list[tuple[Stretch, Segment]], each: Stretch, scene: Scene) -> bool:
@@ -64,8 +101,7 @@ def _joined(made: list[tuple[Stretch, Segment]], each: Stretch, scene: Scene) ->
     return True
 
 
-def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: float) -> Segment | None:
-    robot = scene.robots[each.robot]
+def _segment(path: str, each: Stretch, robot: Robot, procedure: str) -> Segment | None:
     gripper = each.group == "gripper" and bool(robot.gripper_joints)
     joints = robot.gripper_joints if gripper else robot.planned_joints
     first = robot.planned if gripper else 0
@@ -75,17 +111,12 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
         return None
     if len(kept) == 1:
         kept.append(kept[0])
-    limits = robot.tree.velocity[first : first + len(joints)]
-    timed = len(each.times) == len(kept)
-    times = np.array(each.times) if timed else retime(np.array(kept), limits, factor=VELOCITY_SHARE)
-    if each.seconds:
-        times = times * (each.seconds / times[-1]) if times[-1] > 0.0 else times
     pairs = tuple(sorted((min(pair), max(pair)) for pair in each.permitted))
     return Segment(
         each.robot,
         joints,
         tuple(kept),
-        tuple(round(after + float(t), TIME_DECIMALS) for t in times),
+        tuple(float(k) for k in range(len(kept))),
         procedure,
         path,
         each.attach,

@@ -13,9 +13,10 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Keep, Workspace
-from kabo.motion import Blended, blended, fastest, thinned
+from kabo.motion import Blended, Trajectory, blended, fastest, thinned
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
+from kabo.tasks.robots.timed_paths import TimedPath
 
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
 MAX_BLEND_ROUNDS = 40  # rounds of making blends smaller or larger
@@ -208,7 +209,10 @@ class _Route:
             seconds = tuple(round(float(t - own[0]), TIME_DECIMALS) for t in own)
             part = self.parts[owner]
             waypoints = tuple(map(configuration, way))
-            made.append(replace(part.stretch, waypoints=waypoints, times=seconds, stage=part.stage))
+            joints = part.scene.robot(part.stretch.robot).planned_joints
+            rows = [q[: len(joints)] for q in waypoints]
+            timed = TimedPath(seconds, Trajectory.linear(joints, rows, seconds))
+            made.append(replace(part.stretch, waypoints=waypoints, timed=timed, stage=part.stage))
         if unproven:
             return sorted({i for low, high in unproven for i in self._corners_by(path, low, high)})
         return Smoothed(tuple(made), len(stops))

@@ -15,12 +15,14 @@ from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
 from kabo.geometry_server import Contacts, Pair, Refusal, Team, pair_text
 from kabo.plan import Segment
+from kabo.scene import Configuration
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Solution
 from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
-from kabo.tasks.robots.scenes import Stretch, TaskScene
+from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 
+TIME_STEP = 0.02  # s between places of the common path, at most; straight between them
 POSITION_TOLERANCE = 1e-6  # m: distance between where an object is at the end and where the motions take it
 
 
@@ -74,19 +76,24 @@ class Track:
 
         The robot stands still before and after the track.
         """
-        times, rows = [0.0], [np.array(self.before.situation.configuration(robot))]
-        for stretch, segment in self.line:
-            if stretch.robot == robot:
-                times += segment.times
-                rows += list(_whole(stretch, len(segment.times)))
-        columns = np.array(rows).T
-        return np.stack([np.interp(moments, times, column) for column in columns], axis=1)
+        found = np.tile(np.array(self.before.situation.configuration(robot)), (len(moments), 1))
+        for _, segment in self.line:
+            if segment.robot == robot:
+                assert segment.trajectory is not None
+                after = np.flatnonzero(moments > segment.times[0])
+                found[after[:, None], self._columns(segment)] = segment.trajectory.at(moments[after])
+        return found
 
+    def rows(self, number: int) -> tuple[Configuration, ...]:
+        """The way points of the segment with an index, over all joints of its robot."""
+        stretch, segment = self.line[number]
+        found = np.tile(stretch.path[0], (len(segment.waypoints), 1))
+        found[:, self._columns(segment)] = segment.waypoints
+        return tuple(map(configuration, found))
 
-def _whole(stretch: Stretch, count: int) -> Array:
-    """The way points (count, n) as the stretch's segment has them: duplicates removed, a rest twice."""
-    kept = [stretch.path[0], *(b for a, b in zip(stretch.path, stretch.path[1:], strict=False) if (a != b).any())]
-    return np.array(kept if len(kept) == count else [kept[0]] * count)
+    def _columns(self, segment: Segment) -> list[int]:
+        names = self.before.robot(segment.robot).joint_names
+        return [names.index(joint) for joint in segment.joints]
 
 
 def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal | None:
@@ -135,9 +142,15 @@ def _spans(tracks: Sequence[Track]) -> Iterator[tuple[float, float, list[Stretch
 
 
 def _moments(tracks: Sequence[Track], begin: float, end: float) -> Array:
-    """The times [s] of all way points within a span, and those of its ends."""
-    inner = {t for track in tracks for _, segment in track.line for t in segment.times if begin < t < end}
-    return np.array([begin, *sorted(inner), end])
+    """The times [s] within a span at which any motion passes a way point or a border of pieces, and in steps between."""
+    known = (
+        each for track in tracks for _, s in track.line for each in (s.times, s.trajectory and s.trajectory.times)
+    )
+    inner = {t for times in known for t in times or () if begin < t < end}
+    cuts = [begin, *sorted(inner), end]
+    spans = zip(cuts, cuts[1:], strict=False)
+    steps = [np.linspace(a, b, max(1, int(np.ceil((b - a) / TIME_STEP))) + 1)[:-1] for a, b in spans]
+    return np.concatenate([*steps, [end]])
 
 
 def _changed(scene: TaskScene, stretch: Stretch) -> TaskScene:

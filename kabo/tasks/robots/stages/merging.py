@@ -15,10 +15,10 @@ from kabo.tasks.core import Merger as CoreMerger
 from kabo.tasks.core import Result, Solution, Stage
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots.declaring import RobotStage
-from kabo.tasks.robots.motion.exporting import TIME_DECIMALS
 from kabo.tasks.robots.motion.together import Track, met
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.geometry import AddGeometry, Pad, RemoveGeometry
+from kabo.tasks.robots.timed_paths import TIME_DECIMALS, TimedPath
 
 
 class Merger(RobotStage, CoreMerger):
@@ -126,11 +126,10 @@ def _motion(tracks: Sequence[Track]) -> Iterator[Stretch]:
     last: float | None = None
     for begin, k, n in sorted(every):
         stretch, segment = tracks[k].line[n]
-        times = tuple(round(t - begin, TIME_DECIMALS) for t in segment.times)
         since = None if last is None else round(begin - last, TIME_DECIMALS)
-        rows = (
-            stretch.waypoints[0],
-            *(b for a, b in zip(stretch.waypoints, stretch.waypoints[1:], strict=False) if a != b),
+        assert segment.trajectory is not None
+        timed = TimedPath(segment.times, segment.trajectory).beginning(0.0)
+        yield replace(
+            stretch, waypoints=tracks[k].rows(n), timed=timed, stage=segment.stage, since=since, exact=True
         )
-        yield replace(stretch, waypoints=rows, times=times, stage=segment.stage, since=since, exact=True)
         last = begin

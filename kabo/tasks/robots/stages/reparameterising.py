@@ -13,7 +13,6 @@ from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import RobotStage
-from kabo.tasks.robots.motion.exporting import VELOCITY_SHARE
 from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 from kabo.tasks.robots.scenes import Stretch
 
@@ -35,7 +34,7 @@ class Reparameterise(RobotStage, Wrapper):
             "distance from a way point at which the motion may pass [rad, L2 over the joints]; 0: it stops at each corner",
             meanings.at_least(0.0),
         ),
-        "haste": Property(float, VELOCITY_SHARE, "share of the joints' velocity limits", meanings.share),
+        "haste": Property(float, 1.0, "share of the joints' velocity limits", meanings.share),
         "ramp": Property(
             float,
             0.25,

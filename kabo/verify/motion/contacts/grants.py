@@ -28,8 +28,10 @@ from kabo.verify.motion.contacts.granted import (
 )
 from kabo.verify.motion.contacts.mating import Fitting, fittings
 from kabo.verify.motion.contacts.strokes import Limits, Stroke, box_corners, of_family, of_mate
+from kabo.verify.motion.limits import LIMIT_TOLERANCE
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.sweep import Path, SweptBody
+from kabo.verify.motion.trajectories.judge import Followed
 from kabo.verify.motion.windows import TIME_TOLERANCE, Window, window_path
 
 DEFAULT_LIFT = Described(FeatureName("world", "up"), 1, 0.05, 0.10)  # where no family declares a lift
@@ -54,6 +56,7 @@ class Grants:
     holding: AttachmentTree
     standing: Sequence[SweptBody]
     segments: Sequence[Segment]
+    how: Sequence[Followed]
     unmoved: set[str] = field(default_factory=set)
     holds: dict[tuple[str, str], list[GraspFamily]] = field(default_factory=dict)
 
@@ -125,12 +128,12 @@ class Grants:
     def _judged(self, i: int, grant: Grant, path: Path) -> Permits:
         segment = self.segments[i]
         if grant.kind == "grasp":
-            return self._grasp(segment, grant)
+            return self._grasp(segment, grant, path)
         if not self.is_arm(segment):
             raise Unfounded("but a hand makes no stroke")
         return self._support(i, grant, path) if grant.kind == "support" else self._mate(i, grant)
 
-    def _grasp(self, segment: Segment, grant: Grant) -> Permits:
+    def _grasp(self, segment: Segment, grant: Grant, path: Path) -> Permits:
         """The contact of a finger with an object that its hand holds, takes, or has let go in this node."""
         (link, name), robot = grant.bodies, self.world.scene.robots[segment.robot]
         fingers = () if robot.gripper is None else robot.gripper.touch_links
@@ -149,7 +152,9 @@ class Grants:
         for joint, (low, high) in grips(self.world, robot.name, family).items():
             if joint in segment.joints:
                 values = [row[segment.joints.index(joint)] for row in segment.waypoints]
-                if min(values) < low or max(values) > high:
+                off = path.deviations[:, path.arms[robot.name].robot.joint_names.index(joint)].max(initial=0.0)
+                off = 0.0 if off <= LIMIT_TOLERANCE else off
+                if min(values) - off < low or max(values) + off > high:
                     raise Unfounded(f"but {joint} goes beyond what it says")
         return Permits(frozenset({frozenset(grant.bodies)}))
 
@@ -277,7 +282,7 @@ class Grants:
         if i not in numbers:
             raise Unfounded(f"but {self.segments[i].robot} holds neither of them")
         window = Window(begin, end, tuple(numbers), tuple(numbers), tuple(numbers))
-        return window_path(window, self.segments, self.world.arms, self.holding.q)
+        return window_path(window, self.segments, self.world.arms, self.holding.q, self.how)
 
     def _joined(self, pair: frozenset[str], time: float) -> bool:
         """Whether two bodies are joined at or after a time, before an arm that holds one of them moves again."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.verify.motion.arms import Mount
-from kabo.verify.motion.chord_bounds import deviations
+from kabo.verify.motion.chord_bounds import deviations, strays
 from kabo.verify.motion.sweep import Path
 
 STRAIGHT_SHARE = 1.0 / 3.0  # of a family's least length is straight; after that a corner may be rounded
@@ -98,11 +98,13 @@ class Stroke:
         """The fault nearest to the near end of the stroke; None if the motion is a valid stroke."""
         pieces = range(len(self.path.steps))
         bends, turning = self._bounds()
+        strays, twists = self._strays()
         if self.beside is not None and self._turns(self.beside).max() > 1e-9:
             return Fault("both parts turn, which is not judged", float(self.path.times[0]), 0.0)
         for piece in reversed(pieces) if self.backward else pieces:
             if self.path.steps[piece].any():
-                wrong = self._piece(piece, float(bends[piece]), float(turning[piece]))
+                margins = float(strays[piece]), float(twists[piece])
+                wrong = self._piece(piece, float(bends[piece]), float(turning[piece]), margins)
                 if wrong is not None:
                     return wrong
         return self._length()
@@ -124,11 +126,20 @@ class Stroke:
             bends = bends + deviations(self.path, self.beside, 0, 1.0)[0]
         return bends, self._turns(self.mount)
 
+    def _strays(self) -> tuple[Array, Array]:
+        """How far the trajectory may bring points [m] and turn the body [rad] from where the path has them."""
+        path, mount, beside = self.path, self.mount, self.beside
+        found = strays(path, mount, 0, float(np.linalg.norm(self.points, axis=1).max()))
+        if beside is not None:
+            found = found + strays(path, beside, 0, float(np.linalg.norm(beside.joint_T_body[:3, 3])))
+        off = path.deviations[:, path.columns[mount.robot]]
+        return found, np.asarray(off @ path.arms[mount.robot].turning(mount.joint))
+
     def _turns(self, mount: Mount) -> Array:
         steps = self.path.steps[:, self.path.columns[mount.robot]]
         return np.asarray(steps @ self.path.arms[mount.robot].turning(mount.joint))
 
-    def _piece(self, piece: int, bend: float, turning: float) -> Fault | None:
+    def _piece(self, piece: int, bend: float, turning: float, margins: tuple[float, float]) -> Fault | None:
         ends = (1.0, 0.0) if self.backward else (0.0, 1.0)
         stack: list[tuple[float, float, int]] = [(*ends, 0)]
         while stack:
@@ -136,7 +147,7 @@ class Stroke:
             wrong = self._fault_at(piece, nearer) or self._fault_at(piece, farther)
             if wrong is not None:
                 return wrong
-            missing = self._unproven(piece, nearer, farther, bend, turning)
+            missing = self._unproven(piece, nearer, farther, bend, turning, margins)
             if missing is None:
                 continue
             if depth >= MAX_HALVINGS:
@@ -158,17 +169,24 @@ class Stroke:
             return Fault(f"turns by {turned:.3g} rad after {1000 * far:.4g} mm", time, turned)
         return None
 
-    def _unproven(self, piece: int, nearer: float, farther: float, bend: float, turning: float) -> str | None:
-        """The condition that is not proven between two places of a piece; None if all are."""
+    def _unproven(
+        self, piece: int, nearer: float, farther: float, bend: float, turning: float, margins: tuple[float, float]
+    ) -> str | None:
+        """The condition that is not proven between two places of a piece; None if all are.
+
+        `margins`: how far the trajectory may bring points [m] and turn the body [rad] from where the path has them.
+        """
         (a, off_a, turned_a), (b, off_b, turned_b) = self._at(piece, nearer), self._at(piece, farther)
         width = abs(farther - nearer)
-        curved, least = bend * width * width, min(float(a[0]), float(b[0])) - bend * width * width
+        stray, twist = margins
+        curved = bend * width * width
+        least = min(float(a[0]), float(b[0])) - curved - stray
         if least < self.limits.near and float((b - a).min()) <= 8.0 * curved:
             return "does not lead away all the time"
-        off = max(float(off_a[: self.straight].max()), float(off_b[: self.straight].max())) + curved
+        off = max(float(off_a[: self.straight].max()), float(off_b[: self.straight].max())) + curved + stray
         if off > self.limits.may_leave(least):
             return f"is not proven to keep to its line after {1000 * least:.4g} mm"
-        if max(turned_a, turned_b) + turning * width / 2 > self.limits.may_turn(least):
+        if max(turned_a, turned_b) + turning * width / 2 + twist > self.limits.may_turn(least):
             return f"is not proven to keep its orientation after {1000 * least:.4g} mm"
         return None
 

@@ -1,12 +1,14 @@
 """Costs of motion, of solutions that are put together by hand."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from kabo.geometry_server import candidate, tool_frame
+from kabo.motion import Trajectory
 from kabo.tasks.core import Serial, Solution, State
 from kabo.tasks.robots import (
     NoOp,
@@ -16,9 +18,11 @@ from kabo.tasks.robots import (
     distance_to_reference,
     duration,
     path_length,
+    segments,
     stretch,
     tool_distance,
 )
+from kabo.tasks.robots.timed_paths import TimedPath
 
 BARTENDER = "bartender/four_bottles.yaml"
 First = Callable[..., TaskScene]
@@ -64,8 +68,23 @@ def test_the_tool_goes_as_far_as_its_frame(first_scene: First) -> None:
 def test_duration_is_that_of_the_segments(first_scene: First) -> None:
     scene = first_scene(BARTENDER)
     q = home(scene)
-    slowest = float((np.abs(UP[:6]) / (0.5 * scene.robot("left").tree.velocity[:6])).max())
-    assert duration(moved(scene, [q, q + UP])) == pytest.approx(slowest, abs=1e-5)
+    robot = scene.robot("left")
+    slowest = float((np.abs(UP[:6]) / robot.tree.velocity[:6]).max())
+    solution = moved(scene, [q, q + UP])
+    assert duration(solution) > slowest
+    assert duration(solution) == segments(solution, scene.context.scene, "x")[-1].times[-1]
+
+
+def test_the_accelerations_of_the_scene_hold_in_tasks(first_scene: First) -> None:
+    scene = first_scene(BARTENDER)
+    q, robot = home(scene), scene.robot("left")
+    slow = replace(robot, acceleration={robot.planned_joints[0]: 0.2})
+    given = replace(scene.context.scene, robots={**scene.context.scene.robots, "left": slow})
+    (fast,) = segments(moved(scene, [q, q + UP]), scene.context.scene, "x")
+    (made,) = segments(moved(scene, [q, q + UP]), given, "x")
+    assert made.trajectory is not None and fast.trajectory is not None
+    assert np.abs(made.trajectory.sampled(1000.0).accelerations[:, 0]).max() == pytest.approx(0.2, abs=1e-3)
+    assert np.abs(fast.trajectory.sampled(1000.0).accelerations[:, 0]).max() > 1.0
 
 
 def test_clearance_falls_with_distance_and_says_it(first_scene: First) -> None:
@@ -95,7 +114,10 @@ def test_a_stretch_with_times_of_its_own_takes_them(first_scene: First) -> None:
     scene = first_scene(BARTENDER)
     q = scene.situation.configuration("left")
     end = tuple(round(v, 9) for v in np.array(q) + UP)
-    each = Stretch("left", "arm", (q, end), times=(0.0, 4.25))
+    names, times = scene.robot("left").planned_joints, (0.0, 4.25)
+    timed = TimedPath(times, Trajectory.linear(names, [q[:6], end[:6]], times))
+    each = Stretch("left", "arm", (q, end), timed=timed)
     made = Solution(NoOp("slow"), State(scene, {}, 0), State(scene.at("left", end), {}, 1), 0.0, motion=(each,))
     assert duration(made) == pytest.approx(4.25)
-    assert each.reversed().times == (0.0, 4.25)
+    assert each.reversed().timed is not None
+    assert each.reversed().timed.times == (0.0, 4.25)

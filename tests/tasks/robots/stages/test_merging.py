@@ -138,8 +138,7 @@ def values_at(before: TaskScene, robot: str, made: Sequence[Any], time: float) -
     values = dict(zip(names, before.situation.configuration(robot), strict=True))
     for segment in made:
         if segment.times[0] <= time:
-            for joint, way in zip(segment.joints, zip(*segment.waypoints, strict=True), strict=True):
-                values[joint] = float(np.interp(time, segment.times, way))
+            values |= dict(zip(segment.joints, segment.trajectory.at(time).tolist(), strict=True))
     return values
 
 
@@ -335,8 +334,8 @@ def test_reparameterise_leaves_merged_motion_as_it_is() -> None:
     assert isinstance(found, Result)
     stage = make("Reparameterise", "smooth", make("NoOp", "inside"))
     (answer,) = stage.transform(whole(found, before), PropertyResolver(stage.properties).values(), 0)
-    assert [(s.waypoints, s.times, s.since) for s in answer.motion] == [
-        (s.waypoints, s.times, s.since) for s in found.motion
+    assert [(s.waypoints, s.timed, s.since) for s in answer.motion] == [
+        (s.waypoints, s.timed, s.since) for s in found.motion
     ]
 
 

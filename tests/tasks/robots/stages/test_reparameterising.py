@@ -46,7 +46,7 @@ def made(**properties: Any) -> Solution:
 
 
 def timed(solution: Solution) -> dict[str, Stretch]:
-    return {path: each for path, each in stretches(solution) if each.times}
+    return {path: each for path, each in stretches(solution) if each.timed is not None}
 
 
 def distance(q: Any, path: Any) -> float:
@@ -73,7 +73,7 @@ def test_phases_of_a_group_follow_without_a_jump() -> None:
 
 
 def test_it_is_shorter_than_with_stops_between_phases() -> None:
-    with_stops, without = (sum(e.times[-1] for e in timed(made(across=a)).values()) for a in (False, True))
+    with_stops, without = (sum(e.timed.times[-1] for e in timed(made(across=a)).values()) for a in (False, True))
     assert without < 0.94 * with_stops
 
 
@@ -82,23 +82,23 @@ def test_it_moves_on_at_borders_of_phases_and_rests_at_those_of_groups() -> None
     for group in GROUPS:
         for name in group[1:]:
             assert speed(after[name], 0) > 0.02
-        assert speed(after[group[0]], 0) < 0.6
+        assert speed(after[group[0]], 0) < 1.2
     assert made().comment == "no stops inside"
 
 
 def speed(each: Stretch, piece: int) -> float:
     a, b = each.path[piece], each.path[piece + 1]
-    return float(np.linalg.norm(b - a) / (each.times[piece + 1] - each.times[piece]))
+    return float(np.linalg.norm(b - a) / (each.timed.times[piece + 1] - each.timed.times[piece]))
 
 
 def test_velocities_and_accelerations_stay_within_their_limits() -> None:
     after, robot = timed(made()), scene().robots["arm"]
-    limits = 0.5 * robot.tree.velocity[: robot.planned]
+    limits = robot.tree.velocity[: robot.planned]
     for group in GROUPS:
         path = np.concatenate([after[group[0]].path[:1], *(after[name].path[1:] for name in group)])[
             :, : robot.planned
         ]
-        steps = np.concatenate([np.diff(after[name].times) for name in group])
+        steps = np.concatenate([np.diff(after[name].timed.times) for name in group])
         velocities = np.diff(path, axis=0) / steps[:, None]
         assert (np.abs(velocities) / limits).max() <= 1.0
         accelerations = np.diff(velocities, axis=0) / ((steps[1:] + steps[:-1]) / 2)[:, None]
@@ -179,7 +179,7 @@ def test_an_independent_judge_finds_nothing_new() -> None:
 def test_segments_have_the_times() -> None:
     found = [each for each in segments(made(), scene(), "x") if each.stage == "move to place"]
     (segment,) = found
-    assert np.diff(segment.times) == pytest.approx(np.diff(timed(made())["move to place"].times), abs=2e-6)
+    assert np.diff(segment.times) == pytest.approx(np.diff(timed(made())["move to place"].timed.times), abs=2e-6)
 
 
 def test_hands_and_changes_stay_as_they_were() -> None:

@@ -1,25 +1,26 @@
-"""What a report tells for the eye: the motion of a solution, and the sample at which a failure was found.
+"""What a report tells of motion: that of a solution, with the changes of its scene, and the sample of a failure.
 
-States are told as in plan files, and only where they differ from the start of the scene. Numbers of motions are rounded
-to 1e-6, because nothing is proven of them here.
+States are told as in plan files, and only where they differ from the start of the scene. Segments are those of plans,
+digit for digit: what was proven is what is written.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from kabo.geometry_server.answers import Refusal
 from kabo.plan import Node, node_to_json
 from kabo.tasks.core import Solution
-from kabo.tasks.files.report_form import FilmReport, SampleReport, SegmentReport, StateReport
+from kabo.tasks.files.report_form import MotionReport, SampleReport, StateReport
+from kabo.tasks.files.scene_changes import scene_changes
 
 if TYPE_CHECKING:
     from kabo.geometry_server import Situation
+    from kabo.plan import Segment
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
-MAX_FILMS = 10  # solutions of one run, the first ones, whose motion is reported
-DECIMALS = 6  # of joint values [rad or m] and times [s] of motions
+NOT_TOLD = ("procedure", "grants")  # keys of a plan's segments: there is no procedure; grants are found for plans
 
 
-def film_of(solution: Solution, scene: "Scene") -> FilmReport | None:
+def motion_of(solution: Solution, scene: "Scene") -> MotionReport | None:
     """The motion of a whole solution; None if its scenes are not of robots, or nothing moves."""
     if solution.start is None or solution.end is None or not hasattr(solution.start.scene, "situation"):
         return None
@@ -29,12 +30,18 @@ def film_of(solution: Solution, scene: "Scene") -> FilmReport | None:
     motion = segments(solution, scene, "")
     if not motion:
         return None
-    told = node_to_json(Node("action", solution.stage.name, motion=motion))["motion"]
     return {
         "start": state_of(solution.start.scene.situation, scene),
-        "segments": [_short(segment) for segment in told],
+        "segments": _told(motion),
+        "changes": list(scene_changes(solution, motion)),
         "after": state_of(solution.end.scene.situation, scene),
     }
+
+
+def _told(motion: "tuple[Segment, ...]") -> Any:
+    """The segments as in plan files, without what only plans have."""
+    written = node_to_json(Node("action", "", motion=motion))["motion"]
+    return [{key: value for key, value in each.items() if key not in NOT_TOLD} for each in written]
 
 
 def sample_of(failure: Solution, scene: "Scene") -> SampleReport | None:
@@ -69,16 +76,3 @@ def state_of(situation: "Situation", scene: "Scene") -> StateReport:
             for name, pose in changes.objects.items()
         }
     return made
-
-
-def _short(segment: SegmentReport) -> SegmentReport:
-    """A segment of a plan without what is only proven in plans."""
-    return {
-        "robot": segment["robot"],
-        "joints": segment["joints"],
-        "waypoints": [[round(value, DECIMALS) + 0.0 for value in row] for row in segment["waypoints"]],
-        "times": [round(t, DECIMALS) for t in segment["times"]],
-        "stage": segment["stage"],
-        "attach": segment["attach"],
-        "detach": segment["detach"],
-    }

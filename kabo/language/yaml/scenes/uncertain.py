@@ -1,0 +1,36 @@
+"""`uncertain`: how far a body may be from its pose, or a robot from its path [docs/reference/scenes.md#motion]."""
+
+from collections.abc import Collection
+
+from kabo.language.yaml.documents import Mapping, YamlNode
+from kabo.language.yaml.values import Reader
+
+_FORM = "write uncertain: {name: 5mm}"
+
+
+def read_uncertain(
+    reader: Reader, node: YamlNode | None, things: Collection[str], regions: Collection[str]
+) -> dict[str, float]:
+    """The errors [m] by the names of robots and bodies; names of nobody are warnings, since problems add bodies.
+
+    Args:
+        reader: reads the values, and reports what is wrong.
+        node: the value of the key `uncertain`.
+        things: the names of robots and bodies.
+        regions: the names of regions, which are exact.
+    """
+    if node is not None and not isinstance(node, Mapping) and reader.scalar(node, "`uncertain`") is not None:
+        reader.findings.add(node.place, "`uncertain` is said of each body or robot by its name", _FORM)
+        return {}
+    found: dict[str, float] = {}
+    for name, key, value in reader.entries(node, "`uncertain`"):
+        error = reader.length(value, f'the error of "{name}"')
+        if name in regions:
+            reader.findings.add(key.place, f'"{name}" is a region, and regions are exact', _FORM, warning=True)
+        elif name not in things:
+            hint = reader.findings.near(name, things)
+            text = f'no robot or body is called "{name}", so `uncertain` says nothing of it here'
+            reader.findings.add(key.place, text, hint, warning=True)
+        elif error is not None:
+            found[name] = error
+    return found

@@ -1,0 +1,118 @@
+"""How far a motion is from the path that it follows: bounds per piece of the path and joint, without sampling.
+
+A path is straight in joint space between way points. While the motion passes piece i, from way point w_i along D_i, it is
+compared with the point w_i + λ D_i, where λ(t) is the projection onto the piece: a polynomial, as the motion is one. The
+difference is bounded by its Bernstein coefficients; where λ leaves [0, 1], the end of the piece is the point to compare
+with, which is farther by the excess of λ.
+"""
+
+import numpy as np
+
+from kabo.arrays import Array, Integers
+from kabo.motion.bernstein import bernstein, derivative, halved, recentred, values
+
+HALVINGS = 2  # of the time on a piece of the path, for tighter bounds
+SNAPPED = 1e-9  # [rad or m]: a place on the path that is closer to a way point is this way point
+BACKWARDS = 1e-3  # [rad or m]: how far a motion against the direction of a piece counts as being from it
+INNER_SAMPLES = 3  # inside each piece of a motion, where places on the path are looked for
+
+
+def path_deviations(times: Array, padded: Array, waypoints: Array, passing: Array) -> Array:
+    """The distance (m - 1, n) that no joint exceeds from the path, while the motion follows each of its pieces.
+
+    Args:
+        times: the ends of the motion's pieces (k + 1,) [s].
+        padded: the motion's coefficients (k, n, 6).
+        waypoints: the path (m, n).
+        passing: when the motion passes each way point (m,) [s], not decreasing, from `times[0]` to `times[-1]`.
+    """
+    low, high, piece, own = _parts(times, passing)
+    parts = recentred(padded[piece], np.broadcast_to((low - times[piece])[:, None], padded[piece].shape[:2]))
+    steps = np.diff(waypoints, axis=0)[own]
+    parts[..., 0] -= waypoints[own]
+    squares = (steps**2).sum(axis=1)
+    shares = np.einsum("pjk,pj->pk", parts, steps) / np.where(squares > 0.0, squares, 1.0)[:, None]
+    away = parts - steps[:, :, None] * shares[:, None, :]
+    spans = high - low
+    rest = np.abs(_controls(away, np.broadcast_to(spans[:, None], away.shape[:2]))).max(axis=(0, -1))
+    along = _controls(shares, spans)
+    excess = np.maximum(0.0, np.maximum(-along.min(axis=(0, -1)), along.max(axis=(0, -1)) - 1.0))
+    found = np.zeros((len(waypoints) - 1, waypoints.shape[1]))
+    np.maximum.at(found, own, rest + excess[:, None] * np.abs(steps))
+    return found
+
+
+def _parts(times: Array, passing: Array) -> tuple[Array, Array, Integers, Integers]:
+    """Begin, end, piece of the motion and piece of the path for all parts that lie in one piece of each."""
+    cuts = np.unique(np.concatenate([times, np.clip(passing, times[0], times[-1])]))
+    low, high = cuts[:-1], cuts[1:]
+    middle = (low + high) / 2
+    piece = np.clip(np.searchsorted(times, middle, side="right") - 1, 0, len(times) - 2)
+    own = np.clip(np.searchsorted(passing, middle, side="right") - 1, 0, len(passing) - 2)
+    return low, high, piece, own
+
+
+def _controls(coefficients: Array, spans: Array) -> Array:
+    """Bernstein coefficients (parts, …, k) of polynomials on equal parts of their spans."""
+    controls = bernstein(coefficients, spans)[None]
+    for _ in range(HALVINGS):
+        controls = halved(controls).reshape(-1, *controls.shape[1:])
+    return controls
+
+
+def place_on_path(padded: Array, times: Array, waypoints: Array, time: float) -> tuple[int, Array]:
+    """The piece of the path that the motion follows at `time`, and the nearest point (n,) of this piece.
+
+    The motion may pass the same place several times, so the pieces are found for the whole motion: in the order of the
+    path, with the least sum of distances. Motion against the direction of a piece counts as some distance, too.
+    """
+    spans = np.diff(times)
+    inner = times[:-1, None] + spans[:, None] * np.arange(1, INNER_SAMPLES + 1) / (INNER_SAMPLES + 1)
+    instants = np.unique(np.concatenate([times, inner.ravel(), [time]]))
+    k = np.clip(np.searchsorted(times, instants, side="right") - 1, 0, len(spans) - 1)
+    places = values(padded[k], (instants - times[k])[:, None])
+    if len(waypoints) < 2:
+        return 0, waypoints[0]
+    velocities = values(derivative(padded, 1)[k], (instants - times[k])[:, None])
+    costs = _distances(places, waypoints) + BACKWARDS * _backwards(velocities, waypoints)
+    now = int(np.searchsorted(instants, time))
+    index = int(_in_order(costs)[now])
+    here, step = places[now], waypoints[index + 1] - waypoints[index]
+    share = float(np.clip((here - waypoints[index]) @ step / max(step @ step, 1e-300), 0.0, 1.0))
+    point = waypoints[index] + share * step
+    for end in (index, index + 1):
+        if np.abs(point - waypoints[end]).max() <= SNAPPED:
+            point = waypoints[end]
+    return index, point
+
+
+def _distances(places: Array, waypoints: Array) -> Array:
+    """The distances (k, m - 1) of places (k, n) from the pieces of a path (m, n)."""
+    steps = np.diff(waypoints, axis=0)
+    squares = np.maximum((steps**2).sum(axis=1), 1e-300)
+    columns = []
+    for start, step, square in zip(waypoints, steps, squares, strict=False):
+        shares = np.clip((places - start) @ step / square, 0.0, 1.0)
+        columns.append(np.linalg.norm(places - start - shares[:, None] * step, axis=1))
+    return np.stack(columns, axis=1)
+
+
+def _backwards(velocities: Array, waypoints: Array) -> Array:
+    """The cosine (k, m - 1) by which velocities (k, n) point against pieces of a path (m, n); 0 if they do not."""
+    steps = np.diff(waypoints, axis=0)
+    norms = np.linalg.norm(velocities, axis=1)[:, None] * np.linalg.norm(steps, axis=1)
+    return np.asarray(np.maximum(0.0, -(velocities @ steps.T) / np.maximum(norms, 1e-300)))
+
+
+def _in_order(costs: Array) -> Integers:
+    """The column of each row (k,), never decreasing from the first to the last column, with the least sum of `costs`."""
+    total = np.empty_like(costs)
+    total[0] = np.where(np.arange(costs.shape[1]) == 0, costs[0], np.inf)
+    for i in range(1, len(costs)):
+        total[i] = costs[i] + np.minimum.accumulate(total[i - 1])
+    found = np.empty(len(costs), np.int64)
+    last = costs.shape[1] - 1
+    for i in range(len(costs) - 1, -1, -1):
+        last = int(np.argmin(total[i, : last + 1])) if i < len(costs) - 1 else last
+        found[i] = last
+    return found

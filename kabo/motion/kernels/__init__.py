@@ -1,0 +1,1 @@
+"""Kernels of the time law: arrays in, numbers out."""

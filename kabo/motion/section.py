@@ -1,0 +1,194 @@
+"""The motion along a smooth path from rest to rest: time law, knots, pieces, and the way points that it passes."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kabo.arrays import Array, Integers
+from kabo.motion.bernstein import recentred
+from kabo.motion.blending import Blended
+from kabo.motion.kernels.barrier import fastest_law
+from kabo.motion.kernels.grids import grid_of, sampled_speeds
+from kabo.motion.kernels.limit_rows import limit_rows
+from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
+from kabo.motion.limits import Held, MotionLimits
+from kabo.motion.s_curves import LIMIT_ROUNDING, LIMIT_SHARE, MAX_LIMIT
+
+SAMPLES_PER_PIECE = 24  # of a path, for its grid
+STEP_OF_RAMP = 0.6  # a cell of the grid takes this share of the time in which acceleration is built up
+MAX_CELLS_OF_TIME = 400  # more cells than this only for more pieces of the path
+PRECISION = 2e-3  # share by which the law may be slower than the fastest one
+MAX_STEPS = 300
+# Shares of velocity, acceleration and jerk for the law: pieces between knots may use a little more.
+LAW_SHARES = np.array([[0.9995], [0.995], [0.97]])
+LONGEST_PIECE = 1_950_000  # microseconds: rounded coefficients of longer quintic pieces are not precise enough
+LEAST_GAP = 300  # microseconds between knots, less only in short motions
+MAX_ROUNDS = 12  # of making the motion a little slower until all limits are kept
+REST_CELL = 0.97  # share of the way with constant jerk from rest that the first cell of the grid takes
+CURVATURE_SAMPLES = 33
+
+
+class Section(NamedTuple):
+    """A motion from rest to rest: ends of pieces (k + 1,), in whole microseconds from 0, and their coefficients.
+
+    `passing` (m,) are the whole microseconds when it passes way points, and `corners` their indices among these.
+    """
+
+    ends: Integers
+    coefficients: Array
+    passing: Integers
+    corners: list[int]
+
+
+class _Law(NamedTuple):
+    times: Array
+    pieces: Array  # the parameter in time
+    owner: Integers
+    path: Array
+    borders: Array
+    curved: Array
+
+
+def section(path: Blended, limits: MotionLimits, chord: float, tolerance: float, held: Held | None) -> Section:
+    """The fastest motion along a path with rounded corners, within all limits.
+
+    Args:
+        path: it stops only at its ends.
+        limits: of the n joints.
+        chord: how far the path between way points may be from the blend [rad, L2].
+        tolerance: how far joints may leave the blend where pieces are merged [rad or m].
+        held: what the robot holds.
+
+    Raises:
+        ValueError: what is held cannot even be held at rest.
+    """
+    full = np.minimum(np.stack(limits.rows), MAX_LIMIT)
+    full = full - np.minimum(LIMIT_SHARE * full + LIMIT_ROUNDING, full / 2)
+    law = _law(path, full, held)
+    factor = 1.0
+    for _ in range(MAX_ROUNDS):
+        ticks = max(int(np.ceil(law.times[-1] * factor * 1e6)), 2000)
+        factor = ticks / (law.times[-1] * 1e6)
+        gap = max(2, min(LEAST_GAP, ticks // 200))
+        knots, kept = knots_of(law.times, law.owner, law.curved, factor, gap)
+        states = states_at(knots, law.times, law.pieces, law.owner, law.path, law.borders, factor)
+        ends, pieces = few_pieces(knots, kept, states, full, tolerance, LONGEST_PIECE)
+        pieces = np.round(pieces, 12) + 0.0
+        used = used_shares(ends, pieces, full)
+        slower = float(max(used[0], np.sqrt(used[1]), np.cbrt(used[2])))
+        if held is not None:
+            slower = max(slower, _held_share(ends, pieces, held))
+        if slower <= 1.0:
+            break
+        factor *= slower + 1e-6
+    wanted, corners = _way_points(path, chord)
+    passed = np.round(times_at(law.times, law.pieces, wanted[1:-1]) * factor * 1e6)
+    inner = _snapped(np.asarray(passed, np.int64), knots[kept], ticks)
+    return Section(ends, pieces, np.concatenate([[0], inner, [ticks]]), corners)
+
+
+def _law(path: Blended, full: Array, held: Held | None) -> _Law:
+    pieces, borders, curved = _with_rest_cells(path, full)
+    shares = LAW_SHARES * full
+    ramp = float(np.median(full[1] / np.maximum(full[2], 1e-300)))
+    places, squares, owners = sampled_speeds(pieces, borders, shares, SAMPLES_PER_PIECE, 1e-300)
+    grid, owner = grid_of(places, squares, owners, curved, STEP_OF_RAMP * ramp, MAX_CELLS_OF_TIME)
+    rows = limit_rows(pieces, borders, curved, grid, owner, shares, _held_rows(path, grid, held))
+    x, g, w, steps = fastest_law(rows, PRECISION, MAX_STEPS)
+    if steps < 0:
+        raise ValueError("no motion along the path keeps the limits")
+    times, cells = in_time(grid, x, g, w)
+    return _Law(times, cells, owner, pieces, borders, curved)
+
+
+def _with_rest_cells(path: Blended, full: Array) -> tuple[Array, Array, Array]:
+    """Pieces, borders and kinds of the path, with a piece of its own for the jerk at both ends."""
+    coefficients, borders, curved = path.coefficients, path.borders, path.curved
+    cuts = []
+    for end, k in ((0, 0), (1, len(curved) - 1)):
+        length = borders[k + 1] - borders[k]
+        slopes = np.abs(path.at(borders[0 if end == 0 else -1], 1))
+        moved = slopes > 1e-12
+        velocity, acceleration, jerk = (float((row[moved] / slopes[moved]).min(initial=MAX_LIMIT)) for row in full)
+        ramp = min(acceleration / jerk, np.sqrt(velocity / jerk))
+        share = REST_CELL * min(jerk * ramp**3 / 6.0, path.length / 12.0)
+        share = min(share, (0.15 if curved[k] else 0.45) * length)
+        cuts.append(share if end == 0 else path.length - share)
+    first, last = np.array([0]), np.array([len(curved) - 1])
+    which = np.concatenate([first, np.arange(len(curved)), last])
+    edges = np.concatenate([borders[:1], [cuts[0]], borders[1:-1], [cuts[1]], borders[-1:]])
+    delays = np.broadcast_to((edges[:-1] - borders[which])[:, None], (len(which), coefficients.shape[1]))
+    return np.ascontiguousarray(recentred(coefficients[which], delays)), edges, curved[which]
+
+
+def _held_rows(path: Blended, grid: Array, held: Held | None) -> Array:
+    """Rows (N + 1, 2, 3) of X'/2 and X'' over the greatest acceleration; gravity in the first; none without a body."""
+    if held is None:
+        return np.zeros((1, 2, 3))
+    most = 0.98 * held.acceleration
+    if np.linalg.norm(held.gravity) >= most:
+        raise ValueError(
+            f"what is held slips even at rest: {held.acceleration:.3g} m/s² at most, gravity is "
+            f"{np.linalg.norm(held.gravity):.3g} m/s²"
+        )
+    step = min(1e-3, path.length / 100)
+    middle = np.clip(grid, step, path.length - step)
+    before, here, after = (held.places(path.at(middle + d)) for d in (-step, 0.0, step))
+    rows = np.stack([(after - before) / (4.0 * step), (after - 2.0 * here + before) / step**2], axis=1) / most
+    rows[0, 0] = np.asarray(held.gravity) / most
+    return np.ascontiguousarray(rows)
+
+
+def _held_share(ends: Integers, pieces: Array, held: Held) -> float:
+    """The factor of time by which what is held keeps its bound: accelerations by differences, every few milliseconds."""
+    step = min(1e-3, (ends[-1] - ends[0]) * 1e-6 / 20)
+    times = np.arange(step, ends[-1] * 1e-6 - step, 4.0 * step)
+    knots = ends * 1e-6
+
+    def places(at: Array) -> Array:
+        k = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(pieces) - 1)
+        local = (at - knots[k])[:, None]
+        return held.places(sum(pieces[k, :, order] * local**order for order in range(6)))
+
+    found = (places(times + step) - 2.0 * places(times) + places(times - step)) / step**2
+    norms = np.linalg.norm(found - np.asarray(held.gravity), axis=1)
+    if norms.max(initial=0.0) <= held.acceleration * (1.0 - 1e-3):
+        return 1.0
+    free = held.acceleration - np.linalg.norm(held.gravity)
+    return float(min(1.2, 1.001 + (norms.max() - held.acceleration) / free))
+
+
+def _way_points(path: Blended, chord: float) -> tuple[Array, list[int]]:
+    """Parameters of the way points, and where the corners are among them: few on blends, none between on straights."""
+    wanted = [path.places]
+    cuts = np.unique(np.concatenate([path.borders, path.places]))
+    begins = cuts[:-1][np.diff(cuts) > 1e-9]
+    ends = cuts[1:][np.diff(cuts) > 1e-9]
+    k = np.clip(np.searchsorted(path.borders, (begins + ends) / 2, side="right") - 1, 0, len(path.curved) - 1)
+    bent = path.curved[k]
+    # Ends of runs of blends are way points, and so are corners; between them, chords of equal errors.
+    changes = np.flatnonzero(np.diff(bent.astype(int)))
+    wanted.append(ends[changes])
+    stops = np.unique(np.concatenate([*wanted, [0.0, path.length]]))
+    stops = stops[np.concatenate([[True], np.diff(stops) > 1e-9])]
+    for low, high in zip(stops, stops[1:], strict=False):
+        if not bent[np.clip(np.searchsorted(begins, (low + high) / 2, side="right") - 1, 0, len(bent) - 1)]:
+            continue
+        s = np.linspace(low, high, CURVATURE_SAMPLES)
+        density = np.sqrt(np.linalg.norm(path.at(s, 2), axis=1) / (8.0 * chord))
+        total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(s))])
+        count = int(np.ceil(total[-1]))
+        if count > 1:
+            wanted.append(np.interp(np.arange(1, count) / count * total[-1], total, s))
+    found = np.unique(np.concatenate([stops, *wanted[2:]]))
+    corners = [int(np.argmin(np.abs(found - place))) for place in path.places]
+    return found, corners
+
+
+def _snapped(passing: Integers, kept: Integers, ticks: int) -> Integers:
+    """Times of way points: those within some microseconds of where a blend begins or ends, exactly there."""
+    k = np.clip(np.searchsorted(kept, passing), 1, len(kept) - 1)
+    nearest = np.where(passing - kept[k - 1] <= kept[k] - passing, kept[k - 1], kept[k])
+    close = (np.abs(nearest - passing) <= 2) & (nearest > 0) & (nearest < ticks)
+    found = np.where(close, nearest, passing)
+    return np.asarray(np.clip(found, np.arange(1, len(found) + 1), ticks - np.arange(len(found), 0, -1)))

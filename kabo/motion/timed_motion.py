@@ -1,0 +1,195 @@
+"""From corners to a motion: the path that is followed, and the fastest times along it within the limits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kabo.arrays import Array
+from kabo.motion.bernstein import recentred, values
+from kabo.motion.blending import Blended, blended
+from kabo.motion.following import path_deviations
+from kabo.motion.limits import Held, MotionLimits
+from kabo.motion.s_curves import TICK, line_limits, line_pieces
+from kabo.motion.section import Section, section
+from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
+
+WAYPOINT_DECIMALS = 9  # of joint values in plans
+REVERSAL = 1.99  # norm of the difference of two unit vectors from which the path turns back on itself
+MIN_DEVIATION = 1e-9  # [rad or m]: what rounding of coefficients and way points may leave
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A path of n joints with its motion, from rest at time 0 to rest.
+
+    Attributes:
+        waypoints: the path (m, n), straight in joint space between way points: corners where the motion stops, and chords
+            where they are rounded. Values are rounded to 9 decimals.
+        passing: when the motion passes each way point (m,) [s]; whole microseconds, not decreasing.
+        corners: for each corner that was given its index in `waypoints`; of a rounded corner, the middle of the round.
+        times: the ends of the motion's pieces (k + 1,) [s], whole microseconds.
+        coefficients: the pieces (k, n, 6), as in `Trajectory`, rounded to 12 decimals.
+    """
+
+    waypoints: Array
+    passing: Array
+    corners: tuple[int, ...]
+    times: Array
+    coefficients: Array
+
+    @property
+    def duration(self) -> float:
+        """The time of the whole motion [s]."""
+        return float(self.times[-1])
+
+    @cached_property
+    def deviations(self) -> Array:
+        """The distance (m - 1, n) that no joint exceeds while the motion follows each piece of the path."""
+        return path_deviations(self.times, self.coefficients, self.waypoints, self.passing)
+
+    def trajectory(self, joints: Sequence[str], *, start: float = 0.0) -> Trajectory:
+        """The whole motion as a trajectory that begins at the time `start` [s]."""
+        return self.parts(joints, (), start=start)[0]
+
+    def parts(self, joints: Sequence[str], corners: Sequence[int], *, start: float = 0.0) -> list["Trajectory"]:
+        """The motion cut at some of its corners (numbers of the given ones), as trajectories one after the other.
+
+        The first begins at the time `start` [s]. Each follows its part of the path.
+        """
+        cuts = [0, *(self.corners[number] for number in corners), len(self.waypoints) - 1]
+        return [self._part(joints, first, last, start) for first, last in zip(cuts, cuts[1:], strict=False)]
+
+    def passed(self, first: int, last: int, *, start: float = 0.0) -> tuple[float, ...]:
+        """When the way points from `first` to `last` (indices) are passed, if the whole motion begins at `start` [s]."""
+        return tuple(np.round(self.passing[first : last + 1] + start, 6).tolist())
+
+    def _part(self, joints: Sequence[str], first: int, last: int, start: float) -> Trajectory:
+        begin, end = self.passing[first], self.passing[last]
+        low = int(np.searchsorted(self.times, begin, side="right")) - 1
+        high = int(np.searchsorted(self.times, end, side="left"))
+        times, pieces = self.times[low : high + 1].copy(), self.coefficients[low:high].copy()
+        if times[0] < begin:
+            pieces[0] = np.round(recentred(pieces[0], np.full(pieces.shape[1], begin - times[0])), DECIMALS)
+        times[0], times[-1] = begin, end
+        return Trajectory.of_arrays(
+            joints,
+            self.waypoints[first : last + 1],
+            np.round(times + start, 6),
+            pieces,
+            stated(self.deviations[first:last]),
+        )
+
+
+def stated(deviations: Array) -> float:
+    """The deviation that a trajectory states [rad or m]: none of those found is greater; nine decimals, at least 1e-9."""
+    return float(np.ceil(deviations.max(initial=0.0) / MIN_DEVIATION + 1e-3) * MIN_DEVIATION)
+
+
+def timed_path(
+    corners: ArrayLike,
+    limits: MotionLimits,
+    *,
+    deviation: float = 0.0,
+    shares: Sequence[float] | None = None,
+    chord: float = 1e-3,
+    tolerance: float = 1e-4,
+    held: Held | None = None,
+) -> Timed:
+    """The fastest motion along corners (m, n) within the limits, from rest to rest.
+
+    Values of corners are rounded to 9 decimals, as plans keep them. Corners that then equal the one before are passed at
+    once with it.
+
+    Args:
+        corners: at least one.
+        limits: of the n joints, positive for joints that move.
+        deviation: how far the path may pass by its corners [rad, L2].
+        shares: (m,) the fraction of its greatest trim that each corner gets; at 0 the motion stops there, as it does where
+            the path turns back, and at corners that are given twice. Without shares it stops at every corner.
+        chord: how far way points on blends may leave the straight pieces between them from the blend [rad, L2].
+        tolerance: how far a joint may leave the blend, so that pieces are few [rad or m].
+        held: what the robot holds, and how hard it may be accelerated.
+
+    Raises:
+        ValueError: a joint that moves has a limit of zero, or shapes do not fit.
+    """
+    points = np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0
+    if points.ndim != 2 or not len(points) or points.shape[1:] != limits.velocity.shape:
+        raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, {limits.velocity.shape}")
+    different = np.concatenate([[True], np.any(np.diff(points, axis=0) != 0.0, axis=1)])
+    numbers = (np.cumsum(different) - 1).tolist()
+    if not different[1:].any():
+        return _still(points[0], numbers)
+    wanted = np.zeros(len(points)) if shares is None else np.array(shares, np.float64)
+    wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
+    return _moving(points[different], limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
+
+
+class _Rounding(NamedTuple):
+    deviation: float
+    shares: Array
+    chord: float
+    tolerance: float
+    held: Held | None
+
+
+def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
+    """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
+    shares = rounding.shares
+    if rounding.deviation <= 0.0:
+        shares = np.zeros(len(points))
+    path = blended(points, max(rounding.deviation, 0.0), np.where(_reversals(points), 0.0, shares).tolist())
+    stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
+    found = [_section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)]
+    begins = np.cumsum([0, *(int(each.ends[-1]) for each in found)])
+    ends = np.concatenate([[0], *(each.ends[1:] + begin for each, begin in zip(found, begins, strict=False))])
+    passing = np.concatenate(
+        [[0], *(each.passing[1:] + begin for each, begin in zip(found, begins, strict=False))]
+    )
+    indices, before = [0], 0
+    for each in found:
+        indices += [before + index for index in each.corners[1:]]
+        before += len(each.passing) - 1
+    times, padded = short_pieces(ends / 1e6, np.concatenate([each.coefficients for each in found]))
+    padded = np.round(padded, DECIMALS) + 0.0
+    waypoints = _places(times, padded, passing / 1e6)
+    stopped = [indices[number] for number in stops]
+    waypoints[stopped] = points[stops]
+    return Timed(waypoints, passing / 1e6, tuple(indices[number] for number in numbers), times, padded)
+
+
+def _section(path: Blended, first: int, last: int, limits: MotionLimits, rounding: _Rounding) -> Section:
+    """The motion from one corner where it stops to the next."""
+    if last == first + 1 and rounding.held is None:
+        spans, pieces = line_pieces(path.corners[first], path.corners[last], limits)
+        ends = np.cumsum([0, *spans])
+        return Section(ends, pieces, ends[[0, -1]], [0, 1])
+    own = Blended(path.corners[first : last + 1], path.trims[first : last + 1])
+    for row in zip(own.corners, own.corners[1:], strict=False):
+        line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
+    return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
+
+
+def _reversals(points: Array) -> NDArray[np.bool_]:
+    """Whether the path turns back on itself at each corner."""
+    steps = np.diff(points, axis=0)
+    units = steps / np.linalg.norm(steps, axis=1)[:, None]
+    return np.concatenate([[False], np.linalg.norm(np.diff(units, axis=0), axis=1) > REVERSAL, [False]])
+
+
+def _places(times: Array, padded: Array, passing: Array) -> Array:
+    """The positions (m, n) at the times `passing`, as plans keep them."""
+    k = np.clip(np.searchsorted(times, passing, side="right") - 1, 0, len(padded) - 1)
+    return np.round(values(padded[k], (passing - times[k])[:, None]), WAYPOINT_DECIMALS) + 0.0
+
+
+def _still(point: Array, corners: list[int]) -> Timed:
+    """A motion of one microsecond that stays where it is, for a path needs two way points and a time between them."""
+    pieces = np.zeros((1, len(point), 6))
+    pieces[0, :, 0] = point
+    ends = np.array([0.0, TICK])
+    return Timed(np.stack([point, point]), ends, (*corners[:-1], int(len(corners) > 1)), ends, pieces)
