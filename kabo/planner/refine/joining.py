@@ -19,7 +19,7 @@ from kabo.planner.refine.legs import Leg, legs_of, proven
 from kabo.scene import Component
 from kabo.streams import stream_key
 from kabo.tasks.robots.motion.constraints import keep_of
-from kabo.tasks.robots.motion.smoothing import MotionPart
+from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.scenes import configuration
 from kabo.ways import shortcut
 
