@@ -33,6 +33,7 @@ from kabo.planner.statistics import Statistics as Statistics
 from kabo.requests import check as check
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
+from kabo.task_plans import task_plan as task_plan
 from kabo.tasks import TaskReport as TaskReport
 from kabo.tasks import plan_task as plan_task
 from kabo.verify import Finding as Finding

@@ -5,7 +5,7 @@ a request arrives and how its answer is shown.
 """
 
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language import check_files as findings_in
-from kabo.language import is_exploration, is_imported, load_problem, load_scene_description, own_task_files
+from kabo.language import (
+    is_exploration,
+    is_imported,
+    kind_of_file,
+    load_problem,
+    load_scene_description,
+    own_task_files,
+)
 from kabo.language.files import geometry_files
 from kabo.language.findings import Findings
 from kabo.language.problem import Problem
@@ -128,6 +135,8 @@ def verify_file(
 ) -> "Report":
     """Verifies the plan in a file for the problem in a file; if `paranoid`, its certificate in exact arithmetic.
 
+    For a scene file the plan is one of a task, as `kabo task export` writes it: its motion is judged, not its purpose.
+
     Raises:
         InputError: the problem's files, or the form of the plan, have errors; all of them are listed.
         OSError: the plan file cannot be read.
@@ -135,10 +144,27 @@ def verify_file(
     from kabo.verify import verify_plan  # nobody who only checks or solves pays for it
 
     with phase("reading the problem", log=_LOG):
-        read = load_problem(problem, domain)
+        alone = domain is None and not is_imported(problem) and kind_of_file(problem) == "scene"
+        read = load_scene_description(problem) if alone else load_problem(problem, domain)
     with phase("reading the plan", log=_LOG):
         judged = load_plan(plan)
     return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid)
+
+
+def verify_task_report(
+    scene: Path, report: Path, solution: int | None = None, *, paranoid: bool = False
+) -> "Iterator[tuple[int, Report]]":
+    """Verifies the solutions in a task's report, or one of them, in a scene: the number of each, and what was found.
+
+    Raises:
+        InputError: the report, the scene or a motion has errors, or there is no such solution.
+        OSError: the report cannot be read.
+    """
+    from kabo.task_plans import plans_of_report  # as above
+    from kabo.verify import verify_plan
+
+    for number, plan, found in plans_of_report(report, scene, solution, certificate=paranoid):
+        yield number, verify_plan(found, plan, paranoid=paranoid)
 
 
 def explain_file(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import output_file
+from kabo.cli.argument_types import output_file, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.mesh import meshing
 from kabo.cli.terminal import clean_standard_output, tell
@@ -23,7 +23,7 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments and options of `kabo picture` to the parser."""
     plans = "a plan (.png: its film strip; .gif: one branch; .svg: its graph)"
-    what = f"a scene or problem file, a task file (with --scene), a mesh, or {plans}"
+    what = f"a scene or problem file, a task file (with --scene), a task's report, a mesh, or {plans}"
     parser.add_argument("what", type=Path, metavar="WHAT", help=what)
     parser.add_argument(
         "-o",
@@ -58,6 +58,9 @@ def _add_choices(parser: argparse.ArgumentParser) -> None:
     chosen.add_argument("--sweep", metavar="NODE[:SEGMENT]", help="of a plan: what the motion of a node sweeps")
     chosen.add_argument("--samples", metavar="ROBOT:OBJECT.GRASP", help="of a scene: hands at samples of a grasp")
     parser.add_argument(
+        "--solution", type=whole(1), metavar="N", help="of a task's report: which solution (default: the cheapest)"
+    )
+    parser.add_argument(
         "--epsilon",
         type=meshing.tolerance,
         metavar="E",
@@ -88,6 +91,7 @@ def run(options: argparse.Namespace) -> int:
             at=options.at,
             sweep=options.sweep,
             samples=options.samples,
+            solution=options.solution,
             epsilon=_metres(options.epsilon),
             scale=options.scale,
             view=view,

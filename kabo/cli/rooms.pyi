@@ -50,9 +50,12 @@ from kabo.requests import check_files as check_files
 from kabo.requests import explain_file as explain_file
 from kabo.requests import solve_file as solve_file
 from kabo.requests import verify_file as verify_file
+from kabo.requests import verify_task_report as verify_task_report
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
 from kabo.service.warming import compile_usual as compile_usual
+from kabo.task_plans import is_report as is_report
+from kabo.task_plans import plan_of_report as plan_of_report
 from kabo.tasks.core import InitialisationError as InitialisationError
 from kabo.tasks.core import directions as directions
 from kabo.tasks.core import shown as shown

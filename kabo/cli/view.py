@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kabo import service
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import output_file, port
+from kabo.cli.argument_types import output_file, port, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import has_scene
 from kabo.cli.terminal import clean_standard_output, tell
@@ -46,6 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--domain", type=Path, metavar="FILE", help="the domain file of a problem in PDDL or PKS")
     parser.add_argument("--scene", type=Path, metavar="FILE", help="the scene of a task, report or explanation")
+    parser.add_argument(
+        "--solution", type=whole(1), metavar="N", help="of a report: play this solution (default: the first ones)"
+    )
     parser.add_argument(
         "--detail",
         choices=("low", "original"),
@@ -89,6 +92,7 @@ def run(options: argparse.Namespace) -> int:
             options.detail,
             options.prepare,
             options.surrounding.preparing,
+            options.solution,
         )
         with phase("making the page"):
             page = rooms.page_of(rooms.document_of_file(options.file, chosen))

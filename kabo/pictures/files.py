@@ -21,6 +21,7 @@ from kabo.pictures.sweeps import sweep_drawing
 from kabo.pictures.views import ViewWishes, picture_of
 from kabo.plan import Plan, load_plan
 from kabo.scene import Scene, load_scene
+from kabo.task_plans import plan_of_report
 from kabo.viewer.content.files import given_file, problem_of_plan
 from kabo.viewer.content.plan.boxes import in_order_of_parameters
 from kabo.viewer.content.plan.faults import require_drawable
@@ -35,7 +36,8 @@ class PictureWishes:
     Args:
         problem: of a plan that lies elsewhere. domain: of a problem in PDDL or PKS. scene: of a task.
         branch: outcomes of a plan, separated by commas, or a node. at: a node of a plan, after which the scene is
-            drawn. sweep: a node, or `node:segment`. samples: `ROBOT:OBJECT.GRASP`.
+            drawn. sweep: a node, or `node:segment`. samples: `ROBOT:OBJECT.GRASP`. solution: of a report; None: the
+        cheapest.
         epsilon: of a mesh, from its size [m]; of a sweep [m]. scale: metres per unit of a mesh file. view: the camera.
     """
 
@@ -46,6 +48,7 @@ class PictureWishes:
     at: str | None = None
     sweep: str | None = None
     samples: str | None = None
+    solution: int | None = None
     epsilon: Callable[[Mesh | None], float] | None = None
     scale: float = 1.0
     view: ViewWishes = field(default_factory=ViewWishes)
@@ -66,7 +69,7 @@ def require_pictures(name: str) -> None:
 
 
 def picture_of_file(path: Path, ending: str, wishes: PictureWishes) -> bytes:
-    """The bytes of a picture of a scene, a problem, a task's scene, a plan or a mesh.
+    """The bytes of a picture of a scene, a problem, a task's scene, a plan, a solution of a report, or a mesh.
 
     Args:
         path: the file. ending: of the picture: .png; for plans .svg (the graph) and .gif (a branch), too.
@@ -89,7 +92,10 @@ def picture_of_file(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     if given.kind == "plan":
         _only(wishes, "a plan", ("branch", "at", "sweep"))
         return _of_plan(path, ending, wishes)
-    if given.kind in ("report", "explanation"):
+    if given.kind == "report":
+        _only(wishes, "a report", ("sweep", "solution"))
+        return _of_report(path, ending, wishes)
+    if given.kind == "explanation":
         raise _refusal(str(path), f"there is no picture of {given.kind}s", f"show it as a page: kabo view {path}")
     _only(wishes, f"a {given.kind}", ("samples",))
     _require_ending(ending, f"a {given.kind}", (".png",))
@@ -138,6 +144,14 @@ def _scene_of(path: Path, kind: str, wishes: PictureWishes) -> Scene:
     return load_scene(description)
 
 
+def _of_report(path: Path, ending: str, wishes: PictureWishes) -> bytes:
+    """The picture of one solution of a task's report, which is drawn as a plan of one node."""
+    _require_ending(ending, "a report", (".png", ".gif"))
+    require_pictures(str(path))
+    _, plan, scene = plan_of_report(path, wishes.scene, wishes.solution, certificate=False)
+    return _of_motion(plan, scene, ending, wishes, str(path))
+
+
 def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     plan, file = load_plan(path), str(path)
     require_drawable(plan, None, file)
@@ -146,7 +160,11 @@ def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
             if getattr(wishes, option) is not None:
                 raise _refusal(f"--{option}", "the graph of a plan shows all of it", "end the picture with .png")
         return plan_svg(_ordered(plan, path, wishes), f"{plan.problem}: {described(plan)}")
-    scene = _scene_of_plan(plan, path, wishes)
+    return _of_motion(plan, _scene_of_plan(plan, path, wishes), ending, wishes, file)
+
+
+def _of_motion(plan: Plan, scene: Scene, ending: str, wishes: PictureWishes, file: str) -> bytes:
+    """The film strip of a branch, its animation, what a node sweeps, or the scene after a node."""
     require_drawable(plan, scene, file)
     if ending == ".gif":
         if wishes.at is not None or wishes.sweep is not None:
@@ -163,11 +181,11 @@ def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
 
 def _ordered(plan: Plan, path: Path, wishes: PictureWishes) -> Plan:
     """The plan with arguments in the order of their actions' parameters; as it is if its problem is not at hand."""
-    if wishes.problem is not None:
-        return in_order_of_parameters(plan, load_problem(wishes.problem, wishes.domain))
     try:
-        return in_order_of_parameters(plan, load_problem(problem_of_plan(plan, path), wishes.domain))
+        return in_order_of_parameters(plan, problem_of_plan(plan, path, wishes.problem, wishes.domain))
     except InputError:
+        if wishes.problem is not None:
+            raise
         return plan
 
 
@@ -184,7 +202,7 @@ def _node_text(plan: Plan, wanted: str) -> str:
 
 def _scene_of_plan(plan: Plan, path: Path, wishes: PictureWishes) -> Scene:
     require_pictures(str(path))
-    problem = load_problem(wishes.problem or problem_of_plan(plan, path), wishes.domain)
+    problem = problem_of_plan(plan, path, wishes.problem, wishes.domain)
     if problem.scene is None:
         raise _refusal(
             str(path), "its problem has no scene: nothing moves", "draw its graph: end the picture with .svg"
@@ -199,6 +217,7 @@ def _only(wishes: PictureWishes, what: str, fitting: tuple[str, ...]) -> None:
         InputError: names the first that is.
     """
     kinds = {"branch": "a plan", "at": "a plan", "sweep": "a plan", "samples": "a scene or a problem"}
+    kinds |= {"solution": "a report"}
     for option, kind in kinds.items():
         if getattr(wishes, option) is not None and option not in fitting:
             raise _refusal(f"--{option}", f"this is for {kind}, and {what} was given", f"leave out --{option}")

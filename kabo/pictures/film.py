@@ -164,17 +164,31 @@ class Film:
         return {name: after for name, after in pairs if after.overlap}
 
     def key_frames(self) -> Iterator[Frame]:
-        """The start, and the state after each node that moves something; captions tell what was sensed between."""
+        """The start, and the state after each node that moves something; captions tell what was sensed between.
+
+        Where only one node moves, as in the plan of a task, the state after each of its stages, too.
+        """
         told: list[str] = []
         yield Frame(self.plan.root, 0.0, self.start, "start")
         for name, outcome in self.steps:
             node = self.plan.nodes[name]
             if outcome is not None:
                 told.append(f"{node.on}: {outcome}")
+            if self.moving == (name,):
+                yield from self._after_stages(name)
             if node.motion:
                 lines = [*told, f"{name} {call(node)}"]
                 yield Frame(name, self.duration(name), self.shown(name, self.duration(name)), "\n".join(lines))
                 told = []
+
+    def _after_stages(self, name: str) -> Iterator[Frame]:
+        """The state at the end of each stage of a node but the last, when it moves something last."""
+        ends: dict[str, float] = {}
+        for segment in self.plan.nodes[name].motion:
+            stage = segment.stage or segment.procedure
+            ends[stage] = max(ends.get(stage, 0.0), segment.times[-1])
+        for stage, time in sorted(ends.items(), key=lambda each: each[1])[:-1]:
+            yield Frame(name, time, self.shown(name, time), stage)
 
     def frames(self, step: float) -> Iterator[Frame]:
         """States every `step` seconds of all motions of the branch, and those at the ends of motions."""
@@ -205,9 +219,8 @@ class Film:
     def _configuration(self, segment: Segment, state: GeometricState, time: float) -> Component:
         robot = self.scene.robots[segment.robot]
         q = list(state.robots[segment.robot])
-        points = np.array(segment.waypoints)
-        for column, joint in enumerate(segment.joints):
-            q[robot.joint_names.index(joint)] = float(np.interp(time, segment.times, points[:, column]))
+        for joint, value in zip(segment.joints, segment.at(time).tolist(), strict=True):
+            q[robot.joint_names.index(joint)] = value
         return tuple(q)
 
     def _handed_over(self, segment: Segment, state: GeometricState) -> GeometricState:

@@ -106,6 +106,9 @@ class Scene:
     files: Mapping[Path, str]
     mates: Mapping[str, Mate] = field(default_factory=dict)
     uncertain: Mapping[str, float] = field(default_factory=dict)  # [m] of a body's pose, of any point of a robot
+    description: SceneDescription | None = field(
+        default=None, compare=False, repr=False
+    )  # that it was loaded from
     memory: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
@@ -282,6 +285,7 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         _hashes(loader.files),
         description.mates,
         description.uncertain,
+        description,
     )
 
 

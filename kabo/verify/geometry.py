@@ -21,6 +21,7 @@ from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import check_start
 from kabo.verify.motion.trajectories.figures import TrajectoryFigures
 from kabo.verify.report import Finding
+from kabo.verify.scene_alone import SceneAlone
 
 _LOG = logging.getLogger("kabo.verify")
 
@@ -44,7 +45,8 @@ def check_geometry(
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
-    findings = [*check_start(components), *_check_statements(plan, scene)]
+    anywhere = isinstance(problem, SceneAlone)
+    findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     if findings:
         return files, findings, {}, []
     motions, together = 0, sharing_time(plan)

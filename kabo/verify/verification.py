@@ -1,21 +1,26 @@
 """Verifies a plan: its graph, its files, the knowledge on every branch, and every motion."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kabo.language import Problem
+from kabo.language.scene_description import SceneDescription
 from kabo.plan import Plan, plan_statistics
 from kabo.verify.files import check_files
 from kabo.verify.knowledge import check_knowledge
 from kabo.verify.knowledge.external_procedures import with_functions
 from kabo.verify.report import Finding, Report
+from kabo.verify.scene_alone import scene_alone
 from kabo.verify.structure import check_structure
+
+if TYPE_CHECKING:
+    from kabo.scene import Scene  # loads meshes, which plans without motion do not need
 
 WITHOUT_GEOMETRY = "the plan was made with --geometry none: its motions do not exist and were not verified"
 
 
 def verify_plan(
-    problem: Problem,
+    problem: "Problem | Scene | SceneDescription",
     plan: Plan,
     *,
     knowledge_only: bool = False,
@@ -25,7 +30,8 @@ def verify_plan(
     """Verifies that a plan reaches the goal of a problem on every branch, and that every motion is collision-free.
 
     Args:
-        problem: the problem as its files now are.
+        problem: the problem as its files now are; or a scene, in which the motion of tasks is judged
+            (`kabo.task_plan`), not what they are for.
         plan: the plan to judge.
         knowledge_only: whether to leave motions out; the report then says so.
         procedures: functions by the names of external procedures, as for `kabo.solve`.
@@ -39,6 +45,7 @@ def verify_plan(
         >>> kabo.verify(problem, kabo.solve(problem).plan)
         <Report verified: 2 outcomes>
     """
+    problem = _problem(problem, plan)
     if procedures:
         seed = plan.options.get("seed")
         problem = with_functions(problem, procedures, seed if isinstance(seed, int) else 0)
@@ -72,6 +79,15 @@ def verify_plan(
         known.why_replay,
         **figures,
     )
+
+
+def _problem(given: "Problem | Scene | SceneDescription", plan: Plan) -> Problem:
+    if isinstance(given, Problem):
+        return given
+    scene = given if isinstance(given, SceneDescription) else given.description
+    if scene is None:
+        raise ValueError("the scene was not loaded from a file: give what `kabo.load_scene` returns")
+    return scene_alone(scene, plan)
 
 
 verify = verify_plan  # the name in `kabo`

@@ -256,3 +256,27 @@ def test_a_property_that_a_robot_stage_cannot_use_is_told_at_its_stage(kabo, wal
     said = kabo("task", "plan", "move.yaml", "--scene", SCENE)
     assert said.code == 2 and "move.yaml:6:12: 'go': arm has no frame 'foo'" in said.err
     assert "Traceback" not in said.err
+
+
+def test_a_solution_is_exported_as_a_plan_verified_and_pictured(kabo, tmp_path, monkeypatch):
+    example = Path(__file__).parents[2] / "examples" / "pick_and_place"
+    scene = str(example / "scene.yaml")
+    monkeypatch.chdir(tmp_path)
+    planned = kabo(
+        "task", "plan", str(example / "task.yaml"), "--scene", scene, "--max-solutions", "1", "-o", "r.json"
+    )
+    assert planned.code == 0
+    exported = kabo("task", "export", "r.json", "-o", "plan.json")
+    assert exported.code == 0 and "solution 1, " in exported.err and "certified" in exported.err
+    assert kabo("verify", scene, "plan.json").code == 0
+    assert kabo("verify", scene, "r.json", "--solution", "1").code == 0
+    assert kabo("view", "r.json", "--solution", "1", "--no-open", "-o", "page.html").code == 0
+    assert kabo("view", "plan.json", "--problem", scene, "--no-open", "-o", "plan.html").code == 0
+    content = json.loads(Path("r.json").read_text())
+    for segment in content["runs"][0]["solutions"][0]["motion"]["segments"]:
+        segment["attach"] = []
+    Path("spoilt.json").write_text(json.dumps(content))
+    refused = kabo("verify", scene, "spoilt.json", "--json")
+    assert refused.code == 5 and not refused.json["verified"] and refused.json["solutions"][0]["solution"] == 1
+    assert "no solution 2" in kabo("task", "export", "r.json", "--solution", "2").err
+    assert kabo("verify", scene, "plan.json", "--solution", "1").code == 2

@@ -21,6 +21,7 @@ ENDINGS: dict[str, tuple[str, ...]] = {
     "mesh": MESH,
     "plan": ("json",),
     "problem": PROBLEM,
+    "report": ("json",),
     "model": ("jsonl",),
     "first": ("json",),
     "second": ("json",),

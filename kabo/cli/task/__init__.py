@@ -1,12 +1,12 @@
-"""`kabo task`: plans a task file, shows tasks and what planning found, compares runs."""
+"""`kabo task`: plans a task file, shows tasks and what planning found, exports solutions, compares runs."""
 
 import argparse
 
-from kabo.cli.task import compare, plan, show, stages
+from kabo.cli.task import compare, export, plan, show, stages
 
 NAME = "task"
-HELP = "plan a task file, show its stages and what they found, compare runs"
-COMMANDS = (plan, show, compare, stages)
+HELP = "plan a task file, show its stages and what they found, export solutions, compare runs"
+COMMANDS = (plan, show, export, compare, stages)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

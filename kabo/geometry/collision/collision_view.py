@@ -14,6 +14,7 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.compilation import call_first
 from kabo.geometry.budget import Budget
+from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.kernels.bundles import (
     CHECKS,
     CHILD_COUNT,
@@ -29,7 +30,6 @@ from kabo.geometry.collision.kernels.bundles import (
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
-from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.part_trees import deviation_within, refine
 from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
 from kabo.geometry.collision.view_arrays import (

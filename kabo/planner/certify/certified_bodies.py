@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.geometry import Budget, Enclosure
 from kabo.geometry.collision.part_trees import Cover, divided_larger
 from kabo.geometry.collision.separation_proofs import Course, Prover, Unproven, Witness, order_of, ordered
@@ -31,6 +32,10 @@ class CertifiedBodies:
             found = self._prover.prove(course)
             if not isinstance(found, Unproven) or not self._divide(course, found):
                 return found
+
+    def prove_best(self, course: Course, wanted: Array | None) -> list[Witness | None] | Unproven:
+        """The result of `Prover.prove` for wanted margins, with the parts as they are."""
+        return self._prover.prove(course, wanted)
 
     def _divide(self, course: Course, failed: Unproven) -> bool:
         """Whether the larger of the two parts that were not proven apart could be divided."""

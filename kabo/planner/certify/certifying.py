@@ -17,7 +17,7 @@ from kabo.children import never
 from kabo.errors import CutOff
 from kabo.geometry import Enclosure
 from kabo.geometry.collision.part_trees import Cover
-from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Unproven, Witness
+from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Unproven
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.phases import phase
 from kabo.plan import (
@@ -29,6 +29,7 @@ from kabo.plan import (
     StretchProof,
     topological_order,
 )
+from kabo.planner.certify.best_margins import ProvenStretch, widen
 from kabo.planner.certify.certified_bodies import CertifiedBodies
 from kabo.planner.certify.certified_pairs import PairChoice, Thing
 from kabo.planner.certify.component_values import ComponentValues
@@ -146,32 +147,38 @@ class _Certifying:
         self._moved: dict[str, list[MovingStretch]] = {name: [] for name in shared}
 
     def made(self) -> Certificate | list[UnprovenPair]:
-        proofs: list[StretchProof] = []
-        segments: list[Clearance] = []
+        proven: list[ProvenStretch] = []
         with phase("certifying", len(self.order), "nodes", log=_LOG) as step:
             for name in self.order:
-                self._prove(name, proofs, segments)
+                node = self.plan.nodes[name]
+                proven += [*self._node(name, node), *self._early(name, node)] if node.motion else []
                 step()
         if self.gaps:
             return self.gaps
+        if not self.bodies.divided:  # else all is proven once more, with the divided parts
+            widen(proven, frozenset(self.scene.movable), self.near, self.bodies.prove_best, self.look)
+        proofs = tuple(_proof(each) for each in proven)
+        segments = [each for name in self.order for each in self._clearances(name, proven)]
         return Certificate(
-            self.surroundings.budget.epsilon, tuple(segments), self.near, self.bodies.given(), tuple(proofs)
+            self.surroundings.budget.epsilon, tuple(segments), self.near, self.bodies.given(), proofs
         )
 
-    def _prove(self, name: str, proofs: list[StretchProof], segments: list[Clearance]) -> None:
-        """Adds the proofs for a node's motion, and the clearance of each of its segments."""
+    def _clearances(self, name: str, proven: Sequence[ProvenStretch]) -> Iterator[Clearance]:
+        """The clearance of each of a node's segments."""
         node = self.plan.nodes[name]
         least: dict[int, tuple[float, tuple[str, str] | None]] = {}
-        found = [*self._node(name, node), *self._early(name, node)] if node.motion else []
-        for proof, margin, between in found:
-            proofs.append(proof)
-            for i in proof.segments:
-                least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
+        for each in proven:
+            if each.node == name:
+                pair = int(each.margins.argmin()) if len(each.margins) else -1
+                margin = float(each.margins[pair]) if pair >= 0 else np.inf
+                own = margin, each.names(pair) if margin < np.inf else None
+                for i in each.stretch.segments:
+                    least[i] = min(least.get(i, (np.inf, None)), own, key=lambda entry: entry[0])
         for i in sorted(least):
             margin, between = least[i]
             clearance = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
             permitted = node.motion[i].allowed_contacts
-            segments.append(Clearance(name, i, clearance, None if clearance is None else between, permitted))
+            yield Clearance(name, i, clearance, None if clearance is None else between, permitted)
 
     # ------------------------------------------------------------------------------------------------ the scene
     def _enclosures(self) -> dict[str, Enclosure]:
@@ -214,16 +221,18 @@ class _Certifying:
         ]
 
     # ------------------------------------------------------------------------------------------------- a node
-    def _node(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
+    def _node(self, name: str, node: Node) -> Iterator[ProvenStretch]:
         moving = list(dict.fromkeys(segment.robot for segment in node.motion))
         situation = MotionSituation.at(name, self.values, self.scene, moving)
         for stretch in stretches(node.motion, dict(self.scene.robots), situation.q):
             self.look()
-            yield self._stretch(name, node, stretch, situation)
+            found = self._stretch(name, node, stretch, situation)
+            if found is not None:
+                yield found
             for i in stretch.ending:
                 situation.end(node.motion[i])
 
-    def _early(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
+    def _early(self, name: str, node: Node) -> Iterator[ProvenStretch]:
         """Proofs that a motion that begins early never meets the rest of the previous one, however late either is."""
         if not node.overlap:
             return
@@ -235,13 +244,13 @@ class _Certifying:
             if rest is not None:
                 waypoints, deviations = rest
                 tail = first._replace(course=replace(first.course, waypoints=waypoints, deviations=deviations))
-                for second in self._moved[name]:
-                    yield self._apart_at_any_times(name, tail, second)
+                found = [self._apart_at_any_times(name, tail, second) for second in self._moved[name]]
+                yield from (each for each in found if each is not None)
 
     # ---------------------------------------------------------------------------------------------- a stretch
     def _stretch(
         self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation
-    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
+    ) -> ProvenStretch | None:
         robots = [self.scene.robots[robot] for robot in stretch.waypoints]
         first_joint, tree = joined([robot.tree for robot in robots])
         moving, standing = self._things(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
@@ -268,12 +277,10 @@ class _Certifying:
         if isinstance(found, Unproven):
             a, b = (things[i].name for i in numbers[found.pair])
             self.gaps.append(UnprovenPair(name, stretch.segments, (a, b), found.start, found.gap))
-            return StretchProof(name, stretch.segments), np.inf, None
-        return self._proof(name, stretch, things, numbers, found)
+            return None
+        return ProvenStretch(name, stretch, course, things, numbers, found)
 
-    def _apart_at_any_times(
-        self, name: str, first: MovingStretch, second: MovingStretch
-    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
+    def _apart_at_any_times(self, name: str, first: MovingStretch, second: MovingStretch) -> ProvenStretch | None:
         things, count = [*first.things, *second.things], len(first.things)
         pairs, rows = self.choice.across(first.things, second.things)
         for cut in CUTS:
@@ -286,10 +293,10 @@ class _Certifying:
             i, k = pairs[found.pair]
             names = first.things[i].name, second.things[k].name
             self.gaps.append(UnprovenPair(name, second.stretch.segments, names, found.start, found.gap))
-            return StretchProof(name, second.stretch.segments), np.inf, None
+            return None
         numbers = [(i, count + k) for i, k in pairs]
-        proof, margin, between = self._proof(name, second.stretch, things, numbers, found)
-        return replace(proof, before=first.stretch.segments, cut=cut), margin, between
+        before = first.stretch.segments
+        return ProvenStretch(name, second.stretch, course, things, numbers, found, before, cut)
 
     def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
         """Pairs of fingers and bodies not held by them, while no hand moves: these are proven apart even if permitted."""
@@ -301,23 +308,6 @@ class _Certifying:
                 others = [thing.name for thing in things if "." not in thing.name and thing.robot != name]
                 passing |= {frozenset((link, other)) for link in robot.gripper.touch_links for other in others}
         return frozenset(passing)
-
-    def _proof(
-        self,
-        name: str,
-        stretch: MotionStretch,
-        things: Sequence[Thing],
-        numbers: Sequence[tuple[int, int]],
-        found: Sequence[Witness | None],
-    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
-        proofs, least, between = [], np.inf, None
-        for (i, k), witness in zip(numbers, found, strict=True):
-            if witness is not None:
-                first, second = things[i], things[k]
-                proofs.append(PairProof(first.name, second.name, second.place, witness.walk, witness.axes))
-                if witness.margin < least:
-                    least, between = witness.margin, (first.name, second.name)
-        return StretchProof(name, stretch.segments, tuple(proofs)), least, between
 
     def _things(
         self, name: str, situation: MotionSituation, first: Mapping[str, int]
@@ -346,3 +336,13 @@ class _Certifying:
                 poses = situation.places[body] if body in situation.places else [situation.pose(body)]
                 standing.extend(Thing(body, p, mesh, None, 0, flat(pose)) for p, pose in enumerate(poses))
         return moving, standing
+
+
+def _proof(proven: ProvenStretch) -> StretchProof:
+    """The proofs of a stretch as the plan has them."""
+    pairs = []
+    for (i, k), witness in zip(proven.numbers, proven.witnesses, strict=True):
+        if witness is not None:
+            first, second = proven.things[i], proven.things[k]
+            pairs.append(PairProof(first.name, second.name, second.place, witness.walk, witness.axes))
+    return StretchProof(proven.node, proven.stretch.segments, tuple(pairs), proven.before, proven.cut)

@@ -15,6 +15,7 @@ from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.plan import Node
 from kabo.scene import Scene
+from kabo.verify.scene_alone import SceneAlone
 
 KINDS = ("robot", "body", "region")
 
@@ -112,6 +113,10 @@ class Calls:
         Raises:
             ValueError: the procedure does not exist, or the arguments do not fit it.
         """
+        if isinstance(self.problem, SceneAlone):
+            name = str(node.action)
+            self.unjudged[name] = None
+            return Call(name, self.problem.moved, text=name)
         action = self.problem.domain.actions.get(str(node.action))
         if action is None or action.geometry is None:
             return None
@@ -137,9 +142,8 @@ class Calls:
 
     def notes(self) -> list[str]:
         """Notes for the report: the procedures whose purpose the verifier does not know and did not judge."""
-        text = (
-            "a task of the domain's own: its motion was verified, and what it takes and records, not its purpose"
-        )
+        whose = "a task" if isinstance(self.problem, SceneAlone) else "a task of the domain's own"
+        text = f"{whose}: its motion was verified, and what it takes and records, not its purpose"
         return [f'"{name}" is {text}' for name in self.unjudged]
 
     def _arguments(self, call: ProcedureCall, node: Node, names: list[str]) -> dict[str, str]:

@@ -139,8 +139,13 @@ def _holding(state: dict[str, ComponentValue], world: SceneModel) -> AttachmentT
     return holding
 
 
-def check_start(components: Components) -> Iterator[Finding]:
-    """The findings about differences between the plan's `start` and the initial state of the scene."""
+def check_start(components: Components, *, anywhere: bool = False) -> Iterator[Finding]:
+    """The findings about differences between the plan's `start` and the initial state of the scene.
+
+    Args:
+        components: those of the plan.
+        anywhere: whether things may be elsewhere than in the scene, as long as none is missing.
+    """
     plan, scene = components.plan, components.scene
     if plan.start is None:
         return
@@ -148,7 +153,7 @@ def check_start(components: Components) -> Iterator[Finding]:
         recorded = plan.start.robots.get(name, {})
         if set(recorded) != set(robot.joint_names):
             yield Finding(None, f"start: the joints of {name} are not those of its URDF", bodies=(name,))
-        elif any(
+        elif not anywhere and any(
             abs(recorded[j] - v) > 1e-6 for j, v in zip(robot.joint_names, scene.start.robots[name], strict=True)
         ):
             yield Finding(None, f"start: {name} does not begin where the scene puts it", bodies=(name,))
@@ -156,7 +161,7 @@ def check_start(components: Components) -> Iterator[Finding]:
         pose = plan.start.objects.get(name)
         if pose is None:
             yield Finding(None, f"start: {name} is missing", bodies=(name,))
-        elif pose.parent != first.parent or not _near(pose, first):
+        elif not anywhere and (pose.parent != first.parent or not _near(pose, first)):
             yield Finding(None, f"start: {name} is not where the scene puts it", bodies=(name,))
     known = set(scene.robots) | set(scene.start.objects)
     for name in sorted((set(plan.start.robots) | set(plan.start.objects)) - known):

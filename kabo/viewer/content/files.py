@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any, cast
 
 from kabo.errors import Diagnostic, InputError
-from kabo.language import is_imported, kind_of_file
+from kabo.language import is_imported, kind_of_file, load_problem, load_scene_description
+from kabo.language.problem import Problem
 from kabo.plan import READABLE_FORMATS, Plan
+from kabo.verify.scene_alone import scene_alone
 from kabo.viewer.content.document import Given
 
 DEPTHS = (
@@ -83,15 +85,31 @@ def _refusal(path: Path, message: str, hint: str) -> InputError:
     return InputError([Diagnostic(str(path), 1, 1, message, hint)])
 
 
-def problem_of_plan(plan: Plan, path: Path) -> Path:
-    """The problem file for which a plan was made, found by its name and its hash near the plan and the working folder.
+def problem_of_plan(plan: Plan, path: Path, given: Path | None = None, domain: Path | None = None) -> Problem:
+    """The problem of a plan: the given file, or one that is found by its name and its hash near the plan or here.
+
+    The plan of a task has a scene instead of a problem.
+
+    Raises:
+        InputError: no such file is there, which says how to name it; or the files have errors.
+    """
+    found = _found_near(plan, path) if given is None else given
+    if domain is None and not is_imported(found) and kind_of_file(found) == "scene":
+        return scene_alone(load_scene_description(found), plan)
+    return load_problem(found, domain)
+
+
+def _found_near(plan: Plan, path: Path) -> Path:
+    """The problem file for which a plan was made, else its scene file; by name and hash.
 
     Raises:
         InputError: no such file is there; says how to name it.
     """
-    for found in _candidates(plan, path):
-        if _hash(found) in plan.files.values() and _is_problem(found):
-            return found
+    same = [found for found in _candidates(plan, path) if _hash(found) in plan.files.values()]
+    for fits in (_is_problem, _is_scene):
+        for found in same:
+            if fits(found):
+                return found
     names = [name for name in plan.files if "/" not in name]
     looked = f"its problem is none of {', '.join(sorted(names))} in or below the folder of the plan, or this one"
     raise _refusal(path, f'the problem "{plan.problem}" of this plan was not found', f"{looked}: --problem FILE")
@@ -108,6 +126,10 @@ def _candidates(plan: Plan, path: Path) -> Iterator[Path]:
 
 def _is_problem(path: Path) -> bool:
     return path.suffix.lower() in (".xml", ".pks", ".pddl") or kind_of_file(path) == "problem"
+
+
+def _is_scene(path: Path) -> bool:
+    return not is_imported(path) and kind_of_file(path) == "scene"
 
 
 def _hash(path: Path) -> str:

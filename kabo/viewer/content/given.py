@@ -12,6 +12,7 @@ from kabo.language import load_problem, load_scene_description
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.scene import Scene, load_scene
+from kabo.task_plans import chosen
 from kabo.tasks.files.report_form import read_report
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.document import Given, View, ViewDocument
@@ -42,6 +43,7 @@ class ViewOptions:
     detail: Detail = "low"
     prepare: bool = False
     told: "Callable[[Preparing], None] | None" = None
+    solution: int | None = None  # of a report: the one that is played; None: the first ones
 
 
 def document_of_file(path: Path, options: ViewOptions | None = None) -> ViewDocument:
@@ -122,7 +124,7 @@ def _of_plan(given: GivenFile, options: ViewOptions) -> ViewDocument:
     from kabo.plan import load_plan
 
     plan = load_plan(given.path)
-    problem = load_problem(options.problem or problem_of_plan(plan, given.path), options.domain)
+    problem = problem_of_plan(plan, given.path, options.problem, options.domain)
     scene, file = _scene_of(problem), str(given.path)
     require_drawable(plan, None, file)
     arrays = Arrays()
@@ -143,7 +145,9 @@ def _of_planning(given: GivenFile, options: ViewOptions) -> ViewDocument:
     try:
         if given.kind == "report":
             report = read_report(given.path.read_bytes(), str(given.path))
-            made = report_view(report, scene)
+            if options.solution is not None:
+                chosen(report, options.solution, str(given.path))
+            made = report_view(report, scene, options.solution)
             return ViewDocument(report["task"], "report", shown, found, report=made, arrays=arrays)
         explained = explanation_view(given.content, scene)
     except (KeyError, ValueError, TypeError, AttributeError) as error:

@@ -17,8 +17,10 @@ MAX_FILMS = 10  # solutions of one run, the first ones, whose motion the page pl
 MIN_TIME_SHARE = 0.02  # share of the whole time from which on it is told
 
 
-def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
+def report_view(report: Mapping[str, Any], scene: "Scene | None", solution: int | None = None) -> View:
     """The part `report` of a view document, of a report `kabo-task/2`; states and films only with the scene.
+
+    `solution` is the number of the only one that has a film, from 1 in the order of all runs; None: the first ones.
 
     Raises:
         KeyError: the report names a robot, joint or object that is not in the scene.
@@ -27,6 +29,7 @@ def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
     read = cast("Report", report)
     runs = read["runs"]
     given = [f"{name} = {value}" for name, value in read["arguments"].items()]
+    before = [sum(len(run["solutions"]) for run in runs[:k]) for k in range(len(runs))]
     return {
         "headline": describe_report(read, 0).split("\n", 1)[0].partition(": ")[2],
         "given": [*([read["file"]] if read["file"] else []), *given],
@@ -37,8 +40,14 @@ def report_view(report: Mapping[str, Any], scene: "Scene | None") -> View:
         ],
         "stages": _stages(read["stages"], runs, scene),
         "runs": [
-            {"seed": run["seed"], "solutions": [_whole(k, run, scene) for k in range(len(run["solutions"]))]}
-            for run in runs
+            {
+                "seed": run["seed"],
+                "solutions": [
+                    _whole(k, run, scene if _is_shown(first, k, solution) else None)
+                    for k in range(len(run["solutions"]))
+                ],
+            }
+            for first, run in zip(before, runs, strict=True)
         ],
     }
 
@@ -130,8 +139,7 @@ def _title(what: str, listed: int, count: int) -> str:
 def _whole(k: int, run: RunReport, scene: "Scene | None") -> dict[str, Any]:
     solution: Whole = run["solutions"][k]
     seconds = f", after {run['found'][k]['seconds']:.3g} s" if k < len(run["found"]) else ""
-    shown = scene is not None and "motion" in solution and k < MAX_FILMS
-    film = film_view(solution["motion"], scene) if shown and scene is not None else None
+    film = None if scene is None or "motion" not in solution else film_view(solution["motion"], scene)
     return {
         "title": f"{k + 1}: cost {number(solution['cost'])}{seconds}",
         "comment": solution["comment"],
@@ -147,6 +155,11 @@ def _whole(k: int, run: RunReport, scene: "Scene | None") -> dict[str, Any]:
         ],
         "film": film,
     }
+
+
+def _is_shown(first: int, k: int, solution: int | None) -> bool:
+    """Whether solution `k` of a run before which there are `first` others is played."""
+    return k < MAX_FILMS if solution is None else first + k + 1 == solution
 
 
 def _begin(path: str, solution: Whole) -> float | None:

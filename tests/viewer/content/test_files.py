@@ -68,7 +68,7 @@ def test_the_problem_of_a_plan_is_found_below_its_folder_by_name_and_content(tmp
         each for each in (tmp_path / "below" / "parcels").glob("*.yaml") if "problem:" in each.read_text()
     )
     plan = plan_for(problem)
-    assert problem_of_plan(plan, tmp_path / "plan.json") == problem
+    assert problem_of_plan(plan, tmp_path / "plan.json").path == problem
     problem.write_text(problem.read_text() + "\n# changed\n")
     with pytest.raises(InputError, match="--problem"):
         problem_of_plan(plan, tmp_path / "plan.json")

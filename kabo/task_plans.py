@@ -1,0 +1,256 @@
+"""Plans made of what tasks have found: one node with the motion of a solution, so that it is verified, drawn and executed.
+
+A task knows no actions and no goals. Its plan is one action, named after the task, then the goal: the verifier judges its
+motion in the scene, not what it is for.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.language.scene_description import SceneDescription
+from kabo.options import Options
+from kabo.plan import Plan, plan_from_json
+from kabo.plan.writing import FORMAT
+from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
+from kabo.tasks.files.report_form import OLD_FORMAT, MotionReport, Report, StateReport, read_report
+
+if TYPE_CHECKING:
+    from kabo.scene import Scene  # loads meshes
+    from kabo.tasks.files import TaskReport
+
+NODE, GOAL = "n0", "n1"
+State = dict[str, dict[str, Any]]
+
+
+def task_plan(report: "TaskReport", solution: int | None = None, *, certificate: bool = True) -> Plan:
+    """The plan of one node that executes a solution of a task; `kabo.verify(report.scene, plan)` judges it.
+
+    Args:
+        report: what `kabo.plan_task` found.
+        solution: the number of the solution, from 1, in the order of all runs; None: the cheapest one.
+        certificate: whether the plan gets a certificate, the proofs that its motion is free of collision.
+
+    Raises:
+        InputError: there is no such solution, or it moves nothing.
+        ValueError: the task was planned without a scene, or in one that was not loaded from a file.
+
+    Example:
+        >>> example = "examples/pick_and_place"
+        >>> report = kabo.plan_task(f"{example}/task.yaml", f"{example}/scene.yaml", max_solutions=1)
+        >>> kabo.verify(report.scene, kabo.task_plan(report))
+        <Report verified: 1 outcome>
+    """
+    if report.scene is None:
+        raise ValueError("the task was planned without a scene: nothing moves")
+    number = chosen(report.content, solution, report.content["task"])
+    return plan_of_solution(report.content, number, report.scene, certificate=certificate)
+
+
+def chosen(report: Report, solution: int | None, file: str) -> int:
+    """The number of a solution, from 1: the given one, or the cheapest that moves something.
+
+    Raises:
+        InputError: there is no such solution, or it moves nothing; says which there are.
+    """
+    found = solutions_of(report)
+    moving = [number for number, whole in enumerate(found, 1) if "motion" in whole]
+    if not moving:
+        what = "its solutions move nothing" if found else "the report has no solution"
+        raise InputError(
+            [Diagnostic(file, 1, 1, what, "plan the task in a scene: kabo task plan --scene FILE -o")]
+        )
+    if solution is None:
+        return min(moving, key=lambda number: found[number - 1]["cost"])
+    if solution not in moving:
+        what = f"there is no solution {solution} that moves something"
+        raise InputError([Diagnostic(file, 1, 1, what, f"the report has {_spans(moving)}")])
+    return solution
+
+
+def solutions_of(report: Report) -> list[Any]:
+    """The solutions of all runs of a report, those of the first run first."""
+    return [whole for run in report["runs"] for whole in run["solutions"]]
+
+
+def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate: bool) -> Plan:
+    """The plan of one solution of a report, in the scene in which the task was planned.
+
+    Args:
+        report: the report.
+        number: that of the solution, from 1, as `chosen` gives it.
+        scene: the scene, loaded from a file.
+        certificate: whether the plan gets a certificate.
+
+    Raises:
+        InputError: the motion is none, with its place in the plan; or it names what the scene does not have.
+        ValueError: the scene was not loaded from a file.
+    """
+    # Loads kernels, as the scene's tasks have done.
+    from kabo.planner.certify.granting import granted
+
+    description = scene.description
+    if description is None:
+        raise ValueError("the scene was not loaded from a file: give what `kabo.load_scene` returns")
+    motion: MotionReport = solutions_of(report)[number - 1]["motion"]
+    _require_known(motion, scene, f"solution {number}")
+    before, after = (_whole(state, scene) for state in (motion["start"], motion["after"]))
+    content = {
+        "format": FORMAT,
+        "problem": {"name": report["task"], "files": _files(scene, description)},
+        "options": _options(report, number, scene),
+        "root": NODE,
+        "nodes": {NODE: _node(report["task"], motion, before, after), GOAL: {"kind": "goal"}},
+        "start": before,
+    }
+    plan = plan_from_json(json.dumps(content), file=f"solution {number}")
+    plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
+    return _certified(plan, scene) if certificate else plan
+
+
+def _certified(plan: Plan, scene: "Scene") -> Plan:
+    from kabo.geometry_server import GeometryServer
+    from kabo.planner.certify.certifying import certified
+
+    return certified(plan, GeometryServer(scene).surroundings)[0]
+
+
+def _node(task: str, motion: MotionReport, before: State, after: State) -> dict[str, Any]:
+    segments = [
+        {"allowed_contacts": [], "constraint": None, "procedure": task, **segment}
+        for segment in motion["segments"]
+    ]
+    made: dict[str, Any] = {"kind": "action", "action": task, "arguments": {}, "next": GOAL, "motion": segments}
+    changed = {
+        kind: {name: value for name, value in values.items() if value != before[kind][name]}
+        for kind, values in after.items()
+    }
+    changed = {kind: values for kind, values in changed.items() if values}
+    return made | ({"after": changed} if changed else {})
+
+
+def _whole(state: StateReport, scene: "Scene") -> State:
+    """A state of a report as the whole state of a plan: what is not in it is as at the start of the scene."""
+    from kabo.geometry_server import whole_state
+
+    start = whole_state(scene, {**scene.start.robots, **scene.start.objects})
+    robots = {name: {"joints": dict(joints)} for name, joints in start.robots.items()}
+    objects = {name: _pose(pose.parent, pose.position, pose.quaternion) for name, pose in start.objects.items()}
+    for name, robot in state.get("robots", {}).items():
+        robots[name] = {"joints": {**robots[name]["joints"], **robot["joints"]}}
+    for name, pose in state.get("objects", {}).items():
+        objects[name] = _pose(pose["parent"], pose["position"], pose["quaternion"])
+    return {"robots": robots, "objects": objects}
+
+
+def _pose(parent: str, position: Sequence[float], quaternion: Sequence[float]) -> dict[str, Any]:
+    return {"parent": parent, "position": list(position), "quaternion": list(quaternion)}
+
+
+def _require_known(motion: MotionReport, scene: "Scene", file: str) -> None:
+    """Checks that the scene has what a motion names.
+
+    Raises:
+        InputError: it lacks a robot or an object.
+    """
+    states = (motion["start"], motion["after"])
+    robots = [
+        *(name for state in states for name in state.get("robots", {})),
+        *(s["robot"] for s in motion["segments"]),
+    ]
+    objects = [name for state in states for name in state.get("objects", {})]
+    for names, known in ((robots, scene.robots), (objects, scene.movable)):
+        for name in names:
+            if name not in known:
+                hint = did_you_mean(name, known) or f"it has {', '.join(known) or 'none'}"
+                raise InputError([Diagnostic(file, 1, 1, f"it moves {name}, which the scene does not have", hint)])
+
+
+def _files(scene: "Scene", description: SceneDescription) -> dict[str, str]:
+    """The hashes of the scene's files, by their paths relative to its folder."""
+    folder = description.path.resolve().parent
+    digest = "sha256:" + hashlib.sha256(description.path.read_bytes()).hexdigest()
+    read = {Path(os.path.relpath(path.resolve(), folder)).as_posix(): each for path, each in scene.files.items()}
+    return {description.path.name: digest, **read}
+
+
+def _options(report: Report, number: int, scene: "Scene") -> dict[str, Any]:
+    """The options of a plan: the seed of the run that found the solution, and those on which no task depends."""
+    seeds = [run["seed"] for run in report["runs"] for _ in run["solutions"]]
+    return Options(seed=seeds[number - 1], epsilon=scene.epsilon).written()
+
+
+def _spans(numbers: Sequence[int]) -> str:
+    """Numbers as text: `1 to 4` where none is left out."""
+    whole = list(range(numbers[0], numbers[-1] + 1))
+    if len(numbers) > 1 and list(numbers) == whole:
+        return f"the solutions {numbers[0]} to {numbers[-1]}"
+    return f"the solution{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}"
+
+
+# ----------------------------------------------------------------------------------------------------------- files
+def is_report(path: Path) -> bool:
+    """Whether a file is the report of a task: it may be faulty, but no plan."""
+    try:
+        content = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and content.get("format") in (REPORT_FORMAT, OLD_FORMAT)
+
+
+def load_report(path: Path, scene: Path | None = None) -> "tuple[Report, Scene]":
+    """The report in a file, and the scene in which its task was planned.
+
+    Args:
+        path: the report's file.
+        scene: a scene file, or a problem with a scene; None: as the report names it, from here or from its own folder.
+
+    Raises:
+        InputError: the report or the scene has errors, or the scene is not there.
+        OSError: the report cannot be read.
+    """
+    from kabo.scene import load_scene
+
+    report = read_report(path.read_bytes(), str(path))
+    named = report.get("scene")
+    if scene is None and named is not None:
+        near = (Path(named), path.parent / named, path.parent / Path(named).name)
+        scene = next((each for each in near if each.is_file()), None)
+    if scene is None:
+        what = "names no scene" if named is None else f"was planned in {named}, which is not there"
+        raise InputError([Diagnostic(str(path), 1, 1, f"this report {what}", "name its scene file")])
+    return report, load_scene(scene)
+
+
+def plans_of_report(
+    path: Path, scene: Path | None = None, solution: int | None = None, *, certificate: bool = False
+) -> "Iterator[tuple[int, Plan, Scene]]":
+    """The plans of the solutions in a report: of one, or of all that move something; each with its number, and the scene.
+
+    Raises:
+        InputError: the report, the scene or a motion has errors, or there is no such solution.
+        OSError: the report cannot be read.
+    """
+    report, found = load_report(path, scene)
+    first = chosen(report, solution, str(path))
+    moving = [number for number, whole in enumerate(solutions_of(report), 1) if "motion" in whole]
+    for number in [first] if solution is not None else moving:
+        yield number, plan_of_solution(report, number, found, certificate=certificate), found
+
+
+def plan_of_report(
+    path: Path, scene: Path | None = None, solution: int | None = None, *, certificate: bool = True
+) -> "tuple[int, Plan, Scene]":
+    """The plan of one solution in a report, the cheapest if none is given; with its number, and the scene.
+
+    Raises:
+        InputError: the report, the scene or the motion has errors, or there is no such solution.
+        OSError: the report cannot be read.
+    """
+    report, found = load_report(path, scene)
+    number = chosen(report, solution, str(path))
+    return number, plan_of_solution(report, number, found, certificate=certificate), found

@@ -1,0 +1,147 @@
+"""Solutions of tasks as plans of one node: the verifier judges their motion in the scene, and refuses what was spoilt."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import kabo
+from kabo.errors import InputError
+from kabo.plan import Plan, Segment
+from kabo.task_plans import is_report, plan_of_report, plans_of_report
+from kabo.tasks import TaskReport
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLE = EXAMPLES / "pick_and_place"
+LIBRARY = Path(kabo.__file__).parent / "tasks" / "library"
+NODE = "n0"
+
+
+@pytest.fixture(scope="module")
+def report() -> TaskReport:
+    return kabo.plan_task(EXAMPLE / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=2)
+
+
+@pytest.fixture(scope="module")
+def plan(report: TaskReport) -> Plan:
+    return kabo.task_plan(report)
+
+
+def spoilt(plan: Plan, number: int, **changes) -> Plan:
+    node = plan.nodes[NODE]
+    motion = list(node.motion)
+    motion[number] = replace(motion[number], **changes)
+    nodes = {**plan.nodes, NODE: replace(node, motion=tuple(motion))}
+    return replace(plan, nodes=nodes, certificate=None)
+
+
+def numbered(plan: Plan, stage: str) -> tuple[int, Segment]:
+    return next((k, each) for k, each in enumerate(plan.nodes[NODE].motion) if each.stage == stage)
+
+
+def test_the_plan_of_a_solution_is_verified_with_its_certificate_and_grants(report: TaskReport, plan: Plan):
+    found = kabo.verify(report.scene, plan)
+    assert found.ok, found
+    assert plan.certificate is not None
+    assert [node.kind for node in plan.nodes.values()] == ["action", "goal"]
+    granted = [grant.kind for segment in plan.nodes[NODE].motion for grant in segment.grants]
+    assert {"grasp", "support"} == set(granted)
+
+
+def test_the_cheapest_solution_is_taken_unless_another_is_chosen(report: TaskReport, plan: Plan):
+    costs = [solution.cost for solution in report.solutions]
+    cheapest = costs.index(min(costs)) + 1
+    assert kabo.task_plan(report, cheapest, certificate=False).nodes == plan.nodes
+    assert kabo.task_plan(report, 3 - cheapest, certificate=False).nodes != plan.nodes
+    with pytest.raises(InputError, match="there is no solution 3"):
+        kabo.task_plan(report, 3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "task", "given"),
+    [
+        ("bottle_pouring/scene.yaml", EXAMPLES / "bottle_pouring" / "task.yaml", {}),
+        ("retract_transit_approach/scene.yaml", EXAMPLES / "retract_transit_approach" / "task.yaml", {}),
+        (
+            "two_arms/scene.yaml",
+            EXAMPLES / "two_arms" / "tasks" / "take_both.yaml",
+            {"first": "left", "this": "red", "second": "right", "that": "blue"},
+        ),
+        ("two_cans/scene.yaml", LIBRARY / "pick.yaml", {"robot": "arm", "object": "can_1"}),
+    ],
+)
+def test_what_tasks_find_is_verified(scene: str, task: Path, given: dict[str, str]):
+    """Pouring, padding, two robots at once, and a public robot."""
+    made = kabo.plan_task(task, EXAMPLES / scene, given, max_solutions=1)
+    found = kabo.verify(made.scene, kabo.task_plan(made))
+    assert found.ok, found
+
+
+def test_a_motion_through_the_table_is_refused(report: TaskReport, plan: Plan):
+    number, carried = numbered(plan, "move to place")
+    low = [*carried.waypoints[0]]
+    low[1] += 0.5
+    rows = (carried.waypoints[0], tuple(low), carried.waypoints[-1])
+    times = (carried.times[0], sum(carried.times[:: len(carried.times) - 1]) / 2, carried.times[-1])
+    found = kabo.verify(report.scene, spoilt(plan, number, waypoints=rows, times=times, trajectory=None))
+    assert any("collide" in str(each) for each in found.findings), found
+
+
+def test_an_object_that_is_never_taken_does_not_move(report: TaskReport, plan: Plan):
+    number, _ = numbered(plan, "pick/close hand")
+    assert not kabo.verify(report.scene, spoilt(plan, number, attach=())).ok
+
+
+def test_a_contact_that_nothing_grants_is_refused(report: TaskReport, plan: Plan):
+    number, lifted = numbered(plan, "pick/lift")
+    assert not kabo.verify(report.scene, spoilt(plan, number, grants=())).ok
+    assert not kabo.verify(report.scene, spoilt(plan, number, allowed_contacts=(), grants=())).ok
+    gone = tuple(replace(each, bodies=("object", "arm.link_3")) for each in lifted.grants)
+    assert not kabo.verify(report.scene, spoilt(plan, number, grants=gone)).ok
+
+
+def test_a_recorded_end_that_is_not_reached_is_refused(report: TaskReport, plan: Plan):
+    node = plan.nodes[NODE]
+    assert node.after is not None
+    moved = {name: replace(pose, position=(0.5, 0.0, 0.125)) for name, pose in node.after.objects.items()}
+    nodes = {**plan.nodes, NODE: replace(node, after=replace(node.after, objects=moved))}
+    assert not kabo.verify(report.scene, replace(plan, nodes=nodes, certificate=None)).ok
+
+
+def test_a_plan_of_a_task_is_no_plan_of_a_problem(plan: Plan):
+    """Or a motion alone would be taken for the goal."""
+    problem = kabo.load_problem(EXAMPLES / "two_cans" / "problem.yaml")
+    assert not kabo.verify(problem, plan).ok
+
+
+def test_a_saved_report_gives_the_same_plan(report: TaskReport, plan: Plan, tmp_path: Path):
+    saved = tmp_path / "report.json"
+    report.save(saved)
+    assert is_report(saved)
+    number, read, scene = plan_of_report(saved)
+    assert kabo.plan_to_json(read) == kabo.plan_to_json(plan)
+    assert [k for k, _, _ in plans_of_report(saved)] == [1, 2]
+    assert kabo.verify(scene, read).ok and number in (1, 2)
+
+
+def test_a_scene_that_lacks_what_a_report_moves_is_refused(report: TaskReport, tmp_path: Path):
+    saved = tmp_path / "report.json"
+    report.save(saved)
+    with pytest.raises(InputError, match="which the scene does not have"):
+        plan_of_report(saved, EXAMPLES / "two_cans" / "scene.yaml")
+
+
+def test_a_report_whose_scene_is_not_there_is_refused(report: TaskReport, tmp_path: Path):
+    content = json.loads(json.dumps(report.content)) | {"scene": "gone.yaml"}
+    saved = tmp_path / "report.json"
+    saved.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=r"was planned in gone\.yaml, which is not there"):
+        plan_of_report(saved)
+
+
+def test_a_report_without_solutions_says_so(tmp_path: Path):
+    made = kabo.plan_task(EXAMPLE / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1, timeout=0.0)
+    assert not made.solutions
+    with pytest.raises(InputError, match="the report has no solution"):
+        kabo.task_plan(made)
