@@ -133,6 +133,7 @@ def replayed(task: Task, motion: MotionReport, planned: Scene, first: TaskScene)
     if any(after["times"][0] < before["times"][-1] - SAME_PLACE for before, after in pairwise(segments)):
         raise NotAgainError("robots that move at once are planned anew")
     try:
+        first = _begun(motion, planned, first)
         _require_same(motion, planned, first)
         replay = _Replay(task, first)
         for number in (None, *range(len(segments))):
@@ -161,6 +162,13 @@ def adopted(task: Task, report: Report, planned: Scene, first: TaskScene) -> Ite
                 continue
             solution.cost = whole["cost"]
             task.adopt(solution, first)
+
+
+def _begun(motion: MotionReport, planned: Scene, first: TaskScene) -> TaskScene:
+    """The scene in which the motion begins: the observed one, but for what the task itself has put elsewhere."""
+    state, elsewhere = state_in(motion["start"], planned), motion["start"]
+    robots = {name: state.robots[name] for name in elsewhere.get("robots", {})}
+    return first.having({**robots, **{name: state.objects[name] for name in elsewhere.get("objects", {})}})
 
 
 def _require_same(motion: MotionReport, planned: Scene, first: TaskScene) -> None:
