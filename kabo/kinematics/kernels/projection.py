@@ -221,9 +221,7 @@ def pulled(q, pull, iterations, policy):
     """Projects q onto the rows as `project_seeds` does without aims; returns whether it succeeded."""
     for j in range(q.shape[0]):
         pull.seed[j], pull.free[j] = q[j], pull.active[j]
-    reached = descend(
-        q, pull.seed, pull.free, pull.turning, pull.target, pull.tree, pull.work, iterations, policy
-    )
+    reached = descend(q, pull.seed, pull.free, pull.turning, pull.target, pull.tree, pull.work, iterations, policy)
     return reached == ARRIVED
 
 
