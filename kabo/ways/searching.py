@@ -48,7 +48,8 @@ class FreeSpace:
     """What a way must avoid and keep.
 
     Attributes:
-        configurations: for configurations (N, n) the number of a pair that is hit, or -1, each.
+        configurations: for configurations (N, n) the number of a pair that is hit, or -1, each; cheaper than a proof
+            and asked first; None: there is no such look.
         segment: -1 if the straight segment is proven free, else the number of a pair that is hit.
         pairs: how many pairs there are; the number after the last one stands for the constraint.
         checks: returns what the kernel needs to answer itself; None: it asks the functions.
@@ -57,7 +58,7 @@ class FreeSpace:
         look: called now and then; an exception ends the search.
     """
 
-    configurations: FreeConfigurations
+    configurations: FreeConfigurations | None
     segment: FreeSegment
     pairs: int
     checks: Callable[[], KernelChecks | None] = lambda: None
@@ -166,6 +167,7 @@ class _Search:
         self.state = np.zeros(places.STATE_PLACES, np.int64)
         self.state[places.PROJECTS] = space.kept is not None and space.projects
         self.state[places.CONSTRAINT] = space.pairs
+        self.state[places.LOOKS] = space.configurations is not None
         self.journal = Journal(
             self.state,
             np.zeros(space.pairs + 1, np.int64),
@@ -183,10 +185,11 @@ class _Search:
             self.state[places.FREE_COUNTS] = checks is not None and checks.free_counts
             self.state[places.HIT_COUNTS] = checks is not None and checks.hit_counts
             arrays = _nothing() if checks is None else checks
-            space = Space(arrays.memory, *arrays.sweep, self.kept)
-            outcome = run(low, high, np.uint64(key), self.effort, space, self.grown, self.journal)
+            space = Space(*(arrays.memory, *arrays.sweep, self.kept))
+            outcome: int = run(low, high, np.uint64(key), self.effort, space, self.grown, self.journal)
             if outcome == places.FOUND:
-                return self.grown.path[0, : self.state[places.PATH]].copy()
+                path: Array = self.grown.path[0, : self.state[places.PATH]].copy()
+                return path
             if outcome == places.BLOCKED:
                 return None
             if outcome == places.FULL:
@@ -197,15 +200,16 @@ class _Search:
     def _answer(self, checks: KernelChecks | None) -> None:
         """Writes the answer to the question in the journal."""
         place, (a, b) = self.state[places.ANSWERED], self.journal.question.copy()
-        source: Any = self.space if checks is None else checks
-        configurations = source.configurations if checks is None else source.configurations_hit
         if place == len(self.journal.answers):
             longer = np.concatenate([self.journal.answers, np.zeros(place, np.int64)])
             self.journal = self.journal._replace(answers=longer)
+        look = self.space.configurations if checks is None else checks.configurations_hit
+        proof = self.space.segment if checks is None else checks.segment_hit
         if self.state[places.KIND] == places.LOOK:
-            answer = _looked(a, b, configurations)
+            assert look is not None
+            answer = _looked(a, b, look)
         else:
-            answer = source.segment(a, b) if checks is None else source.segment_hit(a, b)
+            answer = proof(a, b)
         self.journal.answers[place] = answer
         self.state[places.ANSWERED] = place + 1
 

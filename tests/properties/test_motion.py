@@ -5,9 +5,8 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.streams import stream_key
-from kabo.ways import NoPath, connect, shortcut
-from kabo.ways.shortcuts import length
-from tests.ways.worlds import LEFT, LOWER, RIGHT, UPPER, Discs
+from kabo.ways import NoPath, find_way, shortened
+from tests.ways.worlds import LEFT, LOWER, RIGHT, UPPER, Discs, length
 
 COUNT = settings.get_profile("kabo").max_examples
 
@@ -26,9 +25,7 @@ def test_every_path_is_free_and_repeats_itself_and_never_gets_longer(world, numb
     key = stream_key("law", number)
 
     def found():
-        return connect(
-            LEFT, RIGHT, world.free_segment, world.free_configurations, LOWER, UPPER, key, samples=150, restart=60
-        )
+        return find_way(LEFT, RIGHT, world.space(), LOWER, UPPER, key, samples=150, restart=60)
 
     path = found()
     if isinstance(path, NoPath):
@@ -41,8 +38,8 @@ def test_every_path_is_free_and_repeats_itself_and_never_gets_longer(world, numb
     assert np.array_equal(path, found())
     assert np.array_equal(path[[0, -1]], [LEFT, RIGHT])
     assert world.clearance(path) > 0
-    short = shortcut(path, world.free_segment, key, 40, free_configurations=world.free_configurations)
+    short = shortened(path, world.space(), key, 40)
     assert length(short) <= length(path)
     assert np.array_equal(short[[0, -1]], [LEFT, RIGHT])
     assert world.clearance(short) > 0
-    assert np.array_equal(short, shortcut(path, world.free_segment, key, 40))
+    assert np.array_equal(short, shortened(path, world.space(looks=False), key, 40))

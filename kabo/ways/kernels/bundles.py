@@ -15,9 +15,9 @@ STRAIGHT, GROW, SHORTEN, SETTLE, OVER = 0, 1, 2, 3, 4  # phases
 # Places of `Journal.state`.
 (
     FREE_COUNTS, HIT_COUNTS, PROJECTS, CONSTRAINT, USED, ANSWERED, KIND, RECENT, SAMPLE, SPENT, RESTARTS, COUNTS,
-    PHASE, PATH, SAFE, ATTEMPT, VAIN,
-) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16, 17)  # fmt: skip
-STATE_PLACES = 18
+    PHASE, PATH, SAFE, ATTEMPT, VAIN, LOOKS,
+) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16, 17, 18)  # fmt: skip
+STATE_PLACES = 19
 
 
 class Kept(NamedTuple):

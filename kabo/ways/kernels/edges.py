@@ -22,6 +22,7 @@ from kabo.ways.kernels.bundles import (
     HIT_COUNTS,
     KIND,
     LOOK,
+    LOOKS,
     PROOF,
     RECENT,
     USED,
@@ -40,10 +41,10 @@ def distance(a, b):
 @lean_kernel  # (n,) f8 x 2 -> bool
 def equal(a, b):
     """Whether two configurations are the same."""
+    same = True
     for i in range(a.shape[0]):
-        if a[i] != b[i]:
-            return False
-    return True
+        same = same and a[i] == b[i]
+    return same
 
 
 @lean_kernel  # f8 -> f8
@@ -94,16 +95,16 @@ def look(a, b, spacing, space, journal):
             count *= 2
         if hit >= 0 and state[HIT_COUNTS] or hit == FREE and state[FREE_COUNTS]:
             return hit
-    return asked(LOOK, a, b, journal)
+    return asked(LOOK, a, b, journal) if state[LOOKS] else FREE
 
 
 @lean_kernel  # (n,) f8 x 2, Space, Journal -> i8
 def prove(a, b, space, journal):
     """FREE if the edge is proven free and within the constraint, else the pair that is hit, or ASK."""
     state, kept = journal.state, space.kept
-    if kept.rows.shape[0] > 0:
-        if first_row_not_kept(kept.rows, kept.tolerances, a, b, kept.tree, kept.pieces) >= 0:
-            return state[CONSTRAINT]
+    rows = kept.rows
+    if rows.shape[0] > 0 and first_row_not_kept(rows, kept.tolerances, a, b, kept.tree, kept.pieces) >= 0:
+        return state[CONSTRAINT]
     if state[FREE_COUNTS] + state[HIT_COUNTS] > 0:
         hit = first_swept_hit(
             a, b, space.margin, space.clearance, space.pairs, space.scene, space.sweep, space.search

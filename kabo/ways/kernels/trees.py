@@ -56,7 +56,7 @@ def stepped(start, target, reach, q):
 
 @lean_kernel  # i8, i8, (n,) f8, f8, Effort, Space, Grown, Journal -> i8
 def extend(tree, node, target, reach, effort, space, grown, journal):
-    """The last new node of an extension from a node towards the target; the node itself if it is blocked; or an interrupt."""
+    """The last new node of an extension from a node towards the target, the node itself if blocked, or an interrupt."""
     if journal.state[PROJECTS]:
         return _along(tree, node, target, reach, effort, space, grown, journal)
     share, away = 1.0, min(reach, distance(grown.nodes[tree, node], target))
