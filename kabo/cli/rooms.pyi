@@ -70,6 +70,7 @@ from kabo.tasks.files.comparing import compare as compare
 from kabo.tasks.files.comparing import describe_comparison as describe_comparison
 from kabo.tasks.files.describing import counted as counted
 from kabo.tasks.files.describing import describe_report as describe_report
+from kabo.tasks.files.planned import known_solutions as known_solutions
 from kabo.tasks.files.report_form import read_report as read_report
 from kabo.tasks.files.report_form import report_bytes as report_bytes
 from kabo.tasks.files.reports import report as report

@@ -13,10 +13,12 @@ from kabo.motion.kernels.limit_rows import limit_rows
 from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.s_curves import LIMIT_ROUNDING, LIMIT_SHARE, MAX_LIMIT
+from kabo.motion.trajectory import DECIMALS, short_pieces
 
 SAMPLES_PER_PIECE = 24  # of a path, for its grid
 STEP_OF_RAMP = 0.55  # a cell of the grid takes this share of the time in which acceleration is built up
-MAX_CELLS_OF_TIME = 5000  # more cells than this only for more pieces of the path
+# Cells of equal time, at most: more than this only where a piece of the path needs more than its time.
+MAX_CELLS, MAX_CELLS_PER_PIECE = 80, 25
 PRECISION = 2e-3  # share by which the law may be slower than the fastest one
 MAX_STEPS = 300
 # Shares of velocity, acceleration and jerk for the law: pieces between knots may use a little more.
@@ -102,7 +104,9 @@ def _pieces(law: _Law, full: Array, factor: float, tolerance: float, held: Held 
     knots, kept = knots_of(law.times, law.owner, law.curved, factor, gap)
     states = states_at(knots, law.times, law.pieces, law.owner, law.path, law.borders, factor)
     ends, pieces = few_pieces(knots, kept, states, full, tolerance, LONGEST_PIECE)
-    pieces = np.round(pieces, 12) + 0.0
+    times, pieces = short_pieces(ends / 1e6, pieces)
+    ends = np.asarray(np.round(times * 1e6), np.int64)
+    pieces = np.round(pieces, DECIMALS) + 0.0
     used = used_shares(ends, pieces, full)
     slower = float(max(used[0], np.sqrt(used[1]), np.cbrt(used[2])))
     if held is not None:
@@ -139,7 +143,9 @@ class _Problem(NamedTuple):
         pieces, borders, curved = _with_rest_cells(path, full)
         ramp = float(np.median(full[1] / np.maximum(full[2], 1e-300)))
         places, squares, _ = sampled_speeds(pieces, borders, full, SAMPLES_PER_PIECE, 1e-300)
-        grid, owner = grid_of(places, squares, curved, STEP_OF_RAMP * ramp, MAX_CELLS_OF_TIME)
+        grid, owner = grid_of(
+            places, squares, curved, STEP_OF_RAMP * ramp, MAX_CELLS + MAX_CELLS_PER_PIECE * len(curved)
+        )
         return cls(pieces, borders, curved, grid, owner, full, _held_rows(path, grid, held))
 
     def law(self, shares: Array) -> _Law:

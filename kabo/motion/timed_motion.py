@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.motion.bernstein import recentred, values
+from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
-from kabo.motion.s_curves import TICK, line_limits, line_pieces
+from kabo.motion.s_curves import TICK, line_limits, line_pieces, phases
 from kabo.motion.section import Section, section
 from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
 
@@ -139,12 +139,21 @@ class _Rounding(NamedTuple):
 
 def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
     """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
-    shares = rounding.shares
-    if rounding.deviation <= 0.0:
-        shares = np.zeros(len(points))
-    path = blended(points, max(rounding.deviation, 0.0), np.where(_reversals(points), 0.0, shares).tolist())
-    stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
-    found = [_section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)]
+    shares = np.where(_reversals(points) | (rounding.deviation <= 0.0), 0.0, rounding.shares)
+    while True:
+        path = blended(points, max(rounding.deviation, 0.0), shares.tolist())
+        stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
+        found = [
+            _section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)
+        ]
+        slow = [
+            corner
+            for each, first in zip(found, stops, strict=False)
+            for corner in _not_worth(each, first, points, limits)
+        ]
+        if not slow:
+            break
+        shares[slow] = 0.0
     begins = np.cumsum([0, *(int(each.ends[-1]) for each in found)])
     ends = np.concatenate([[0], *(each.ends[1:] + begin for each, begin in zip(found, begins, strict=False))])
     passing = np.concatenate(
@@ -172,6 +181,23 @@ def _section(path: Blended, first: int, last: int, limits: MotionLimits, roundin
     for row in zip(own.corners, own.corners[1:], strict=False):
         line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
+
+
+def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits) -> list[int]:
+    """Corners where the motion should stop, as all in all it is slower than with stops: the slowest quarter of them."""
+    count = len(found.corners) - 2
+    if count < 1:
+        return []
+    own = points[first : first + count + 2]
+    stopping = sum(phases(*line_limits(b - a, limits)).ticks for a, b in zip(own, own[1:], strict=False))
+    if found.ends[-1] < stopping:
+        return []
+    inner = found.passing[found.corners[1:-1]]
+    k = np.clip(np.searchsorted(found.ends, inner, side="right") - 1, 0, len(found.coefficients) - 1)
+    local = np.asarray((inner - found.ends[k])[:, None] * TICK, np.float64)
+    speeds = np.abs(values(np.asarray(derivative(found.coefficients[k], 1), np.float64), local)) / np.maximum(limits.velocity, TICK)
+    slowest = np.argsort(speeds.max(axis=1), kind="stable")[: (count + 3) // 4]
+    return [first + 1 + int(k) for k in slowest]
 
 
 def _reversals(points: Array) -> NDArray[np.bool_]:

@@ -55,9 +55,13 @@ def merit(rows, x, g, w, weight):
         if not middle > 0.0 or not slack > 0.0:
             return np.inf
         product *= slack
-        before = h[i] / 6.0 / np.sqrt(x[i])
-        after = h[i] / 6.0 / np.sqrt(max(x[i + 1], TINY))
-        time += before + after + 4.0 * h[i] / 6.0 / np.sqrt(middle)
+        quarter = x[i] + 0.25 * h[i] * g[i] + 0.03125 * h[i] * h[i] * w[i]
+        later = x[i] + 0.75 * h[i] * g[i] + 0.28125 * h[i] * h[i] * w[i]
+        if not quarter > 0.0 or not later > 0.0:
+            return np.inf
+        ends = 1.0 / np.sqrt(x[i]) + 1.0 / np.sqrt(max(x[i + 1], TINY))
+        inner = 32.0 / np.sqrt(quarter) + 12.0 / np.sqrt(middle) + 32.0 / np.sqrt(later)
+        time += h[i] * (7.0 * ends + inner) / 90.0
         for r in range(rows.cell_start[i], rows.cell_start[i + 1]):
             for e in range(2):
                 row = rows.cell_rows[r, e]
@@ -126,14 +130,14 @@ def derivatives(rows, x, g, w, weight, q, m):
         if i == last:
             break
         hi = h[i]
-        # The time of a cell by Simpson's rule: at its left end, in the middle and at its right end.
-        for place in range(3):
-            t = 0.5 * place * hi
+        # The time of a cell by Boole's rule.
+        for place in range(5):
+            t = 0.25 * place * hi
             value = x[i] + t * g[i] + 0.5 * t * t * w[i]
-            size = (4.0 if place == 1 else 1.0) * hi / 6.0 / weight
+            size = (12.0 if place == 2 else 32.0 if place % 2 == 1 else 7.0) * hi / 90.0 / weight
             root = np.sqrt(value)
             first, second = -0.5 * size / (value * root), 0.75 * size / (value * value * root)
-            if place == 1:
+            if place == 2:
                 s = rows.middle_cap[i] - value
                 first, second = first + 1.0 / s, second + 1.0 / (s * s)
             add_square(q[i], m[i], 1.0, t, 0.5 * t * t, first, second)

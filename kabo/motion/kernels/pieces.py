@@ -42,11 +42,11 @@ def in_time(grid, x, g, w):
         elif i == cells - 1:
             span = 3.0 * h / np.sqrt(x[i])
         else:
-            span = 0.0
+            span, least = 0.0, 1e-4 * max(x[i], x[i + 1])
             for k in range(4):
                 for side in (-1.0, 1.0):
                     s = 0.5 * h * (1.0 + side * GAUSS[k])
-                    span += 0.5 * h * WEIGHTS[k] / np.sqrt(x[i] + s * g[i] + 0.5 * s * s * w[i])
+                    span += 0.5 * h * WEIGHTS[k] / np.sqrt(max(x[i] + s * g[i] + 0.5 * s * s * w[i], least))
         times[i + 1] = times[i] + span
         ends = 0.0 if i == 0 else x[i], 0.0 if i == cells - 1 else x[i + 1]
         gains = 0.0 if i == 0 else g[i], 0.0 if i == cells - 1 else g[i + 1]

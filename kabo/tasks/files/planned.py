@@ -11,9 +11,9 @@ from kabo.errors import Diagnostic, InputError
 from kabo.tasks.core import Solution
 from kabo.tasks.files.building import TaskFile, load_task_file
 from kabo.tasks.files.describing import describe_report
-from kabo.tasks.files.report_form import Report, report_bytes
+from kabo.tasks.files.report_form import Report, read_report, report_bytes
 from kabo.tasks.files.reports import report
-from kabo.tasks.files.running import PlanningOptions, TaskRun, check_things, needs_scene, plan_file
+from kabo.tasks.files.running import KnownSolutions, PlanningOptions, TaskRun, check_things, needs_scene, plan_file
 from kabo.whole_files import write_atomically
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def plan_task(
     seed: int = 0,
     repeat: int = 1,
     workers: int | None = None,
+    from_: "TaskReport | str | Path | None" = None,
 ) -> TaskReport:
     """What planning the task of a file finds: solutions, and the failures of each stage.
 
@@ -94,6 +95,8 @@ def plan_task(
         seed: the seed of all random samples.
         repeat: the number of runs, with the seeds from `seed` on.
         workers: the number of processes; solutions do not depend on it.
+        from_: what was found before, perhaps in a scene that has changed since: its solutions are tried first, each piece
+            proven anew in `scene`; then planning goes on if more are wanted. A report, or its file.
 
     Raises:
         InputError: the file, the scene or the arguments have errors, all of which are listed.
@@ -108,11 +111,57 @@ def plan_task(
     known = _scene(task, scene, given)
     limit = task.timeout if timeout is None else timeout
     solutions = max_solutions or task.max_solutions
-    runs = plan_file(task, given, known, PlanningOptions(solutions, limit, seed, repeat, workers))
+    runs = plan_file(
+        task, given, known, PlanningOptions(solutions, limit, seed, repeat, workers, known_solutions(from_))
+    )
     name = task.description.source.name
     where = str(scene) if isinstance(scene, str | Path) else None
     made = report(runs, file=name, arguments=given, scene=known, scene_file=where)
     return TaskReport(made, tuple(runs), known)
+
+
+def known_solutions(report: "TaskReport | str | Path | None", scene: Path | None = None) -> KnownSolutions | None:
+    """The solutions at hand of a report or of its file, with the scene in which they were found; None of None.
+
+    Args:
+        report: what was found.
+        scene: the scene of a report's file; None: as it names it, from here or from its own folder.
+
+    Raises:
+        InputError: the file is no report, or its scene is not there.
+        ValueError: the report is of a task without robots.
+    """
+    if report is None:
+        return None
+    if isinstance(report, TaskReport):
+        if report.scene is None:
+            raise ValueError("only motions of robots are tried again, and the report has none")
+        return KnownSolutions(report.content, report.scene)
+    return KnownSolutions(*load_report(Path(report), scene))
+
+
+def load_report(path: Path, scene: Path | None = None) -> "tuple[Report, Scene]":
+    """The report in a file, and the scene in which its task was planned.
+
+    Args:
+        path: the report's file.
+        scene: a scene file, or a problem with a scene; None: as the report names it, from here or from its own folder.
+
+    Raises:
+        InputError: the report or the scene has errors, or the scene is not there.
+        OSError: the report cannot be read.
+    """
+    from kabo.scene import load_scene  # as in `_scene`
+
+    report = read_report(path.read_bytes(), str(path))
+    named = report.get("scene")
+    if scene is None and named is not None:
+        near = (Path(named), path.parent / named, path.parent / Path(named).name)
+        scene = next((each for each in near if each.is_file()), None)
+    if scene is None:
+        what = "names no scene" if named is None else f"was planned in {named}, which is not there"
+        raise InputError([Diagnostic(str(path), 1, 1, f"this report {what}", "name its scene file")])
+    return report, load_scene(scene)
 
 
 def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]) -> "Scene | None":

@@ -12,6 +12,7 @@ from kabo.language.scene_description import SceneDescription
 from kabo.phases import phase
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
+from kabo.tasks.files.report_form import Report
 
 if TYPE_CHECKING:
     from kabo.geometry_server import Preparing
@@ -31,6 +32,15 @@ class TaskRun:
     seconds: float
     found: tuple[tuple[float, float], ...] = ()  # (seconds, cost)
     stopped: bool = False  # by a time limit or by the caller
+    left_out: tuple[str, ...] = ()  # why solutions at hand do not hold any more
+
+
+@dataclass(frozen=True)
+class KnownSolutions:
+    """Solutions at hand: the report that has them, and the scene in which they were found."""
+
+    report: Report
+    scene: "Scene"
 
 
 @dataclass(frozen=True)
@@ -42,6 +52,7 @@ class PlanningOptions:
     seed: int = 0
     repeat: int = 1
     workers: int | None = None
+    known: "KnownSolutions | None" = None  # solutions at hand, which are tried first
     stop: Stop = field(default=lambda: False, compare=False)
     preparing: "Callable[[Preparing], None] | None" = field(
         default=None, compare=False
@@ -83,6 +94,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
 
     first: Any = None
     found: list[tuple[float, float]] = []
+    left_out: list[str] = []
     if scene is not None:
         # Loads the geometry server with its kernels, which tasks without robots do not need.
         from kabo.tasks.files.first_scenes import check_against_scene, first_scene
@@ -91,6 +103,11 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     try:
         if scene is not None:
             check_against_scene(task, first)
+        if settings.known is not None and scene is not None:
+            from kabo.tasks.files.replaying import adopted  # as above
+
+            left_out += adopted(task, settings.known.report, settings.known.scene, first)
+            found += [(perf_counter() - began, each.cost) for each in task.solutions]
         with phase("planning", settings.max_solutions, "solutions", log=_LOG) as step:
             while settings.max_solutions is None or len(found) < settings.max_solutions:
                 try:
@@ -109,7 +126,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
         raise told from error
     finally:
         task.close()
-    return TaskRun(task, seed, perf_counter() - began, tuple(found), late())
+    return TaskRun(task, seed, perf_counter() - began, tuple(found), late(), tuple(left_out))
 
 
 def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:

@@ -46,12 +46,13 @@ def smoothed(
         ValueError: a joint that moves has no limits above 0, or what is held slips even at rest.
     """
     route = route_of(parts, THINNING_SHARE * deviation)
-    shares = np.full(len(route.corners), 1.0 if deviation > 0.0 else 0.0)
+    within = (1.0 - THINNING_SHARE) * deviation
+    shares = route.greatest_shares(within) if deviation > 0.0 else np.zeros(len(route.corners))
     while True:
         made = timed_path(
             route.corners,
             limits,
-            deviation=(1.0 - THINNING_SHARE) * deviation,
+            deviation=within,
             shares=shares.tolist(),
             chord=COARSEST_CHORD,
             held=held,
