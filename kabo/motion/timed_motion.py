@@ -194,8 +194,10 @@ def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits) 
         return []
     inner = found.passing[found.corners[1:-1]]
     k = np.clip(np.searchsorted(found.ends, inner, side="right") - 1, 0, len(found.coefficients) - 1)
-    local = (inner - found.ends[k])[:, None] * TICK
-    speeds = np.abs(values(derivative(found.coefficients[k], 1), local)) / np.maximum(limits.velocity, TICK)
+    local = np.asarray((inner - found.ends[k])[:, None] * TICK, np.float64)
+    speeds = np.abs(values(np.asarray(derivative(found.coefficients[k], 1), np.float64), local)) / np.maximum(
+        limits.velocity, TICK
+    )
     slowest = np.argsort(speeds.max(axis=1), kind="stable")[: (count + 3) // 4]
     return [first + 1 + int(k) for k in slowest]
 

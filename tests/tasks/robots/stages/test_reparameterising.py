@@ -16,7 +16,6 @@ from kabo.tasks.robots import Reparameterise, Stretch, segments, stretches
 from kabo.tasks.robots.motion.smoothing import MotionPart
 from tests.tasks.robots.judge import Judge
 
-pytest.importorskip("toppra")
 EXAMPLE = Path(__file__).resolve().parents[4] / "examples" / "pick_and_place"
 GROUPS = (
     ("move to pick", "pick/approach"),
