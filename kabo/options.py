@@ -18,6 +18,7 @@ GeometryOrder: TypeAlias = Literal["adaptive", "lazy", "eager"]
 Quality: TypeAlias = Literal["fast", "good"]
 
 SMALLEST_EPSILON, LARGEST_EPSILON = 1e-6, 0.3  # m: the tolerances that geometric predicates can keep
+LARGEST_CLEARANCE = 0.3  # m
 
 _Default = TypeVar("_Default")
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -29,6 +30,7 @@ class SolveOptions(TypedDict, total=False):
     search: Search | None
     seed: int | None
     epsilon: float | None
+    clearance: float | None
     geometry: Geometry | None
     geometry_order: GeometryOrder
     max_expansions: int | None
@@ -44,6 +46,7 @@ class ExplainOptions(TypedDict, total=False):
 
     seed: int | None
     epsilon: float | None
+    clearance: float | None
     geometry_order: GeometryOrder
     max_samples: int | None
     changes: int
@@ -118,6 +121,18 @@ class Options:
         problem_key="epsilon",
         otherwise="the scene's",
         in_header="always",
+        of_geometry=True,
+    )
+    clearance: float = _option(
+        0.0,
+        "the distance in metres that bodies keep from each other, unless their contact is permitted; `3mm` is read, too. "
+        "What the scene says is `uncertain` is kept besides",
+        at_least=0.0,
+        at_most=LARGEST_CLEARANCE,
+        unit="m",
+        commands=EVERYWHERE,
+        problem_key="clearance",
+        in_header="if not default",
         of_geometry=True,
     )
     geometry: Geometry = _option(

@@ -91,11 +91,14 @@ port = _number(int, 0, "a port from 0 to 65535", most=65535)
 positive = _number(float, 0.0, "a number above 0")
 
 
+LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # units of lengths; longer names first
+
+
 def bounded(least: float, most: float, unit: str) -> Callable[[str], float]:
-    """A function that converts text to a number above 0, and rejects numbers below `least` or above `most`."""
+    """A function that converts text to a number, and rejects numbers below `least` or above `most`; lengths may be 0."""
 
     def parsed(text: str) -> float:
-        value = float(positive(text))
+        value = _metres(text) if unit == "m" else float(positive(text))
         if not least <= value <= most:
             wanted = "a length" if unit == "m" else "a number"
             end = "on" if most == math.inf else f"to {most:g} {unit}".rstrip()
@@ -103,3 +106,17 @@ def bounded(least: float, most: float, unit: str) -> Callable[[str], float]:
         return value
 
     return parsed
+
+
+def _metres(text: str) -> float:
+    """A length in metres, or in the unit that follows the number: `0.003` and `3mm` are the same."""
+    number = text.strip()
+    factor = next((factor for unit, factor in LENGTHS.items() if number.endswith(unit)), 1.0)
+    try:
+        return (
+            round(float(number.rstrip("cm").strip()) * factor, 12) if factor != 1.0 else float(number.rstrip("m"))
+        )
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a length: write metres or millimetres, 0.003 or 3mm"
+        ) from None

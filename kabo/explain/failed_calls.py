@@ -17,6 +17,7 @@ from kabo.explain.samples import chosen_samples
 from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair, Refusal, moved_base, shortfall_of
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
+from kabo.planner.geometry.clearance_alone import clearance_measure
 from kabo.planner.geometry.epsilon_alone import epsilon_measure
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.scene import Scene
@@ -142,11 +143,12 @@ class _Examiner:
         self, asked: GeometricProcedures, needed: Container[GroundCall], stop: Callable[[], bool]
     ) -> None:
         given, self.needed = asked.server, needed
-        own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, stop)
+        epsilon, seed, exactly, kept = given.budget.epsilon, given.seed, given.surroundings.exact, given.clearance
+        own = GeometryServer(given.scene, epsilon, seed, exactly, stop, clearance=kept)
         self.asked, self.scene, self.stop, self.seen = asked, given.scene, stop, _Seen()
         self.procedures = GeometricProcedures(own, asked.folder)
         self.context = own.context()
-        exact = GeometryServer(given.scene, given.budget.epsilon, given.seed, True, stop)
+        exact = GeometryServer(given.scene, epsilon, seed, True, stop, clearance=kept)
         self.exact = None if given.surroundings.exact else exact.context()
 
     def finding(self, call: GroundCall, record: Record) -> Finding:
@@ -170,6 +172,8 @@ class _Examiner:
         if 2 * found.because_of_epsilon > found.refused:
             alone = epsilon_measure(self.asked, call, where, self.stop)
             measures = measures if alone is None else (*measures, alone)
+        kept = None if found.proof else clearance_measure(self.asked, call, where, self.stop)
+        measures = measures if kept is None else (*measures, kept)
         needed, handed, shown = call in self.needed, self._handed_by(call, where), self._samples(where, seen, rows)
         return replace(found, measures=measures, needed=needed, handed_by=handed, samples=shown)
 

@@ -15,7 +15,7 @@ from kabo.geometry import Bounds, Enclosure, FixedGroup, InnerSolid, Motion, Mov
 from kabo.geometry_server.sight.views import Unseen, View
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.support_relations import lies_inside
-from kabo.geometry_server.surroundings import SceneSurroundings
+from kabo.geometry_server.surroundings import SceneSurroundings, widened
 from kabo.scene import GeometricState, inner_mesh, one_mesh, world_T
 from kabo.scene.transforms import flat, transform
 
@@ -82,7 +82,11 @@ class ScenePredicates:
     def sweeps(self, motion: Motion, other: Motion | str) -> bool:
         """Whether a motion's swept volume may meet a thing, or another motion's swept volume [K Def. 1.2, 1.3]."""
         against = self.thing(other) if isinstance(other, str) else other
-        budget = self.surroundings.budget
+        mine, theirs = (
+            max((body.kept for body in each.bodies), default=0.0) if isinstance(each, Motion) else each.kept
+            for each in (motion, against)
+        )
+        budget = widened(self.surroundings.budget, mine + theirs)
         if self.surroundings.exact:
             return geometry.exact_sweep_collides(motion, against, 2.0 * budget.epsilon)
         return geometry.sweep_collides(motion, against, budget)

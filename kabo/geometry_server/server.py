@@ -34,7 +34,10 @@ MAX_BLOCKED_IN_A_ROW = 40
 
 @dataclass
 class GeometryServer:
-    """Predicates and samples for one scene, with accuracy epsilon [m] (None: the scene's) and random streams of `seed`."""
+    """Predicates and samples for one scene, with accuracy epsilon [m] (None: the scene's) and random streams of `seed`.
+
+    Bodies keep `clearance` [m] from each other, and what the scene says is uncertain.
+    """
 
     scene: Scene
     epsilon: float | None = None
@@ -42,10 +45,13 @@ class GeometryServer:
     exact: bool = False
     stop: Callable[[], bool] = lambda: False
     statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
+    clearance: float = 0.0
 
     def __post_init__(self) -> None:
         self.budget = Budget.share(self.scene.epsilon if self.epsilon is None else self.epsilon)
-        self.surroundings = SceneSurroundings(self.scene, self.budget, self.exact, self.statistics)
+        self.surroundings = SceneSurroundings(
+            self.scene, self.budget, self.exact, self.statistics, clearance=self.clearance
+        )
         self.surroundings.look = self.look
         self.identifiers = IdentifierMap()
 

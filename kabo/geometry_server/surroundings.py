@@ -23,6 +23,11 @@ COARSE = (
 MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
 
 
+def widened(budget: Budget, kept: float) -> Budget:
+    """The budget of bodies that keep more than the clearance from each other [m]."""
+    return replace(budget, clearance=budget.clearance + kept, shared=None) if kept > 0.0 else budget
+
+
 class SceneSurroundings:
     """The bodies of a scene as convex parts, which are computed on first use, and the poses of links."""
 
@@ -33,7 +38,10 @@ class SceneSurroundings:
         exact: bool,
         statistics: GeometryStatistics,
         enclosures: SceneEnclosures | None = None,
+        clearance: float = 0.0,
     ) -> None:
+        """`clearance` [m] is what bodies keep from each other beyond the budget's; what is uncertain is added."""
+        self.clearance = clearance
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
         self.enclosures = SceneEnclosures(scene, budget.geometry) if enclosures is None else enclosures
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
@@ -64,7 +72,7 @@ class SceneSurroundings:
         if roots is None or coarse <= self.budget.geometry:
             return None
         budget = replace(roots, geometry=coarse)
-        return SceneSurroundings(self.scene, budget, False, self.statistics, self.enclosures)
+        return SceneSurroundings(self.scene, budget, False, self.statistics, self.enclosures, self.clearance)
 
     def checker(
         self,
@@ -85,17 +93,42 @@ class SceneSurroundings:
 
         return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch)
 
+    def kept(self, name: str, carrier: str | None = None) -> float:
+        """The share of a body or `robot.link` in the distance that a pair keeps beyond the budget's clearance [m].
+
+        It is half of the clearance, and how uncertain the body's pose is; for a link, and for what the robot `carrier`
+        holds, how uncertain the robot is.
+        """
+        uncertain = self.scene.uncertain
+        owner = name.partition(".")[0]
+        return 0.5 * self.clearance + uncertain.get(owner, 0.0) + uncertain.get(carrier or "", 0.0)
+
+    @property
+    def keeps(self) -> bool:
+        """Whether any bodies keep a distance from each other beyond the budget's clearance."""
+        return self.clearance > 0.0 or any(self.scene.uncertain.values())
+
+    @property
+    def greatest_kept(self) -> float:
+        """The greatest distance that any pair keeps beyond the budget's clearance [m]."""
+        scene = self.scene
+        robot = max((self.scene.uncertain.get(name, 0.0) for name in scene.robots), default=0.0)
+        return 2.0 * (max((self.kept(name) for name in (*scene.bodies, *scene.robots)), default=0.0) + robot)
+
     def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
-        """Whether two standing bodies may collide."""
+        """Whether two standing bodies may collide, or be nearer than what they keep."""
+        kept = first.kept + second.kept
         if self.exact:
-            return geometry.exact_collides(first, second)
-        coarse = geometry.budget_of_roots((first.enclosure, second.enclosure), self.budget)
+            hit = geometry.exact_collides(first, second)
+            return hit or (kept > 0.0 and geometry.exact_distance(first, second) <= kept)
+        budget = widened(self.budget, kept)
+        coarse = geometry.budget_of_roots((first.enclosure, second.enclosure), budget)
         if coarse is not None and not geometry.collides(first, second, coarse):
             return False
         whole = first.mesh is not None and second.mesh is not None  # sight lines have parts alone
         if coarse is not None and whole and geometry.surfaces_touch(first, second):
             return True
-        return geometry.collides(first, second, self.budget)
+        return geometry.collides(first, second, budget)
 
     def mesh(self, name: str) -> Mesh | None:
         """The mesh of a body or `robot.link`, in its own frame."""

@@ -156,10 +156,9 @@ class Workspace:
             if own.joint in joints:
                 pose = shift @ unflat(at[own.joint]) @ unflat(own.joint_T_group)
                 box = corners[i] @ pose[:3, :3].T + pose[:3, 3]
-                near = ((box.min(axis=0) <= high + BOX_TOLERANCE) & (box.max(axis=0) >= low - BOX_TOLERANCE)).all(
-                    axis=1
-                )
-                placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh, own.elements), near
+                slack = own.kept + BOX_TOLERANCE
+                near = ((box.min(axis=0) <= high + slack) & (box.max(axis=0) >= low - slack)).all(axis=1)
+                placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh, own.elements, own.kept), near
         for (i, k), pair in zip(indices, pairs, strict=True):
             if i in placed and k >= len(moving):
                 body, near = placed[i]
@@ -169,14 +168,18 @@ class Workspace:
 
     @cached_property
     def _boxes(self) -> tuple[list[Array], Array, Array]:
-        """Corners (8, 3) of the box of each moving body in its own frame, boxes (F, 3) of all fixed ones in the world."""
+        """Corners (8, 3) of the box of each moving body in its own frame, boxes (F, 3) of all fixed ones in the world.
+
+        The boxes of fixed ones are grown by what these keep from others.
+        """
         if self.base is not None:
             return self.base._boxes
         moving, fixed = self._bodies[:2]
         poses = [unflat(body.world_T_group) for body in fixed]
         standing = [_corners(b.enclosure) @ T[:3, :3].T + T[:3, 3] for b, T in zip(fixed, poses, strict=True)]
         around = np.array(standing).reshape(-1, 8, 3)
-        return [_corners(body.enclosure) for body in moving], around.min(axis=1), around.max(axis=1)
+        kept = np.array([body.kept for body in fixed])[:, None]
+        return [_corners(body.enclosure) for body in moving], around.min(axis=1) - kept, around.max(axis=1) + kept
 
     @cached_property
     def _bodies(self) -> tuple[list[MovingGroup], list[FixedGroup], list[tuple[int, int]], list[Pair]]:
@@ -241,7 +244,8 @@ class Workspace:
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
         elements = self.surroundings.elements(name)
-        return MovingGroup(joint, flat(joint_T_group), self.surroundings.enclosure(name), arrays, elements)
+        kept = self.surroundings.kept(name, self.robot.name if name in self.carried else None)
+        return MovingGroup(joint, flat(joint_T_group), self.surroundings.enclosure(name), arrays, elements, kept)
 
     def _fixed(self) -> tuple[list[FixedGroup], list[str]]:
         placed: list[tuple[str, Array]] = []
@@ -280,7 +284,9 @@ class Workspace:
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
         elements = self.surroundings.elements(name)
-        return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays, elements)
+        others = (robot for robot in self.situation.robots if name in self.situation.carried(robot))
+        kept = self.surroundings.kept(name, next(others, None) if self.surroundings.keeps else None)
+        return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays, elements, kept)
 
     def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[tuple[int, int]], list[Pair]]:
         indices: list[tuple[int, int]] = []

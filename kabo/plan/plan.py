@@ -93,7 +93,8 @@ class Segment:
         if self.trajectory is not None:
             return self.trajectory.at(times)
         columns = zip(*self.waypoints, strict=True)
-        return np.stack([np.interp(times, self.times, column) for column in columns], axis=-1)
+        wanted = np.asarray(times, np.float64)
+        return np.stack([np.interp(wanted, self.times, column) for column in columns], axis=-1)
 
     def __repr__(self) -> str:
         seconds = f"{self.times[-1] - self.times[0]:.1f} s" if self.times else "no time"

@@ -127,6 +127,7 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
 # ------------------------------------------------------------------------------------ with a scene's geometry
 def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
+    from kabo.planner.geometry.clearance_alone import with_clearance
     from kabo.planner.geometry.epsilon_alone import with_epsilon
     from kabo.planner.refine.with_geometry import (
         finished,
@@ -160,7 +161,9 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
         failures = unsuccessful_calls(geometry, server) if cut_off else geometry.failures()
         late = run.stop.spent == "time"
         if not late:
-            failures = with_epsilon(with_bases(needed_first(task, failures), server), server, run.stop.timely())
+            failures = with_bases(needed_first(task, failures), server)
+            for explained in (with_clearance, with_epsilon):
+                failures = explained(failures, server, run.stop.timely())
         result = without_plan(run, task, found, statistics_of(run, server), failures, proved=geometry.proved())
         return with_start_faults(result, server, late=late)
 

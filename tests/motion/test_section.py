@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from toppra.algorithm import TOPPRA
+from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 
 from kabo.motion import Held, MotionLimits, blended, timed_path
 from kabo.motion.s_curves import line_limits, phases
 from kabo.motion.section import section
-from tests.motion.test_timed_path import judge
+from tests.motion.test_timed_motion import judge
 
 LIMITS = MotionLimits.of(*(np.full(3, limit) for limit in (2.0, 8.0, 160.0)))
 CORNERS = np.array([[0.0, 0.0, 0.0], [0.5, 0.1, 0.0], [0.6, 0.7, -0.2], [1.4, 0.7, 0.3]])
@@ -19,7 +21,6 @@ def duration(corners, limits, deviation=0.05, **options):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_with_a_huge_limit_of_jerk_the_motion_takes_as_long_as_toppra_says(seed):
-    toppra = pytest.importorskip("toppra")
     rng = np.random.default_rng(seed)
     corners = rng.uniform(-1.0, 1.0, (int(rng.integers(3, 7)), 7))
     limits = MotionLimits.of(np.full(7, 2.0), np.full(7, 8.0), np.full(7, 2e4))
@@ -33,11 +34,11 @@ def test_with_a_huge_limit_of_jerk_the_motion_takes_as_long_as_toppra_says(seed)
 
     bounds = [np.stack([-row, row], axis=1) for row in limits.rows[:2]]
     constraints = [
-        toppra.constraint.JointVelocityConstraint(bounds[0]),
-        toppra.constraint.JointAccelerationConstraint(bounds[1]),
+        JointVelocityConstraint(bounds[0]),
+        JointAccelerationConstraint(bounds[1]),
     ]
     grid = np.unique([np.linspace(a, b, 60) for a, b in zip(path.borders, path.borders[1:], strict=False)])
-    speeds = toppra.algorithm.TOPPRA(constraints, Path(), gridpoints=grid).compute_parameterization(0, 0)[1]
+    speeds = TOPPRA(constraints, Path(), gridpoints=grid).compute_parameterization(0, 0)[1]
     best = (2.0 * np.diff(grid) / (speeds[1:] + speeds[:-1])).sum()
     assert 0.995 * best <= duration(corners, limits) <= 1.01 * best
 

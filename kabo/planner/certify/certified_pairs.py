@@ -20,6 +20,7 @@ class Thing(NamedTuple):
     robot: str | None
     joint: int
     pose: Array  # (12,) in the joint's frame, or in the world
+    kept: float = 0.0  # [m]: a pair keeps the sum of both from each other
 
 
 class PairChoice:

@@ -42,6 +42,7 @@ from kabo.scene.transforms import flat
 _LOG = logging.getLogger("kabo.planner")
 DECIMALS = 6  # of a clearance in metres; rounded down
 CUTS = (1, 2, 4, 8, 16)  # parts into which each piece of overlapping motions is cut, until a proof is found
+NEAR_FACTOR = 1.25  # of the greatest distance that a pair keeps: so far apart, a pair needs no axis
 MAX_WAYPOINTS = 20_000  # way points of a path that visits every pair of pieces; longer ones are not tried
 
 
@@ -102,7 +103,8 @@ def certify(
     Args:
         plan: the plan as it will be written.
         surroundings: the scene, with the convex parts for which the plan was made.
-        near: the distance [m] above which a pair needs no separating axis; epsilon if None.
+        near: the distance [m] above which a pair needs no separating axis; if None epsilon, or a quarter more than what
+            bodies keep from each other, if that is more.
         look: called periodically; an exception that it raises ends the work.
 
     Raises:
@@ -110,7 +112,8 @@ def certify(
     """
     covers: dict[str, Cover] = {}
     while True:
-        certifying = _Certifying(plan, surroundings, near or surroundings.budget.epsilon, look, covers)
+        enough = max(surroundings.budget.epsilon, NEAR_FACTOR * surroundings.greatest_kept)
+        certifying = _Certifying(plan, surroundings, near or enough, look, covers)
         made = certifying.made()
         if not certifying.bodies.divided:
             return made
@@ -138,7 +141,8 @@ class _Certifying:
         self.choice = PairChoice(surroundings.never_collide)
         self._links = {name: self._links_of(robot) for name, robot in self.scene.robots.items()}
         self._fixed = [
-            Thing(name, 0, self._mesh(name), None, 0, flat(pose)) for name, pose in self.scene.fixed_poses.items()
+            Thing(name, 0, self._mesh(name), None, 0, flat(pose), surroundings.kept(name))
+            for name, pose in self.scene.fixed_poses.items()
         ]
         self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
@@ -202,13 +206,13 @@ class _Certifying:
         return mesh.digest
 
     def _links_of(self, robot: Robot) -> list[Thing]:
-        return [
-            Thing(
-                f"{robot.name}.{link.name}", 0, link.mesh.digest, robot.name, link.joint, flat(link.joint_T_link)
-            )
-            for link in robot.links.values()
-            if link.mesh is not None
-        ]
+        found = []
+        for link in robot.links.values():
+            if link.mesh is not None:
+                name, pose = f"{robot.name}.{link.name}", flat(link.joint_T_link)
+                kept = self.surroundings.kept(name)
+                found.append(Thing(name, 0, link.mesh.digest, robot.name, link.joint, pose, kept))
+        return found
 
     def _links_at(self, robot: str, q: tuple[float, ...], place: int) -> list[Thing]:
         if (robot, q) not in self._standing:
@@ -270,7 +274,10 @@ class _Certifying:
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
-            course = Course(tree, np.ascontiguousarray(waypoints), bodies, pairs, deviations=stretch.together)
+            kept = np.array([things[i].kept + things[k].kept for i, k in numbers])
+            course = Course(
+                tree, np.ascontiguousarray(waypoints), bodies, pairs, deviations=stretch.together, kept=kept
+            )
             found = self.bodies.prove(course)
             if not isinstance(found, Unproven):
                 break
@@ -283,9 +290,10 @@ class _Certifying:
     def _apart_at_any_times(self, name: str, first: MovingStretch, second: MovingStretch) -> ProvenStretch | None:
         things, count = [*first.things, *second.things], len(first.things)
         pairs, rows = self.choice.across(first.things, second.things)
+        kept = np.array([first.things[i].kept + second.things[k].kept for i, k in pairs])
         for cut in CUTS:
             self.look()
-            course = every_pair_of_pieces(first.course, second.course, rows, cut)
+            course = replace(every_pair_of_pieces(first.course, second.course, rows, cut), kept=kept)
             found = self.bodies.prove(course)
             if not isinstance(found, Unproven) or len(course.waypoints) > MAX_WAYPOINTS:
                 break
@@ -329,12 +337,13 @@ class _Certifying:
         for body in self.scene.movable:
             mesh = self.scene.bodies[body].mesh.digest
             where = situation.mounted(body) if body in situation.hung else None
+            kept = self.surroundings.kept(body, None if where is None else where.robot)
             if where is not None and where.robot in first:
                 joint = where.joint + first[where.robot] if where.joint else 0
-                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T)))
+                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T), kept))
             else:
                 poses = situation.places[body] if body in situation.places else [situation.pose(body)]
-                standing.extend(Thing(body, p, mesh, None, 0, flat(pose)) for p, pose in enumerate(poses))
+                standing.extend(Thing(body, p, mesh, None, 0, flat(pose), kept) for p, pose in enumerate(poses))
         return moving, standing
 
 

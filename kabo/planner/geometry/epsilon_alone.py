@@ -32,12 +32,21 @@ def with_epsilon(
     failures: Sequence[tuple[GroundCall, Refusal]], asked: GeometricProcedures, stop: Callable[[], bool]
 ) -> list[tuple[GroundCall, Refusal]]:
     """The refused calls; where epsilon alone decides, the refusal has a measure that says which epsilon may do."""
+    return with_measures(failures, asked, lambda call, where: epsilon_measure(asked, call, where, stop))
+
+
+def with_measures(
+    failures: Sequence[tuple[GroundCall, Refusal]],
+    asked: GeometricProcedures,
+    measure_of: Callable[[GroundCall, Where], Measure | None],
+) -> list[tuple[GroundCall, Refusal]]:
+    """The refused calls, the first that something blocked with what `measure_of` finds of them."""
     found, looked = [], 0
     for call, refusal in failures:
         where = _where(call, asked)
         if refusal.reason in BLOCKED_REASONS and not refusal.proof and where is not None and looked < MAX_CALLS:
             looked += 1
-            measure = epsilon_measure(asked, call, where, stop)
+            measure = measure_of(call, where)
             if measure is not None:
                 refusal = replace(refusal, measures=(*refusal.measures, measure))
         found.append((call, refusal))
@@ -51,7 +60,7 @@ def epsilon_measure(
 
     None if most attempts fail with exact geometry, too, or if there is no time to find out.
     """
-    return _Repeated(asked, stop).measure(call, where)
+    return Repeated(asked, stop).measure(call, where)
 
 
 def _where(call: GroundCall, asked: GeometricProcedures) -> Where | None:
@@ -62,8 +71,11 @@ def _where(call: GroundCall, asked: GeometricProcedures) -> Where | None:
 
 
 @dataclass
-class _Repeated:
-    """A call that is repeated on servers of its own, one of them with exact geometry."""
+class Repeated:
+    """A call that is repeated on servers of its own, one of them with exact geometry.
+
+    Subclasses ask another server whether attempts would pass, and say what it means.
+    """
 
     asked: GeometricProcedures
     stop: Callable[[], bool]
@@ -71,13 +83,18 @@ class _Repeated:
     def __post_init__(self) -> None:
         given = self.asked.server
         epsilon, seed = given.budget.epsilon, given.seed
-        own = GeometryServer(given.scene, epsilon, seed, given.surroundings.exact, self.stop)
+        kept, exact = given.clearance, given.surroundings.exact
+        own = GeometryServer(given.scene, epsilon, seed, exact, self.stop, clearance=kept)
         self.epsilon, self.procedures = epsilon, GeometricProcedures(own, self.asked.folder)
-        self.exact = GeometryServer(given.scene, epsilon, seed, True, self.stop)
+        self.relaxed = self._relaxed(given)
         self.attempts: list[Refusal] = []
 
+    def _relaxed(self, given: GeometryServer) -> GeometryServer:
+        """The server that is asked whether attempts would pass without what may be in the way."""
+        return GeometryServer(given.scene, self.epsilon, given.seed, True, self.stop, clearance=given.clearance)
+
     def measure(self, call: GroundCall, where: Where) -> Measure | None:
-        """The measure of what epsilon alone refuses; None if most attempts fail with exact geometry, too."""
+        """The measure of what it alone refuses; None if most attempts fail without it, too."""
 
         def observe(_: Any, failure: Any) -> None:
             self.attempts.append(refusal_of(failure))
@@ -85,7 +102,7 @@ class _Repeated:
         try:
             self.procedures.again(call, where.situation, where.attempt, 0, observe, self._enough)
             blocked = [each for each in self._asked_again() if each.question is not None]
-            passing = [each for each in blocked if each.question.passes(self.exact.context())]  # type: ignore[union-attr]
+            passing = [each for each in blocked if each.question.passes(self.relaxed.context())]  # type: ignore[union-attr]
         except CutOff:
             return None
         if 2 * len(passing) <= len(self.attempts[:MAX_ATTEMPTS]):
@@ -128,7 +145,9 @@ class _Repeated:
         between = [a + share * (b - a) for a, b in pairwise(path) for share in shares]
         apart = inf
         for q in (*between, path[-1]):
-            things = ScenePredicates(self.exact.surroundings, question.scene.at(question.robot, q).situation.first)
+            things = ScenePredicates(
+                self.relaxed.surroundings, question.scene.at(question.robot, q).situation.first
+            )
             apart = min(apart, float(geometry.exact_distance(things.thing(first), things.thing(second))))
         return apart, pair
 

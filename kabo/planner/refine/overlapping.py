@@ -80,13 +80,16 @@ def _body(leg: Leg) -> _Body:
             own, arrays = f"{name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
             enclosure = surroundings.enclosure(own)
             placed = flat(link.joint_T_link)
-            found.append((own, MovingGroup(link.joint, placed, enclosure, arrays, link.elements)))
+            found.append(
+                (own, MovingGroup(link.joint, placed, enclosure, arrays, link.elements, surroundings.kept(own)))
+            )
     for held in scene.situation.carried(name):
         at, body = scene.situation.attachment(held), scene.context.scene.bodies[held]
         link = robot.links[at.parent.partition(".")[2]]
         pose = flat(link.joint_T_link @ transform(at.position, at.quaternion))
         enclosure, arrays = surroundings.enclosure(held), (body.mesh.vertices, body.mesh.faces)
-        found.append((held, MovingGroup(link.joint, pose, enclosure, arrays, body.elements)))
+        kept = surroundings.kept(held, name)
+        found.append((held, MovingGroup(link.joint, pose, enclosure, arrays, body.elements, kept)))
     motion = Motion(robot.tree, tuple(group for _, group in found), leg.path)
     boxes = np.array([[_box(swept) for swept in motion.swept(*piece, 1)] for piece in motion.segments])
     return _Body(tuple(own for own, _ in found), motion, boxes[..., 0, :], boxes[..., 1, :])
@@ -109,7 +112,7 @@ def _may_meet(context: ProcedureContext, first: _Body, second: _Body) -> bool:
     shape = first.low.shape[:2], second.low.shape[:2]
     mine, theirs = (body.low.reshape(-1, 3) for body in (first, second))
     ends = first.high.reshape(-1, 3), second.high.reshape(-1, 3)
-    margin = context.surroundings.budget.epsilon
+    margin = context.surroundings.budget.epsilon + context.surroundings.greatest_kept
     near = (mine[:, None] <= ends[1][None] + margin).all(axis=2) & (theirs[None] <= ends[0][:, None] + margin).all(
         axis=2
     )

@@ -53,7 +53,7 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
         raise ValueError("only a problem with a scene has geometry")
     scene = load_scene(run.problem.scene, run.stop.look)
     exact = run.options.geometry == "exact"
-    server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
+    server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact, clearance=run.options.clearance)
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
     server.stop = run.stop
     processes = run.workers if run.workers > 1 else None

@@ -18,6 +18,7 @@ from kabo.plan import Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Element
 from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
 from kabo.verify.certificate.exact import ExactFrames, ExactSide
+from kabo.verify.certificate.kept import KeptDistances
 from kabo.verify.certificate.meeting_stretches import stretch_of
 from kabo.verify.certificate.pair_proof import (
     POSITIONS_PER_PIECE,
@@ -63,6 +64,10 @@ def check_certificate(
     """
     certificate = plan.certificate
     if certificate is None or certificate.near is None:
+        claimed = plan.options.get("clearance")
+        if isinstance(claimed, int | float) and claimed > 0.0 and stretches:
+            text = f"the plan claims a clearance of {1000 * claimed:.4g} mm, but has no certificate that proves it"
+            return [Finding(None, text)], None
         return [], None
     checker = _Checker(plan, world, certificate, certificate.near, paranoid)
     failed: list[tuple[str | None, str]] = []
@@ -114,7 +119,7 @@ class _Checker:
     axes: int = 0
 
     def __post_init__(self) -> None:
-        self.margins = Margins(self.near)
+        self.margins, self.kept = Margins(self.near), KeptDistances.of(self.plan, self.world.scene)
         self._standing: dict[tuple[str, bytes], tuple[Any, Any, Any]] = {}
 
     # -------------------------------------------------------------------------------------------- what it contains
@@ -199,7 +204,7 @@ class _Checker:
         things, frames = [*stretch.moving, *stretch.standing], self._frames(stretch.path)
         side = self._sides()
         gaps = self._box_gaps(things, len(stretch.moving), frames, side)
-        for i, k in np.argwhere(gaps <= self.near).tolist():
+        for i, k in np.argwhere(gaps <= max(self.near, self.kept.greatest)).tolist():
             first, second = things[i], things[k]
             names = first.name, second.name
             if k <= i or not self.world.may_meet(*names) or frozenset(names) in stretch.permitted:
@@ -212,6 +217,12 @@ class _Checker:
                 finest = POSITIONS_PER_PIECE if stretch.before else 1
                 margin = self._margin(pair, first, second, own, float(gaps[i, k]), frames, finest)
                 self.margins.add(stretch.node, stretch.segments, names, margin)
+                kept = self.kept.between(first, second)
+                if margin < kept - CLEARANCE_TOLERANCE:
+                    least = (
+                        f"only {1000 * max(0.0, margin):.4g} mm of the {1000 * kept:.4g} mm that they are to keep"
+                    )
+                    raise Refuted(f"{names[0]} and {names[1]}: {least} are proven")
 
     def _frames(self, path: Path) -> Frames:
         return ExactFrames(path) if self.paranoid else Frames(path)

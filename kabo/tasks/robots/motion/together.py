@@ -234,7 +234,8 @@ class _MovingBodies:
                     name, arrays = f"{robot.name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
                     joint = self.team.joined.joint(k, link.joint)
                     enclosure, at = surroundings.enclosure(name), flat(link.joint_T_link)
-                    yield name, MovingGroup(joint, at, enclosure, arrays, link.elements)
+                    kept = surroundings.kept(name)
+                    yield name, MovingGroup(joint, at, enclosure, arrays, link.elements, kept)
         for name in self.scene.situation.objects:
             if name in self.owners:
                 body = self.scene.context.scene.bodies[name]
@@ -250,14 +251,16 @@ class _MovingBodies:
 
     def _placed(self, name: str, own: Array, enclosure, arrays, elements) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]
         """A body at a pose (4, 4) in the frame of an object, or of a link of the common tree."""
-        parent, at = name, own
+        parent, at, surroundings = name, own, self.scene.context.surroundings
         if name in self.scene.situation.objects:
             held = self.scene.situation.held(name)
             parent, at = held.parent, transform(held.position, held.quaternion) @ own
         robot, _, link = parent.partition(".")
         names = [each.name for each in self.team.robots]
         if robot not in names:
-            return FixedGroup(flat(self.scene.pose(name) @ own), enclosure, arrays, elements)
+            kept = surroundings.kept(name) if name in self.scene.situation.objects else 0.0
+            return FixedGroup(flat(self.scene.pose(name) @ own), enclosure, arrays, elements, kept)
         chosen = self.team.robots[names.index(robot)].links[link]
         joint = self.team.joined.joint(names.index(robot), chosen.joint)
-        return MovingGroup(joint, flat(chosen.joint_T_link @ at), enclosure, arrays, elements)
+        kept = surroundings.kept(name, robot) if name in self.scene.situation.objects else 0.0
+        return MovingGroup(joint, flat(chosen.joint_T_link @ at), enclosure, arrays, elements, kept)
