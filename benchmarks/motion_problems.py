@@ -124,4 +124,4 @@ def _unit(quaternion: Any) -> list[float]:
 
 def _read(path: Path) -> Any:
     with path.open() as file:
-        return yaml.load(file, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        return yaml.load(file, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506  a safe one

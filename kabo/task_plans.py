@@ -16,8 +16,10 @@ from kabo.language.scene_description import SceneDescription
 from kabo.options import Options
 from kabo.plan import Plan, plan_from_json
 from kabo.plan.writing import FORMAT
+from kabo.tasks.files.motions import state_in
+from kabo.tasks.files.planned import load_report
 from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
-from kabo.tasks.files.report_form import OLD_FORMAT, MotionReport, Report, StateReport, read_report
+from kabo.tasks.files.report_form import OLD_FORMAT, MotionReport, Report, StateReport
 
 if TYPE_CHECKING:
     from kabo.scene import Scene  # loads meshes
@@ -108,8 +110,12 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
         "start": before,
     }
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
-    plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
-    return _certified(plan, scene) if certificate else plan
+    try:
+        plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
+        return _certified(plan, scene) if certificate else plan
+    except (KeyError, ValueError, IndexError) as error:  # joints, links or objects of another scene
+        what = f"this motion is none of the scene {scene.name}: {error}"
+        raise InputError([Diagnostic(f"solution {number}", 1, 1, what, "name the scene of the report")]) from None
 
 
 def _certified(plan: Plan, scene: "Scene") -> Plan:
@@ -137,13 +143,10 @@ def _whole(state: StateReport, scene: "Scene") -> State:
     """A state of a report as the whole state of a plan: what is not in it is as at the start of the scene."""
     from kabo.geometry_server import whole_state
 
-    start = whole_state(scene, {**scene.start.robots, **scene.start.objects})
-    robots = {name: {"joints": dict(joints)} for name, joints in start.robots.items()}
-    objects = {name: _pose(pose.parent, pose.position, pose.quaternion) for name, pose in start.objects.items()}
-    for name, robot in state.get("robots", {}).items():
-        robots[name] = {"joints": {**robots[name]["joints"], **robot["joints"]}}
-    for name, pose in state.get("objects", {}).items():
-        objects[name] = _pose(pose["parent"], pose["position"], pose["quaternion"])
+    found = state_in(state, scene)
+    whole = whole_state(scene, {**found.robots, **found.objects})
+    robots = {name: {"joints": dict(joints)} for name, joints in whole.robots.items()}
+    objects = {name: _pose(pose.parent, pose.position, pose.quaternion) for name, pose in whole.objects.items()}
     return {"robots": robots, "objects": objects}
 
 
@@ -200,30 +203,6 @@ def is_report(path: Path) -> bool:
     except (OSError, ValueError, RecursionError):
         return False
     return isinstance(content, dict) and content.get("format") in (REPORT_FORMAT, OLD_FORMAT)
-
-
-def load_report(path: Path, scene: Path | None = None) -> "tuple[Report, Scene]":
-    """The report in a file, and the scene in which its task was planned.
-
-    Args:
-        path: the report's file.
-        scene: a scene file, or a problem with a scene; None: as the report names it, from here or from its own folder.
-
-    Raises:
-        InputError: the report or the scene has errors, or the scene is not there.
-        OSError: the report cannot be read.
-    """
-    from kabo.scene import load_scene
-
-    report = read_report(path.read_bytes(), str(path))
-    named = report.get("scene")
-    if scene is None and named is not None:
-        near = (Path(named), path.parent / named, path.parent / Path(named).name)
-        scene = next((each for each in near if each.is_file()), None)
-    if scene is None:
-        what = "names no scene" if named is None else f"was planned in {named}, which is not there"
-        raise InputError([Diagnostic(str(path), 1, 1, f"this report {what}", "name its scene file")])
-    return report, load_scene(scene)
 
 
 def plans_of_report(

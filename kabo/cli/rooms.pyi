@@ -29,6 +29,8 @@ from kabo.meshes import require_written as require_written
 from kabo.meshes import units_warning as units_warning
 from kabo.meshes import write_mesh as write_mesh
 from kabo.meshes import write_pieces as write_pieces
+from kabo.motion_plans import NoMotionError as NoMotionError
+from kabo.motion_plans import find_motion as find_motion
 from kabo.pictures import PictureWishes as PictureWishes
 from kabo.pictures import ViewWishes as ViewWishes
 from kabo.pictures import bound_picture as bound_picture
@@ -68,6 +70,7 @@ from kabo.tasks.files.comparing import compare as compare
 from kabo.tasks.files.comparing import describe_comparison as describe_comparison
 from kabo.tasks.files.describing import counted as counted
 from kabo.tasks.files.describing import describe_report as describe_report
+from kabo.tasks.files.planned import known_solutions as known_solutions
 from kabo.tasks.files.report_form import read_report as read_report
 from kabo.tasks.files.report_form import report_bytes as report_bytes
 from kabo.tasks.files.reports import report as report

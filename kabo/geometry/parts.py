@@ -81,7 +81,17 @@ class Enclosure:
         first, count = self.children[part] if self.children else (0, 0)
         return range(first, first + count)
 
-    @property
+    @cached_property
+    def every_deviation(self) -> Array:
+        """How far points of each part may be from the body (B,) [m]."""
+        return np.array(self.deviations or (self.deviation,) * len(self.parts), np.float64)
+
+    @cached_property
+    def every_child(self) -> Integers:
+        """The first child and the number of children (B, 2) of each part; zeros for a leaf."""
+        return np.array(self.children or [(0, 0)] * len(self.parts), np.int64).reshape(-1, 2)
+
+    @cached_property
     def deviation_of_roots(self) -> float:
         """How far points of the roots may be from the body [m]."""
         return max((self.deviation_of(part) for part in self.root_parts), default=0.0)

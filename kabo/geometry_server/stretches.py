@@ -17,7 +17,7 @@ from kabo.geometry_server.driving.legs import LEAST_LEG_SAMPLES, LEG_SAMPLES_SHA
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
-from kabo.kinematics import KeptRows, OffLine, Projector, keeps, projector, straight_line, values
+from kabo.kinematics import KeptRows, OffLine, keeps, straight_line, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene import BASE_VALUES, Robot
 from kabo.streams import Key, stream_key
@@ -60,22 +60,6 @@ class Keep:
         tree = self.robot.tree
         active = np.arange(tree.size) < self.robot.planned
         return KeptRows.of(tree, self.rows, active, CONSTRAINT_TOLERANCE)
-
-    def pull_planned(self, hand: Array) -> Projector:
-        """A function that projects the planned joints onto the constraint, with the gripper's joints at `hand`."""
-        n = self.robot.planned
-
-        def pull(q: Array) -> Array | None:
-            found = self._pull(np.concatenate([q, hand]))
-            return None if found is None else found[:n]
-
-        return pull
-
-    @cached_property
-    def _pull(self) -> Projector:
-        tree = self.robot.tree
-        active = np.arange(tree.size) < self.robot.planned
-        return projector(tree, self.rows, tree.lower, tree.upper, active)
 
 
 def _told(row: Array, found: float) -> str:

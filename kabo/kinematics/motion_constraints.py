@@ -10,8 +10,8 @@ from kabo.arrays import Array
 from kabo.kinematics.constraints import Rows
 from kabo.kinematics.kernels import motion_bounds as kernels
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.kernels.projection import FREEZES, WRAPS, Rule, Wanted
-from kabo.kinematics.projection import MAX_ITERATIONS, NO_AIMS, checked, limited, project, storable_limits
+from kabo.kinematics.kernels.projection import FREEZES, WRAPS, Pull, pull_of
+from kabo.kinematics.projection import MAX_ITERATIONS, checked, limited, project, storable_limits
 from kabo.scene.tree import KinematicTree
 
 Projector = Callable[[Array], Array | None]
@@ -41,7 +41,8 @@ def unkept_row(
         raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")
     _require_no_azimuth(rows)
     slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - POSE_ROUNDING, (len(rows),)))
-    found = kernels.first_row_not_kept(rows, slack, start, end, tree)
+    pieces = kernels.pieces_of(len(rows), len(tree.parent), tree.size)
+    found = kernels.first_row_not_kept(rows, slack, start, end, tree, pieces)
     return None if found < 0 else int(found)
 
 
@@ -52,11 +53,13 @@ class KeptRows:
     `Projections` as those of `projector`, proofs as those of `keeps`.
     """
 
+    rows: Rows
     tolerances: Array  # (R,)
-    tree: KinematicTree  # with the limits that projections keep
-    active: NDArray[np.bool_]
-    wanted: Wanted
-    rule: Rule
+    tree: KinematicTree
+    pieces: kernels.Pieces
+    pull: Pull
+    iterations: int
+    policy: int
 
     @classmethod
     def of(
@@ -70,10 +73,10 @@ class KeptRows:
         low, high, moving = checked(tree, rows, tree.lower, tree.upper, active)
         _require_no_azimuth(rows)
         low, high = storable_limits(low, high)
-        wanted = Wanted(rows, len(rows), np.full((1, len(rows)), np.nan), float(INTERVAL_INSET))
-        rule = Rule(MAX_ITERATIONS, WRAPS | FREEZES, *NO_AIMS)
+        pull = pull_of(rows, INTERVAL_INSET, limited(tree, low, high), moving)
+        pieces = kernels.pieces_of(len(rows), len(tree.parent), tree.size)
         slack = np.full(len(rows), tolerance - POSE_ROUNDING)
-        return cls(slack, limited(tree, low, high), moving, wanted, rule)
+        return cls(rows, slack, tree, pieces, Pull(*pull), MAX_ITERATIONS, WRAPS | FREEZES)
 
 
 def _require_no_azimuth(rows: Rows) -> None:

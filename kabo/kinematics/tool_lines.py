@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from kabo.arrays import Array
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.kernels.motion_bounds import first_row_not_kept
+from kabo.kinematics.kernels.motion_bounds import Pieces, first_row_not_kept, pieces_of
 from kabo.kinematics.kernels.projection import FREEZES, Rule, Wanted, project_seeds
 from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, limited, storable_limits, values
 from kabo.scene.kernels.poses import forward_kinematics
@@ -95,6 +95,11 @@ class _Follower:
     active: NDArray[np.bool_]
     tolerances: Array
 
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Scratch arrays of proofs."""
+        return Pieces(*pieces_of(len(self.rows), len(self.tree.parent), self.tree.size))
+
     def follow(self, start: Array, length: float) -> Array | OffLine:
         """The way points from start to end of the line, or why there are none; steps are halved where they fail."""
         way, here, share = [start], 0.0, 1.0
@@ -131,7 +136,7 @@ class _Follower:
             return self._why_not_there(q0, progress0, progress1)
         self._set_progress(progress0, progress1)
         smooth = np.abs(q1 - q0).max() <= MAX_JOINT_CHANGE
-        kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, self.tree) < 0
+        kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, self.tree, self.pieces) < 0
         return None if kept else OffLine("singular", progress0)
 
     def _why_not_there(self, q0: Array, progress0: float, progress1: float) -> OffLine:

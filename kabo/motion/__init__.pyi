@@ -6,11 +6,7 @@ from kabo.motion.chords import chord_deviations as chord_deviations
 from kabo.motion.following import path_deviations as path_deviations
 from kabo.motion.limits import Held as Held
 from kabo.motion.limits import MotionLimits as MotionLimits
-from kabo.motion.ramps import from_rest_to_rest as from_rest_to_rest
-from kabo.motion.ramps import trapezoid as trapezoid
-from kabo.motion.time_optimal import fastest as fastest
 from kabo.motion.timed_motion import Timed as Timed
 from kabo.motion.timed_motion import timed_path as timed_path
-from kabo.motion.timing import retime as retime
 from kabo.motion.trajectory import Samples as Samples
 from kabo.motion.trajectory import Trajectory as Trajectory

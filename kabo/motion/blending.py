@@ -23,7 +23,7 @@ from kabo.motion.bernstein import MAX_DEGREE, bernstein, derivative, recentred, 
 MIN_PIECE_LENGTH = 1e-9  # [rad, L2]: shorter pieces are dropped
 POINT_ROUNDING = 1e-12  # [rad] of a point on the path
 # Norm of a turn: gentler corners get the trims of this turn, or they would take the room of sharper ones.
-GENTLE_TURN = 0.6
+GENTLE_TURN = 0.1
 # Factors by which trims shrink in one step, where the path is too far from its corners.
 MIN_SHRINKING, MAX_SHRINKING = 0.5, 0.98
 CORNER_SHARE = 3.0 / 16  # a blend passes by its corner at this share of its trim and the norm of its turn

@@ -13,17 +13,22 @@ from kabo.motion.kernels.limit_rows import limit_rows
 from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.s_curves import LIMIT_ROUNDING, LIMIT_SHARE, MAX_LIMIT
+from kabo.motion.trajectory import DECIMALS, short_pieces
 
 SAMPLES_PER_PIECE = 24  # of a path, for its grid
-STEP_OF_RAMP = 0.6  # a cell of the grid takes this share of the time in which acceleration is built up
-MAX_CELLS_OF_TIME = 400  # more cells than this only for more pieces of the path
+STEP_OF_RAMP = 0.55  # a cell of the grid takes this share of the time in which acceleration is built up
+# Cells of equal time, at most: more than this only where a piece of the path needs more than its time.
+MAX_CELLS, MAX_CELLS_PER_PIECE = 80, 25
 PRECISION = 2e-3  # share by which the law may be slower than the fastest one
 MAX_STEPS = 300
 # Shares of velocity, acceleration and jerk for the law: pieces between knots may use a little more.
-LAW_SHARES = np.array([[0.9995], [0.995], [0.97]])
+LAW_SHARES = np.array([0.9995, 0.995, 0.97])
 LONGEST_PIECE = 1_950_000  # microseconds: rounded coefficients of longer quintic pieces are not precise enough
+MIN_TICKS = 2000  # microseconds of a motion with rounded corners, at least
 LEAST_GAP = 300  # microseconds between knots, less only in short motions
 MAX_ROUNDS = 12  # of making the motion a little slower until all limits are kept
+WORTH_SOLVING = 1.002  # where the motion would be slower than this by a few pieces, the law is found again instead
+MAX_LAWS = 3
 REST_CELL = 0.97  # share of the way with constant jerk from rest that the first cell of the grid takes
 CURVATURE_SAMPLES = 33
 
@@ -49,6 +54,14 @@ class _Law(NamedTuple):
     curved: Array
 
 
+class _Pieces(NamedTuple):
+    knots: Integers
+    kept: Array
+    ends: Integers
+    coefficients: Array
+    slower: float  # the factor of time by which limits are kept
+
+
 def section(path: Blended, limits: MotionLimits, chord: float, tolerance: float, held: Held | None) -> Section:
     """The fastest motion along a path with rounded corners, within all limits.
 
@@ -64,41 +77,87 @@ def section(path: Blended, limits: MotionLimits, chord: float, tolerance: float,
     """
     full = np.minimum(np.stack(limits.rows), MAX_LIMIT)
     full = full - np.minimum(LIMIT_SHARE * full + LIMIT_ROUNDING, full / 2)
-    law = _law(path, full, held)
-    factor = 1.0
-    for _ in range(MAX_ROUNDS):
-        ticks = max(int(np.ceil(law.times[-1] * factor * 1e6)), 2000)
-        factor = ticks / (law.times[-1] * 1e6)
-        gap = max(2, min(LEAST_GAP, ticks // 200))
-        knots, kept = knots_of(law.times, law.owner, law.curved, factor, gap)
-        states = states_at(knots, law.times, law.pieces, law.owner, law.path, law.borders, factor)
-        ends, pieces = few_pieces(knots, kept, states, full, tolerance, LONGEST_PIECE)
-        pieces = np.round(pieces, 12) + 0.0
-        used = used_shares(ends, pieces, full)
-        slower = float(max(used[0], np.sqrt(used[1]), np.cbrt(used[2])))
-        if held is not None:
-            slower = max(slower, _held_share(ends, pieces, held))
-        if slower <= 1.0:
+    problem = _Problem.of(path, full, held)
+    shares = np.tile(LAW_SHARES, (len(problem.owner), 1))
+    for _ in range(MAX_LAWS):
+        law, factor = problem.law(shares), 1.0
+        made = _pieces(law, full, 1.0, tolerance, held)
+        if made.slower <= WORTH_SOLVING or not _tightened(shares, law, made, full):
             break
-        factor *= slower + 1e-6
+    for _ in range(MAX_ROUNDS):
+        if made.slower <= 1.0:
+            break
+        factor *= made.slower + 1e-6
+        made = _pieces(law, full, factor, tolerance, held)
     wanted, corners = _way_points(path, chord)
-    passed = np.round(times_at(law.times, law.pieces, wanted[1:-1]) * factor * 1e6)
-    inner = _snapped(np.asarray(passed, np.int64), knots[kept], ticks)
-    return Section(ends, pieces, np.concatenate([[0], inner, [ticks]]), corners)
+    ticks = int(made.ends[-1])
+    passed = np.round(times_at(law.times, law.pieces, wanted[1:-1]) * (ticks / law.times[-1]))
+    inner = _snapped(np.asarray(passed, np.int64), made.knots[made.kept], ticks)
+    return Section(made.ends, made.coefficients, np.concatenate([[0], inner, [ticks]]), corners)
 
 
-def _law(path: Blended, full: Array, held: Held | None) -> _Law:
-    pieces, borders, curved = _with_rest_cells(path, full)
-    shares = LAW_SHARES * full
-    ramp = float(np.median(full[1] / np.maximum(full[2], 1e-300)))
-    places, squares, owners = sampled_speeds(pieces, borders, shares, SAMPLES_PER_PIECE, 1e-300)
-    grid, owner = grid_of(places, squares, owners, curved, STEP_OF_RAMP * ramp, MAX_CELLS_OF_TIME)
-    rows = limit_rows(pieces, borders, curved, grid, owner, shares, _held_rows(path, grid, held))
-    x, g, w, steps = fastest_law(rows, PRECISION, MAX_STEPS)
-    if steps < 0:
-        raise ValueError("no motion along the path keeps the limits")
-    times, cells = in_time(grid, x, g, w)
-    return _Law(times, cells, owner, pieces, borders, curved)
+def _pieces(law: _Law, full: Array, factor: float, tolerance: float, held: Held | None) -> _Pieces:
+    """The pieces of a law that is slower by about `factor`, in whole microseconds."""
+    ticks = max(int(np.ceil(law.times[-1] * factor * 1e6)), MIN_TICKS)
+    factor = ticks / (law.times[-1] * 1e6)
+    gap = max(2, min(LEAST_GAP, ticks // 200))
+    knots, kept = knots_of(law.times, law.owner, law.curved, factor, gap)
+    states = states_at(knots, law.times, law.pieces, law.owner, law.path, law.borders, factor)
+    ends, pieces = few_pieces(knots, kept, states, full, tolerance, LONGEST_PIECE)
+    times, pieces = short_pieces(ends / 1e6, pieces)
+    ends = np.asarray(np.round(times * 1e6), np.int64)
+    pieces = np.round(pieces, DECIMALS) + 0.0
+    used = used_shares(ends, pieces, full)
+    slower = float(max(used[0], np.sqrt(used[1]), np.cbrt(used[2])))
+    if held is not None:
+        slower = max(slower, _held_share(ends, pieces, held))
+    return _Pieces(knots, kept, ends, pieces, slower)
+
+
+def _tightened(shares: Array, law: _Law, made: _Pieces, full: Array) -> bool:
+    """Lowers the shares of limits in cells during which pieces exceed them; whether there are any."""
+    found = False
+    for k in range(len(made.ends) - 1):
+        used = used_shares(made.ends[k : k + 2], made.coefficients[k : k + 1], full)
+        if used.max() > 1.0:
+            begin, end = (np.searchsorted(law.times, made.ends[i] * 1e-6) for i in (k, k + 1))
+            shares[max(begin - 1, 0) : end + 1] /= np.maximum(used * 1.002, 1.0)
+            found = True
+    return found
+
+
+class _Problem(NamedTuple):
+    """What the time law is computed from: path, grid, limits."""
+
+    path: Array
+    borders: Array
+    curved: Array
+    grid: Array
+    owner: Integers
+    full: Array
+    held: Array
+
+    @classmethod
+    def of(cls, path: Blended, full: Array, held: Held | None) -> "_Problem":
+        """The grid of a path, and what a held body needs on it."""
+        pieces, borders, curved = _with_rest_cells(path, full)
+        ramp = float(np.median(full[1] / np.maximum(full[2], 1e-300)))
+        places, squares, _ = sampled_speeds(pieces, borders, full, SAMPLES_PER_PIECE, 1e-300)
+        grid, owner = grid_of(
+            places, squares, curved, STEP_OF_RAMP * ramp, MAX_CELLS + MAX_CELLS_PER_PIECE * len(curved)
+        )
+        return cls(pieces, borders, curved, grid, owner, full, _held_rows(path, grid, held))
+
+    def law(self, shares: Array) -> _Law:
+        """The fastest law that uses the shares (N, 3) of the limits of velocity, acceleration and jerk in each cell."""
+        rows = limit_rows(
+            self.path, self.borders, self.curved, self.grid, self.owner, self.full, shares, self.held
+        )
+        x, g, w, steps = fastest_law(rows, PRECISION, MAX_STEPS)
+        if steps < 0:
+            raise ValueError("no motion along the path keeps the limits")
+        times, cells = in_time(self.grid, x, g, w)
+        return _Law(times, cells, self.owner, self.path, self.borders, self.curved)
 
 
 def _with_rest_cells(path: Blended, full: Array) -> tuple[Array, Array, Array]:

@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.motion.bernstein import recentred, values
+from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
-from kabo.motion.s_curves import TICK, line_limits, line_pieces
+from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
 from kabo.motion.section import Section, section
 from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
+SAME_CORNER = 2e-9  # [rad or m, L2]: corners that are closer differ by rounding
 REVERSAL = 1.99  # norm of the difference of two unit vectors from which the path turns back on itself
 MIN_DEVIATION = 1e-9  # [rad or m]: what rounding of coefficients and way points may leave
 
@@ -101,8 +102,8 @@ def timed_path(
 ) -> Timed:
     """The fastest motion along corners (m, n) within the limits, from rest to rest.
 
-    Values of corners are rounded to 9 decimals, as plans keep them. Corners that then equal the one before are passed at
-    once with it.
+    Values of corners are rounded to 9 decimals, as plans keep them. Corners that then equal the one before, but
+    for rounding, are passed at once with it.
 
     Args:
         corners: at least one.
@@ -120,13 +121,15 @@ def timed_path(
     points = np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0
     if points.ndim != 2 or not len(points) or points.shape[1:] != limits.velocity.shape:
         raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, {limits.velocity.shape}")
-    different = np.concatenate([[True], np.any(np.diff(points, axis=0) != 0.0, axis=1)])
+    different = np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_CORNER])
     numbers = (np.cumsum(different) - 1).tolist()
     if not different[1:].any():
         return _still(points[0], numbers)
     wanted = np.zeros(len(points)) if shares is None else np.array(shares, np.float64)
     wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
-    return _moving(points[different], limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
+    chosen = points[different]
+    chosen[-1] = points[-1]  # the end is reached exactly
+    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
 
 
 class _Rounding(NamedTuple):
@@ -139,12 +142,21 @@ class _Rounding(NamedTuple):
 
 def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
     """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
-    shares = rounding.shares
-    if rounding.deviation <= 0.0:
-        shares = np.zeros(len(points))
-    path = blended(points, max(rounding.deviation, 0.0), np.where(_reversals(points), 0.0, shares).tolist())
-    stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
-    found = [_section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)]
+    shares = np.where(_reversals(points) | (rounding.deviation <= 0.0), 0.0, rounding.shares)
+    while True:
+        path = blended(points, max(rounding.deviation, 0.0), shares.tolist())
+        stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
+        found = [
+            _section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)
+        ]
+        slow = [
+            corner
+            for each, first in zip(found, stops, strict=False)
+            for corner in _not_worth(each, first, points, limits)
+        ]
+        if not slow:
+            break
+        shares[slow] = 0.0
     begins = np.cumsum([0, *(int(each.ends[-1]) for each in found)])
     ends = np.concatenate([[0], *(each.ends[1:] + begin for each, begin in zip(found, begins, strict=False))])
     passing = np.concatenate(
@@ -172,6 +184,23 @@ def _section(path: Blended, first: int, last: int, limits: MotionLimits, roundin
     for row in zip(own.corners, own.corners[1:], strict=False):
         line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
+
+
+def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits) -> list[int]:
+    """Corners where the motion should stop, as all in all it is slower than with stops: the slowest quarter of them."""
+    count = len(found.corners) - 2
+    if count < 1:
+        return []
+    if found.ends[-1] < stopping_ticks(points[first : first + count + 2], limits):
+        return []
+    inner = found.passing[found.corners[1:-1]]
+    k = np.clip(np.searchsorted(found.ends, inner, side="right") - 1, 0, len(found.coefficients) - 1)
+    local = np.asarray((inner - found.ends[k])[:, None] * TICK, np.float64)
+    speeds = np.abs(values(np.asarray(derivative(found.coefficients[k], 1), np.float64), local)) / np.maximum(
+        limits.velocity, TICK
+    )
+    slowest = np.argsort(speeds.max(axis=1), kind="stable")[: (count + 3) // 4]
+    return [first + 1 + int(k) for k in slowest]
 
 
 def _reversals(points: Array) -> NDArray[np.bool_]:

@@ -219,9 +219,8 @@ class Film:
     def _configuration(self, segment: Segment, state: GeometricState, time: float) -> Component:
         robot = self.scene.robots[segment.robot]
         q = list(state.robots[segment.robot])
-        points = np.array(segment.waypoints)
-        for column, joint in enumerate(segment.joints):
-            q[robot.joint_names.index(joint)] = float(np.interp(time, segment.times, points[:, column]))
+        for joint, value in zip(segment.joints, segment.at(time).tolist(), strict=True):
+            q[robot.joint_names.index(joint)] = value
         return tuple(q)
 
     def _handed_over(self, segment: Segment, state: GeometricState) -> GeometricState:

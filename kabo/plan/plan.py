@@ -11,6 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kabo.arrays import Array
 from kabo.displays import counted, display
 from kabo.motion import Trajectory
 from kabo.plan.certificate import Certificate
@@ -83,6 +87,14 @@ class Segment:
     constraint: str | None = None
     grants: tuple[Grant, ...] = ()
     trajectory: Trajectory | None = None
+
+    def at(self, times: ArrayLike) -> Array:
+        """The values (…, n) of the joints at `times` [s]: on the trajectory, or else straight between way points."""
+        if self.trajectory is not None:
+            return self.trajectory.at(times)
+        columns = zip(*self.waypoints, strict=True)
+        wanted = np.asarray(times, np.float64)
+        return np.stack([np.interp(wanted, self.times, column) for column in columns], axis=-1)
 
     def __repr__(self) -> str:
         seconds = f"{self.times[-1] - self.times[0]:.1f} s" if self.times else "no time"

@@ -4,4 +4,3 @@ from kabo.ways.searching import FreeSpace as FreeSpace
 from kabo.ways.searching import NoPath as NoPath
 from kabo.ways.searching import find_way as find_way
 from kabo.ways.searching import shortened as shortened
-from kabo.ways.shortcuts import shortcut as shortcut

@@ -18,7 +18,7 @@ from kabo.geometry import Budget, CollisionView, KernelChecks
 from kabo.kinematics import KeptRows
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene import KinematicTree
-from kabo.streams import Key, stream_key
+from kabo.streams import Key
 from kabo.ways.kernels import bundles as places
 from kabo.ways.kernels.bundles import Effort, Grown, Journal, Kept, Space
 from kabo.ways.kernels.search import run
@@ -28,9 +28,9 @@ FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as abov
 
 CHECK_SPACING = 0.4  # [rad, L2] between configurations that are looked at before the proof
 MAX_CONSTRAINED_STEP = 0.15  # [rad, L2] the longest edge under a constraint: a longer chord would leave it
-MAX_EXTENSION = 1.0  # [rad, L2] of a tree by one step
+MAX_EXTENSION, LEAST_EXTENSION = 2.0, 0.5  # [rad, L2] of a tree by one step, and of one that was blocked before
+LOCAL, NEAR = 4, 1.0  # one of so many samples lies near a node, by at most so much along each joint [rad or m]
 RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run times have a heavy tail
-TRUSTED = 1  # paths from tree to tree that may fail their proof, before edges are proven when they are added
 BATCH = 64  # samples, or attempts to shorten, between two looks at the clock
 ROOM, ANSWERS = 256, 256  # nodes of a tree, and answers for one sample, at first
 
@@ -48,7 +48,8 @@ class FreeSpace:
     """What a way must avoid and keep.
 
     Attributes:
-        configurations: for configurations (N, n) the number of a pair that is hit, or -1, each.
+        configurations: for configurations (N, n) the number of a pair that is hit, or -1, each; cheaper than a proof
+            and asked first; None: there is no such look.
         segment: -1 if the straight segment is proven free, else the number of a pair that is hit.
         pairs: how many pairs there are; the number after the last one stands for the constraint.
         checks: returns what the kernel needs to answer itself; None: it asks the functions.
@@ -57,7 +58,7 @@ class FreeSpace:
         look: called now and then; an exception ends the search.
     """
 
-    configurations: FreeConfigurations
+    configurations: FreeConfigurations | None
     segment: FreeSegment
     pairs: int
     checks: Callable[[], KernelChecks | None] = lambda: None
@@ -105,8 +106,8 @@ def find_way(
     search.grown.nodes[:, 0] = ends
     search.grown.parents[:, 0] = -1
     search.state[places.COUNTS : places.COUNTS + 2] = 1
-    keys = [stream_key(int(key), "trees", spent) for spent in range(0, max(samples, 1), restart)]
-    found = search.run(low, high, np.array([*keys, key], np.uint64))
+    search.grown.columns[:, :, 0] = ends
+    found = search.run(low, high, key)
     if found is not None:
         return found
     hits = search.journal.hits
@@ -135,7 +136,7 @@ def shortened(
     grown.flags[0, : len(path)] = 1
     state[places.PATH] = state[places.SAFE] = len(path)
     state[places.PHASE] = places.SHORTEN
-    found = search.run(path[0], path[0], np.array([key], np.uint64))
+    found = search.run(path[0], path[0], key)
     assert found is not None
     return found
 
@@ -143,7 +144,17 @@ def shortened(
 def _effort(samples: int, restart: int, attempts: int, patience: int | None) -> Effort:
     enough = attempts + 1 if patience is None else patience
     return Effort(
-        BATCH, samples, restart, MAX_EXTENSION, CHECK_SPACING, MAX_CONSTRAINED_STEP, attempts, enough, TRUSTED
+        batch=BATCH,
+        samples=samples,
+        restart=restart,
+        extension=MAX_EXTENSION,
+        spacing=CHECK_SPACING,
+        step=MAX_CONSTRAINED_STEP,
+        attempts=attempts,
+        patience=enough,
+        least=LEAST_EXTENSION,
+        local=LOCAL,
+        near=NEAR,
     )
 
 
@@ -156,6 +167,7 @@ class _Search:
         self.state = np.zeros(places.STATE_PLACES, np.int64)
         self.state[places.PROJECTS] = space.kept is not None and space.projects
         self.state[places.CONSTRAINT] = space.pairs
+        self.state[places.LOOKS] = space.configurations is not None
         self.journal = Journal(
             self.state,
             np.zeros(space.pairs + 1, np.int64),
@@ -163,11 +175,9 @@ class _Search:
             np.zeros(ANSWERS, np.int64),
             np.zeros((2, size)),
             np.zeros((4, size)),
-            np.zeros((1, size)),
-            np.zeros(1, np.bool_),
         )
 
-    def run(self, low: Array, high: Array, keys: Any) -> Array | None:
+    def run(self, low: Array, high: Array, key: Key) -> Array | None:
         """The way points of the path that is found, or None."""
         while True:
             self.space.look()
@@ -175,10 +185,11 @@ class _Search:
             self.state[places.FREE_COUNTS] = checks is not None and checks.free_counts
             self.state[places.HIT_COUNTS] = checks is not None and checks.hit_counts
             arrays = _nothing() if checks is None else checks
-            space = Space(arrays.memory, *arrays.sweep, self.kept)
-            outcome = run(low, high, keys, self.effort, space, self.grown, self.journal)
+            space = Space(*(arrays.memory, *arrays.sweep, self.kept))
+            outcome: int = run(low, high, np.uint64(key), self.effort, space, self.grown, self.journal)
             if outcome == places.FOUND:
-                return self.grown.path[0, : self.state[places.PATH]].copy()
+                path: Array = self.grown.path[0, : self.state[places.PATH]].copy()
+                return path
             if outcome == places.BLOCKED:
                 return None
             if outcome == places.FULL:
@@ -189,15 +200,16 @@ class _Search:
     def _answer(self, checks: KernelChecks | None) -> None:
         """Writes the answer to the question in the journal."""
         place, (a, b) = self.state[places.ANSWERED], self.journal.question.copy()
-        source: Any = self.space if checks is None else checks
-        configurations = source.configurations if checks is None else source.configurations_hit
         if place == len(self.journal.answers):
             longer = np.concatenate([self.journal.answers, np.zeros(place, np.int64)])
             self.journal = self.journal._replace(answers=longer)
+        look = self.space.configurations if checks is None else checks.configurations_hit
+        proof = self.space.segment if checks is None else checks.segment_hit
         if self.state[places.KIND] == places.LOOK:
-            answer = _looked(a, b, configurations)
+            assert look is not None
+            answer = _looked(a, b, look)
         else:
-            answer = source.segment(a, b) if checks is None else source.segment_hit(a, b)
+            answer = proof(a, b)
         self.journal.answers[place] = answer
         self.state[places.ANSWERED] = place + 1
 
@@ -217,9 +229,9 @@ def _looked(a: Array, b: Array, configurations: FreeConfigurations) -> int:
 def _room(count: int, size: int) -> Grown:
     return Grown(
         np.zeros((2, count, size)),
+        np.zeros((2, size, count)),
+        np.zeros(count),
         np.zeros((2, count), np.int64),
-        np.zeros((2, count), np.int64),
-        np.zeros(count, np.int64),
         np.zeros((3, 2 * count, size)),
         np.zeros((2, 2 * count), np.int64),
         np.zeros(2 * count),
@@ -228,7 +240,7 @@ def _room(count: int, size: int) -> Grown:
 
 def _larger(grown: Grown) -> Grown:
     """The same with twice the room."""
-    larger = _room(2 * len(grown.moved), grown.nodes.shape[2])
+    larger = _room(2 * len(grown.away), grown.nodes.shape[2])
     for array, old in zip(larger, grown, strict=True):
         array[tuple(slice(0, length) for length in old.shape)] = old
     return larger
@@ -237,8 +249,14 @@ def _larger(grown: Grown) -> Grown:
 def _kept(rows: KeptRows | None) -> Kept:
     """The constraint for kernels; without one no rows."""
     if rows is None:
-        rows = KeptRows.of(_still(), np.empty((0, columns.WIDTH)), [True], 0.0)
-    return Kept(rows.tolerances, rows.tree, rows.active, rows.wanted, rows.rule)
+        return _free()
+    return Kept(rows.rows, rows.tolerances, rows.tree, rows.pieces, rows.pull, rows.iterations, rows.policy)
+
+
+@cache
+def _free() -> Kept:
+    """No constraint: no rows."""
+    return _kept(KeptRows.of(_still(), np.empty((0, columns.WIDTH)), [True], 0.0))
 
 
 @cache

@@ -11,6 +11,7 @@ TESTS = Path(__file__).parent
 #: Pages that need more than steps in an empty folder, and the test that does what they say.
 OWN = {
     "how-to/deploy.md": "test_deploy_page.py",
+    "how-to/execute.md": "test_execute_page.py",
     "how-to/explain.md": "test_explain_page.py",
     "how-to/exploration.md": "test_exploration_page.py",
     "reference/tasks.md": "test_tasks_page.py",

@@ -125,7 +125,7 @@ def test_the_proof_runs_as_plain_python_with_the_same_answer():
     run = kernels.first_row_not_kept
     slack = np.full(1, 1e-3)
     for end in seeds(READY - 0.2, READY + 0.2, stream_key("plain"), 0, 6):
-        arguments = UPRIGHT, slack, READY, end, TREE
+        arguments = UPRIGHT, slack, READY, end, TREE, kernels.pieces_of(1, len(TREE.parent), TREE.size)
         assert run(*arguments) == run.py_func(*arguments)
     for kernel in (kernels.curvature,):
         arguments = UPRIGHT[0], TREE, READY, READY + 0.3

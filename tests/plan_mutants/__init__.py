@@ -5,17 +5,19 @@ from itertools import count
 
 import numpy as np
 
-from tests.plan_mutants import actions, records, scenes, statements, strokes  # noqa: F401 (they register their kinds)
-from tests.plan_mutants.core import MUTATIONS, Case, Mutant
+from tests.plan_mutants import actions, records, scenes, statements, strokes, trajectories  # noqa: F401 (register kinds)
+from tests.plan_mutants.core import MUTATIONS, Case, Mutant, Mutation
 
-__all__ = ["MUTATIONS", "Case", "Mutant", "mutants"]
+__all__ = ["MUTATIONS", "Case", "Mutant", "Mutation", "mutants"]
 
 
-def mutants(cases: Sequence[Case], total: int, seed: int) -> Iterator[Mutant]:
+def mutants(
+    cases: Sequence[Case], total: int, seed: int, kinds: Sequence[Mutation] | None = None
+) -> Iterator[Mutant]:
     """So many mutants of all kinds in turn, each of a case that is drawn; equal seeds give equal ones."""
-    made, barren = 0, 0
+    made, barren, chosen = 0, 0, tuple(MUTATIONS.values()) if kinds is None else kinds
     for number in count():
-        for which, mutate in enumerate(MUTATIONS.values()):
+        for which, mutate in enumerate(chosen):
             if made == total:
                 return
             rng = np.random.default_rng((seed, number, which))
@@ -25,4 +27,4 @@ def mutants(cases: Sequence[Case], total: int, seed: int) -> Iterator[Mutant]:
                 made += 1
                 yield found
             barren = 0 if found is not None else barren + 1
-            assert barren < 10 * len(MUTATIONS), "no mutation fits any case"
+            assert barren < 10 * len(chosen), "no mutation fits any case"

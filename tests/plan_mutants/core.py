@@ -85,10 +85,33 @@ def mutation(
         )
         if plan.certificate is case.plan.certificate:
             plan = replace(plan, certificate=None)  # which would be wrong for another reason, too
+        if _stale(plan, case.plan):
+            plan = without_trajectories(plan)  # which would be wrong for another reason, too
         return Mutant(kind, problem, plan)
 
     MUTATIONS[kind] = mutate
     return mutate
+
+
+def _stale(plan: Plan, original: Plan) -> bool:
+    """Whether a segment was changed whose trajectory was not."""
+    known = {id(s.trajectory) for node in original.nodes.values() for s in node.motion}
+    for segment in (s for node in plan.nodes.values() for s in node.motion if s.trajectory is not None):
+        own = segment.trajectory
+        elsewhere = own.waypoints != segment.waypoints or own.joints != segment.joints
+        later = (own.times[0], own.times[-1]) != (segment.times[0], segment.times[-1])
+        if elsewhere or later and id(own) in known:
+            return True
+    return False
+
+
+def without_trajectories(plan: Plan) -> Plan:
+    """The plan as the old format has it: its way points at their times alone."""
+    nodes = {
+        name: replace(node, motion=tuple(replace(s, trajectory=None) for s in node.motion))
+        for name, node in plan.nodes.items()
+    }
+    return replace(plan, nodes=nodes)
 
 
 def pick(rng: np.random.Generator, things: Sequence):

@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kabo.ways import FreeSpace
+
 
 @dataclass
 class Discs:
@@ -27,6 +29,11 @@ class Discs:
         away = np.linalg.norm(Q[:, None] - self.centres, axis=2)
         return np.array([first(row <= self.radii) for row in away], np.int64)
 
+    def space(self, looks=True, **more):
+        """The discs as a search takes them."""
+        configurations = self.free_configurations if looks else None
+        return FreeSpace(configurations, self.free_segment, len(self.radii), **more)
+
     def clearance(self, path):
         """The least distance of densely sampled points of a path from any disc."""
         points = np.concatenate([np.linspace(a, b, 200) for a, b in zip(path, path[1:], strict=False)])
@@ -37,6 +44,11 @@ def first(hits):
     """The number of the first that is hit, or -1."""
     found = np.flatnonzero(hits)
     return int(found[0]) if len(found) else -1
+
+
+def length(path):
+    """The length of a path."""
+    return np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
 
 
 def wall(gap=None, count=101, radius=0.04):

@@ -22,6 +22,7 @@ ENDINGS: dict[str, tuple[str, ...]] = {
     "plan": ("json",),
     "problem": PROBLEM,
     "report": ("json",),
+    "known": ("json",),
     "model": ("jsonl",),
     "first": ("json",),
     "second": ("json",),

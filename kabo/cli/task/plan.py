@@ -46,6 +46,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers", type=natural, metavar="N", help="processes; solutions do not depend on their number"
     )
+    parser.add_argument(
+        "--from",
+        dest="known",
+        type=Path,
+        metavar="REPORT",
+        help="try the solutions of a report first, proven anew in this scene",
+    )
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
     parser.set_defaults(needs_kernels=lambda options: options.scene is not None)
@@ -66,11 +73,14 @@ def run(options: argparse.Namespace) -> int:
                 options.seed,
                 max(1, options.repeat),
                 options.workers or None,
+                rooms.known_solutions(options.known),
                 StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
                 options.surrounding.preparing,
             )
             with blamed(options.stages):
                 runs = rooms.plan_file(file, arguments, scene, settings)
+        for why in (each for one in runs for each in one.left_out):
+            tell(f"{options.known}, {why}")
         given = None if options.scene is None else str(options.scene)
         made = rooms.report(runs, file=str(options.file), arguments=arguments, scene=scene, scene_file=given)
         if options.output is not None:

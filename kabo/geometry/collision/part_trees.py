@@ -55,11 +55,8 @@ def require_fine(enclosure: Enclosure, geometry: float) -> None:
     """
     if enclosure.finer is not None:
         return
-    coarse = [
-        enclosure.deviation_of(part)
-        for part in range(len(enclosure.parts))
-        if not is_final(enclosure, part, geometry) and not enclosure.children_of(part)
-    ]
+    open_ones = (enclosure.every_deviation > geometry) & (enclosure.every_child[:, 1] == 0)
+    coarse = enclosure.every_deviation[open_ones].tolist()
     if coarse or (not enclosure.children and not enclosure.deviation <= geometry):
         deviation = max(coarse, default=enclosure.deviation)
         raise ValueError(f"an enclosure deviates by {deviation:g} m, the budget allows {geometry:g} m")
@@ -72,16 +69,13 @@ def deviation_within(enclosure: Enclosure, geometry: float) -> float:
 
 def is_flat(enclosure: Enclosure, geometry: float) -> bool:
     """Whether the roots alone decide every question."""
-    return all(is_final(enclosure, part, geometry) for part in enclosure.root_parts)
+    return enclosure.deviation_of_roots <= geometry
 
 
 def children_within(enclosure: Enclosure, geometry: float) -> Integers:
     """The first child and the number of children (B, 2) of every part; of those near enough none, OPEN if not known."""
-    found = np.zeros((len(enclosure.parts), 2), np.int64)
-    for part in range(len(enclosure.parts)):
-        if not is_final(enclosure, part, geometry):
-            own = enclosure.children_of(part)
-            found[part] = (own.start, len(own)) if own else (0, OPEN)
+    found = np.where(enclosure.every_child[:, 1:] > 0, enclosure.every_child, (0, OPEN))
+    found[enclosure.every_deviation <= geometry] = 0
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server.foresight.measures import Measure, millimetres
-from kabo.geometry_server.foresight.widths import Excess, corners, excess_about, excess_at_any
+from kabo.geometry_server.foresight.widths import Excess, corners, excess_about, excess_at_any, fits_about
 from kabo.geometry_server.frames import WORLD_FEATURES
 from kabo.language.scene_description import Constraint, Feature, FeatureName, PlacementFamily
 from kabo.scene import Body, Region, Scene
@@ -108,7 +108,10 @@ class _Placing:
         directions, rooms, labels = self._opposite_faces()
         if not len(rooms):
             return
-        excess = self._least_excess(corners(self.body.mesh.vertices), directions, rooms)
+        points = self.body.mesh.vertices
+        if any(fits_about(points, own, world, directions, rooms) for own, world in self._aligned_axes()):
+            return
+        excess = self._least_excess(corners(points), directions, rooms)
         if excess.proven and excess.metres > NEGLIGIBLE:
             said = (
                 f"{self.body.name} is at least {millimetres(excess.width)} wide along {labels[excess.direction]} of "

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kabo.arrays import Array
 
 TURNS = 1440  # rotations about an axis that are tried: every quarter of a degree
-FEW = 48  # of them, each of so many, are tried first
+FEW = 32  # rotations that are tried first, for one at which the body fits
 REFINEMENTS, CAP = 8, 200  # searches near the best direction, and directions in each
 DIRECTIONS = 20_000  # directions that are tried where every rotation is permitted
 
@@ -58,17 +58,21 @@ def excess_about(points: Array, axis: Array, upright: Array, directions: Array, 
         rooms: the room (D,) along each of them [m].
     """
     standing = points @ turn_onto(axis, upright).T
-    for stride in (FEW, 1):
-        found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(0, TURNS, stride) / TURNS)
-        beyond = found - rooms
-        best = int(beyond.max(axis=1).argmin())
-        worst = int(beyond[best].argmax())
-        if beyond[best, worst] <= 0.0:  # it fits there, so nothing is proven whatever other rotations say
-            break
+    found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(TURNS) / TURNS)
+    beyond = found - rooms
+    best = int(beyond.max(axis=1).argmin())
+    worst = int(beyond[best].argmax())
     # A point at a distance r from the axis moves by at most r times the angle, and a width has two ends.
     radius = float(np.linalg.norm(np.cross(standing - _middle(standing), upright), axis=1).max())
     slack = 2.0 * radius * np.pi / TURNS
     return Excess(float(found[best, worst]), float(rooms[worst]), worst, bool(beyond[best, worst] > slack))
+
+
+def fits_about(points: Array, axis: Array, upright: Array, directions: Array, rooms: Array) -> bool:
+    """Whether such a body fits at one of a few turns: then `excess_about` proves nothing."""
+    standing = points @ turn_onto(axis, upright).T
+    found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(FEW) / FEW)
+    return bool((found <= rooms).all(axis=1).any())
 
 
 def excess_at_any(points: Array, rooms: Array) -> Excess:

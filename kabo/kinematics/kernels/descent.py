@@ -151,7 +151,7 @@ def bring_within_limits(q, seed, lower, upper, free, turning, policy):
     return inside, count
 
 
-@kernel  # (n,) f8 x 2, (n,) bool x 2, Target, KinematicTree, Work, i8, i8 -> i8; writes q, free
+@lean_kernel  # (n,) f8 x 2, (n,) bool x 2, Target, KinematicTree, Work, i8, i8 -> i8; writes q, free
 def descend(q, seed, free, turning, target, tree, work, iterations, policy):
     """Moves q until every row holds within its own tolerance and q is within its limits; returns the outcome.
 

@@ -6,9 +6,12 @@ sweeps [docs/decisions/001-kernels.md]: along the chain from the second's frame 
 q_i and q_j, i before j, is at most r_j (the distance of the point from axis j) if i turns, 0 if i slides.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.arrays import Array
+from kabo.compilation import kernel, lean_kernel
 from kabo.kinematics.kernels.rows import ALIGNED, DIRECTION, FIRST, KIND, SECOND, holds_between, relative
 from kabo.scene.kernels.poses import forward_kinematics
 
@@ -16,7 +19,17 @@ MAX_DEPTH = 24  # halvings of the segment: rows undecided on pieces of 2^-24 cou
 MAX_PIECES = 20000  # and so do rows that need more pieces
 
 
-@kernel  # (J,) i8, i8, i8 -> i8
+class Pieces(NamedTuple):
+    """The scratch arrays of `first_row_not_kept`."""
+
+    world_T: Array  # (J, 12)  # noqa: N815
+    q: Array  # (n,)
+    bound: Array  # (R,)
+    ends: Array  # (MAX_DEPTH + 2,)
+    vectors: Array  # (MAX_DEPTH + 2, R, 3)
+
+
+@lean_kernel  # (J,) i8, i8, i8 -> i8
 def common_ancestor(parent, a, b):
     """The nearest common ancestor of joints a and b; parents have lower indices than their children."""
     while a != b:
@@ -27,7 +40,7 @@ def common_ancestor(parent, a, b):
     return a
 
 
-@kernel  # i8, KinematicTree, (n,) f8 x 2 -> f8, f8
+@lean_kernel  # i8, KinematicTree, (n,) f8 x 2 -> f8, f8
 def change_and_reach(j, tree, q0, q1):
     """The total motion of joint j on the segment, and the greatest distance of its origin from its parent's origin [m]."""
     source, ratio, shift, placement = tree.source, tree.ratio, tree.shift, tree.placement
@@ -39,7 +52,7 @@ def change_and_reach(j, tree, q0, q1):
     return abs(end - start), reach
 
 
-@kernel  # (W,) f8, KinematicTree, (n,) f8 x 2 -> f8
+@lean_kernel  # (W,) f8, KinematicTree, (n,) f8 x 2 -> f8
 def curvature(row, tree, q0, q1):
     """The bound c of |y''| over the whole segment, where y is a point [m], or a direction for kinds from DIRECTION on."""
     parent, kind = tree.parent, tree.kind
@@ -84,7 +97,7 @@ def curvature(row, tree, q0, q1):
     return total
 
 
-@kernel  # (n,) f8 x 2, f8, (R, W) f8, KinematicTree, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
+@lean_kernel  # (n,) f8 x 2, f8, (R, W) f8, KinematicTree, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
 def look(q0, q1, share, rows, tree, q, world_T, vectors):
     """Writes the vector that `relative` computes for every row, at the fraction `share` of the segment."""
     for j in range(q.shape[0]):
@@ -94,16 +107,24 @@ def look(q0, q1, share, rows, tree, q, world_T, vectors):
         relative(rows[i], world_T, vectors[i])
 
 
-@kernel  # (R, W) f8, (R,) f8, (n,) f8 x 2, KinematicTree -> i8
-def first_row_not_kept(rows, tolerances, q0, q1, tree):
+@kernel  # i8, i8, i8 -> Pieces
+def pieces_of(rows, joints, size):
+    """Allocates the scratch arrays of `first_row_not_kept` for the given numbers of rows, joints and values of q."""
+    world_T = np.zeros((joints, 12))
+    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
+    vectors = np.empty((MAX_DEPTH + 2, rows, 3))
+    return Pieces(world_T, np.empty(size), np.empty(rows), np.zeros(MAX_DEPTH + 2), vectors)
+
+
+@lean_kernel  # (R, W) f8, (R,) f8, (n,) f8 x 2, KinematicTree, Pieces -> i8
+def first_row_not_kept(rows, tolerances, q0, q1, tree, pieces):
     """-1 if all rows are proven to hold within tolerance along the segment, else the index of an unproven row."""
     count = rows.shape[0]
-    world_T, q, bound = np.zeros((tree.parent.shape[0], 12)), q0.copy(), np.empty(count)
-    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
+    world_T, q, bound, ends, vectors = pieces
     for i in range(count):
         bound[i] = curvature(rows[i], tree, q0, q1) / 8.0
     # vectors[0] belongs to the left end of what is left to prove, above it lie right ends, the nearest on top.
-    ends, vectors = np.zeros(MAX_DEPTH + 2), np.empty((MAX_DEPTH + 2, count, 3))
+    ends[0] = 0.0
     look(q0, q1, 0.0, rows, tree, q, world_T, vectors[0])
     look(q0, q1, 1.0, rows, tree, q, world_T, vectors[1])
     ends[1], top, doubtful = 1.0, 1, -1

@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.arrays import Array
 from kabo.compilation import kernel, lean_kernel
-from kabo.kinematics.kernels.descent import ARRIVED, FREEZES, LOST, RETURNS, WRAPS, Target, descend, scratch
+from kabo.kinematics.kernels.descent import ARRIVED, FREEZES, LOST, RETURNS, WRAPS, Target, Work, descend, scratch
 from kabo.kinematics.kernels.rows import FIRST, LOWER, SECOND, UPPER, differentiate, evaluate, find_signs
 from kabo.kinematics.kernels.streams import stratified, uniform
 from kabo.scene.kernels.poses import forward_kinematics
@@ -141,7 +142,7 @@ def draw_again(key, index, attempt, lower, upper, active, q):
             q[j] = low + uniform(key, index, attempt * q.shape[0] + j) * (high - low)
 
 
-@kernel  # (n,) f8, (n,) bool -> writes (n,) f8, (n,) bool
+@lean_kernel  # (n,) f8, (n,) bool -> writes (n,) f8, (n,) bool
 def keep(q, active, kept, free):
     """Copies values and a mask in a loop, since numba takes seconds to compile assigned slices."""
     for j in range(q.shape[0]):
@@ -187,6 +188,41 @@ def project_seeds(Q, succeeded, wanted, tree, active, rule):
         if reached != ARRIVED and spared == ARRIVED:
             keep(spare, active, q, free)
         succeeded[i] = reached == ARRIVED or spared == ARRIVED
+
+
+class Pull(NamedTuple):
+    """What one projection without aims needs, made once: the rows, the joints they depend on, and scratch arrays."""
+
+    target: Target
+    tree: KinematicTree
+    active: NDArray[np.bool_]
+    turning: NDArray[np.bool_]
+    work: Work
+    seed: Array  # (n,)
+    free: NDArray[np.bool_]  # (n,)
+
+
+@kernel  # (R, W) f8, f8, KinematicTree with the limits to keep, (n,) bool -> Pull
+def pull_of(rows, inset, tree, active):
+    """Allocates what `pulled` needs."""
+    size = active.shape[0]
+    turning = find_turning(size, tree.kind, tree.source, tree.ratio)
+    given, less = restricted(rows, tree)
+    signs = np.zeros((given.shape[0], less.parent.shape[0]))
+    find_signs(given, less.parent, less.ratio, signs)
+    work = scratch(given.shape[0], less.parent.shape[0], size)
+    target = Target(given.copy(), np.empty(given.shape[0]), np.empty(given.shape[0]), signs)
+    set_bounds(given, given.shape[0], np.full(given.shape[0], np.nan), inset, target)
+    return Pull(target, less, active, turning, work, np.empty(size), active.copy())
+
+
+@lean_kernel  # (n,) f8, Pull, i8, i8 -> bool; writes q
+def pulled(q, pull, iterations, policy):
+    """Projects q onto the rows as `project_seeds` does without aims; returns whether it succeeded."""
+    for j in range(q.shape[0]):
+        pull.seed[j], pull.free[j] = q[j], pull.active[j]
+    reached = descend(q, pull.seed, pull.free, pull.turning, pull.target, pull.tree, pull.work, iterations, policy)
+    return reached == ARRIVED
 
 
 @kernel  # (n,) f8, (R, W) f8, KinematicTree -> (R,) f8

@@ -10,7 +10,7 @@ Seen from one of the frames a row is a function of one vector y; `holds_between`
 
 import numpy as np
 
-from kabo.compilation import kernel, lean_kernel
+from kabo.compilation import lean_kernel
 
 # Columns. For ALIGNED the origin of the first holds its direction, and its direction a normal to that; for AZIMUTH
 # the origin of the second holds the direction of angle zero.
@@ -178,7 +178,7 @@ def find_signs(rows, parent, ratio, signs):
             j = parent[j]
 
 
-@kernel  # (W,) f8, (J, 12) f8, (3,) f8 -> writes y
+@lean_kernel  # (W,) f8, (J, 12) f8, (3,) f8 -> writes y
 def relative(row, world_T, y):
     """Writes the vector that the row's value depends on, in the second frame (for ALIGNED, in the first frame)."""
     a, b = int(row[FIRST]), int(row[SECOND])
@@ -198,13 +198,13 @@ def relative(row, world_T, y):
             y[k] -= row[9 + k]
 
 
-@kernel  # (3,) f8 x 2, f8 x 3 -> f8, f8
+@lean_kernel  # (3,) f8 x 2, f8 x 3 -> f8, f8
 def along(y0, y1, u0, u1, u2):
     """The components of the vectors y0 and y1 along the direction (u0, u1, u2)."""
     return y0[0] * u0 + y0[1] * u1 + y0[2] * u2, y1[0] * u0 + y1[1] * u1 + y1[2] * u2
 
 
-@kernel  # (3,) f8 x 2, f8, f8, (W,) f8 -> f8, f8
+@lean_kernel  # (3,) f8 x 2, f8, f8, (W,) f8 -> f8, f8
 def norm_range(y0, y1, s0, s1, row):
     """The least and the greatest norm on the chord y0 y1, without the components s0, s1 along the second direction."""
     square0, square1, mixed = 0.0, 0.0, 0.0
@@ -221,7 +221,7 @@ def norm_range(y0, y1, s0, s1, row):
     return np.sqrt(max(least, 0.0)), np.sqrt(max(square0, square1))
 
 
-@kernel  # (W,) f8, (3,) f8 x 2, f8, f8 -> bool
+@lean_kernel  # (W,) f8, (3,) f8 x 2, f8, f8 -> bool
 def holds_between(row, y0, y1, deviation, tolerance):
     """Whether the row is proven to hold, within `tolerance`, for every y within `deviation` of the chord y0 y1."""
     kind, low, high = int(row[KIND]), row[LOWER] - tolerance, row[UPPER] + tolerance

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 
 
-@kernel  # u8 -> u8
+@lean_kernel  # u8 -> u8
 def mixed(word):
     """The finaliser of splitmix64 [Steele, Lea, Flood 2014]: every bit of `word` reaches every bit of it."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -13,7 +13,7 @@ def mixed(word):
     return word ^ (word >> np.uint64(31))
 
 
-@kernel  # u8, i8, i8 -> f8 in [0, 1)
+@lean_kernel  # u8, i8, i8 -> f8 in [0, 1)
 def uniform(key, index, dimension):
     """A number that depends on its three arguments only, uniform in [0, 1), a multiple of 2^-53."""
     golden = np.uint64(0x9E3779B97F4A7C15)
@@ -22,7 +22,7 @@ def uniform(key, index, dimension):
     return np.float64(word >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
-@kernel  # i8, i8 -> f8
+@lean_kernel  # i8, i8 -> f8
 def step_of(dimension, dimensions):
     """By how much `stratified` moves along one of so many dimensions from one index to the next."""
     root = 1.5
@@ -31,7 +31,7 @@ def step_of(dimension, dimensions):
     return 1.0 / root ** (dimension + 1.0)
 
 
-@kernel  # u8, i8, i8, i8 -> f8 in [0, 1)
+@lean_kernel  # u8, i8, i8, i8 -> f8 in [0, 1)
 def stratified(key, index, dimension, dimensions):
     """A number in [0, 1) as from `uniform`, except that consecutive indices fill [0, 1)^dimensions evenly.
 
@@ -42,7 +42,7 @@ def stratified(key, index, dimension, dimensions):
     return place - np.floor(place)
 
 
-@kernel  # u8, i8, (N, n) f8, (n,) f8, (n,) f8 -> writes seeds
+@lean_kernel  # u8, i8, (N, n) f8, (n,) f8, (n,) f8 -> writes seeds
 def draw(key, first, seeds, lower, upper):
     """Writes samples `first`, `first` + 1 … of the stream, uniform between the bounds."""
     for i in range(seeds.shape[0]):

@@ -80,9 +80,19 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
             return None
         self.digests[path] = source.digest
         task = read_task_text(source, self._findings)
-        for word in () if task is None else models_named(task):
-            self._note_model(word, beside(os.path.dirname(path), word.text))
+        if task is not None:
+            self._note_files(task, path)
         return task
+
+    def _note_files(self, task: TaskDescription, path: str) -> None:
+        """Records the files that a task names: models, and tasks beside it that it includes."""
+        folder = os.path.dirname(path)
+        for word in models_named(task):
+            self._note_model(word, beside(folder, word.text))
+        for stage in task.root.walk():
+            included = None if stage.type is None else included_task_path(stage.type, folder)
+            if included is not None and included.parent != TASK_LIBRARY and str(included) not in self.digests:
+                self._task(str(included))
 
     def _note_model(self, word: Word, path: str) -> None:
         """Records a model that a task names, as a file that solving reads."""
@@ -91,6 +101,23 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
         except UnreadableError as error:
             hint = error.hint or self._findings.near_file(Path(path), self._within)
             self._findings.add(word.place, f'"{word.text}": {error.message}', hint)
+
+
+def included_task_path(name: str, folder: str | Path) -> Path | None:
+    """The file of the task that may stand for a stage in a task file of a folder; None if there is none of that name.
+
+    It lies beside that file, in the folder `tasks` there, or in the library.
+    """
+    if NAME.fullmatch(name) is None:
+        return None
+    places = (Path(folder), Path(folder) / TASK_FOLDER, TASK_LIBRARY)
+    found = (place / f"{name}.yaml" for place in places)
+    return next((each for each in found if os.path.isfile(each)), None)  # noqa: PTH113 - False for a name too long
+
+
+def included_task_names(folder: str | Path) -> list[str]:
+    """The names of tasks that may stand for a stage in a task file of a folder: those of the library, and beside it."""
+    return sorted({*_names(Path(folder) / TASK_FOLDER), *_names(folder), *library_names()})
 
 
 def _names(folder: str | Path | None) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.compilation import kernel
 
-DECREASE = 0.15  # of the weight of the barrier, when a minimum is near
+DECREASE = 0.02  # of the weight of the barrier, when a minimum is near
 PATIENCE = 12  # Newton steps at one weight, at most
 TINY = 1e-280
 
@@ -51,11 +51,17 @@ def merit(rows, x, g, w, weight):
         if i == last:
             break
         middle = x[i] + 0.5 * h[i] * g[i] + 0.125 * h[i] * h[i] * w[i]
-        if not middle > 0.0:
+        slack = 1.0 - middle / rows.middle_cap[i]
+        if not middle > 0.0 or not slack > 0.0:
             return np.inf
-        before = h[i] / 6.0 / np.sqrt(x[i])
-        after = h[i] / 6.0 / np.sqrt(max(x[i + 1], TINY))
-        time += before + after + 4.0 * h[i] / 6.0 / np.sqrt(middle)
+        product *= slack
+        quarter = x[i] + 0.25 * h[i] * g[i] + 0.03125 * h[i] * h[i] * w[i]
+        later = x[i] + 0.75 * h[i] * g[i] + 0.28125 * h[i] * h[i] * w[i]
+        if not quarter > 0.0 or not later > 0.0:
+            return np.inf
+        ends = 1.0 / np.sqrt(x[i]) + 1.0 / np.sqrt(max(x[i + 1], TINY))
+        inner = 32.0 / np.sqrt(quarter) + 12.0 / np.sqrt(middle) + 32.0 / np.sqrt(later)
+        time += h[i] * (7.0 * ends + inner) / 90.0
         for r in range(rows.cell_start[i], rows.cell_start[i + 1]):
             for e in range(2):
                 row = rows.cell_rows[r, e]
@@ -64,13 +70,19 @@ def merit(rows, x, g, w, weight):
                 if not slack > 0.0:
                     return np.inf
                 product *= slack
+            row = rows.cell_rows[r, 2]
+            c = row[0] * x[i] + row[1] * g[i] + row[2] * w[i]
+            slack = 1.0 - c * c
+            if not slack > 0.0:
+                return np.inf
+            product *= slack
             if product < 1e-100:
                 logs, product = logs - np.log(max(product, TINY)), 1.0
     return time / weight + logs - np.log(max(product, TINY))
 
 
-@kernel  # (3,) f8, (6,) f8, f8 x 6 -> none
-def add_square(q, m, a, b, c, first, second, scale):
+@kernel  # (3,) f8, (6,) f8, f8 x 5 -> none
+def add_square(q, m, a, b, c, first, second):
     """Adds `first` (a, b, c) to a gradient, and `second` times its outer product to a Hessian xx xg gg xw gw ww."""
     q[0] += first * a
     q[1] += first * b
@@ -103,7 +115,7 @@ def derivatives(rows, x, g, w, weight, q, m):
             a, b = rows.node_rows[r, 0], rows.node_rows[r, 1]
             c = a * x[i] + b * g[i]
             s = 1.0 - c * c
-            add_square(q[i], m[i], a, b, 0.0, 2.0 * c / s, (2.0 + 4.0 * c * c / s) / s, 1.0)
+            add_square(q[i], m[i], a, b, 0.0, 2.0 * c / s, (2.0 + 4.0 * c * c / s) / s)
         if len(rows.held) > 1:
             total, a, b = 0.0, 0.0, 0.0
             for k in range(3):
@@ -112,23 +124,29 @@ def derivatives(rows, x, g, w, weight, q, m):
                 a += v * rows.held[i, 1, k]
                 b += v * rows.held[i, 0, k]
             s = 1.0 - total
-            add_square(q[i], m[i], a, b, 0.0, 2.0 / s, 4.0 / (s * s), 1.0)
+            add_square(q[i], m[i], a, b, 0.0, 2.0 / s, 4.0 / (s * s))
             for k in range(3):
-                add_square(q[i], m[i], rows.held[i, 1, k], rows.held[i, 0, k], 0.0, 0.0, 2.0 / s, 1.0)
+                add_square(q[i], m[i], rows.held[i, 1, k], rows.held[i, 0, k], 0.0, 0.0, 2.0 / s)
         if i == last:
             break
         hi = h[i]
-        # The time of a cell by Simpson's rule: at its left end, in the middle and at its right end.
-        for place in range(3):
-            t = 0.5 * place * hi
+        # The time of a cell by Boole's rule.
+        for place in range(5):
+            t = 0.25 * place * hi
             value = x[i] + t * g[i] + 0.5 * t * t * w[i]
-            size = (4.0 if place == 1 else 1.0) * hi / 6.0 / weight
+            size = (12.0 if place == 2 else 32.0 if place % 2 == 1 else 7.0) * hi / 90.0 / weight
             root = np.sqrt(value)
-            add_square(
-                q[i], m[i], 1.0, t, 0.5 * t * t,
-                -0.5 * size / (value * root), 0.75 * size / (value * value * root), 1.0,
-            )  # fmt: skip
+            first, second = -0.5 * size / (value * root), 0.75 * size / (value * value * root)
+            if place == 2:
+                s = rows.middle_cap[i] - value
+                first, second = first + 1.0 / s, second + 1.0 / (s * s)
+            add_square(q[i], m[i], 1.0, t, 0.5 * t * t, first, second)
         for r in range(rows.cell_start[i], rows.cell_start[i + 1]):
+            row = rows.cell_rows[r, 2]
+            if row[1] != 0.0 or row[0] != 0.0:
+                c = row[0] * x[i] + row[1] * g[i] + row[2] * w[i]
+                s = 1.0 - c * c
+                add_square(q[i], m[i], row[0], row[1], row[2], 2.0 * c / s, (2.0 + 4.0 * c * c / s) / s)
             for e in range(2):
                 row = rows.cell_rows[r, e]
                 value = x[i + e]
@@ -140,9 +158,9 @@ def derivatives(rows, x, g, w, weight, q, m):
                 ea, eb, ec = 1.0, t, 0.5 * t * t
                 k = 2.0 * value * c
                 ga, gb, gc = k * ca + c * c * ea, k * cb + c * c * eb, k * cc + c * c * ec
-                add_square(q[i], m[i], ga, gb, gc, 1.0 / s, 1.0 / (s * s), 1.0)
+                add_square(q[i], m[i], ga, gb, gc, 1.0 / s, 1.0 / (s * s))
                 k = c / value
-                add_square(q[i], m[i], ca + k * ea, cb + k * eb, cc + k * ec, 0.0, 2.0 * value / s, 1.0)
+                add_square(q[i], m[i], ca + k * ea, cb + k * eb, cc + k * ec, 0.0, 2.0 * value / s)
 
 
 @kernel  # (N,) f8, (N, 3) f8, (N, 6) f8, (N, 4) f8, (N + 1,) f8 x 2, (N,) f8 -> f8

@@ -6,6 +6,7 @@ from kabo.compilation import kernel
 
 REST = 0.25 * 6.0 ** (4.0 / 3.0)  # from rest with constant jerk J, the square of the speed is REST J^(2/3) s^(4/3)
 HUGE = 1e18
+LEAST = 6  # cells of a blend
 
 
 @kernel  # (n, 6) f8, f8, i8, (n,) f8 -> none
@@ -69,11 +70,11 @@ def sampled_speeds(pieces, borders, limits, count, least):
     return places, squares, owners
 
 
-@kernel  # (m,) f8 x 2, (m,) i8, (k,) b1, f8, i8 -> (N + 1,) f8, (N,) i8
-def grid_of(places, squares, owners, curved, step, most):
+@kernel  # (m,) f8 x 2, (k,) b1, f8, i8 -> (N + 1,) f8, (N,) i8
+def grid_of(places, squares, curved, step, most):
     """A grid from the first to the last place, and the piece of each cell: cells take about `step` [s] at these speeds.
 
-    The first and the last piece, where jerk is constant, are one cell. A blend has four cells or more, a straight piece
+    The first and the last piece, where jerk is constant, are one cell. A blend has `LEAST` cells or more, a straight piece
     two or more.
     """
     m, k = len(places), len(curved)
@@ -88,7 +89,7 @@ def grid_of(places, squares, owners, curved, step, most):
     total = 0
     for p in range(k):
         own = int(np.ceil((times[(p + 1) * count] - times[p * count]) / step))
-        least = 4 if curved[p] else 2
+        least = LEAST if curved[p] else 2
         if k == 3:
             least = 12
         cells[p] = 1 if p == 0 or p == k - 1 else max(own, least)

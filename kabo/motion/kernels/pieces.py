@@ -8,7 +8,7 @@ from kabo.motion.kernels.grids import slope
 # Nodes and weights of Gauss and Legendre's rule of eight points on [-1, 1], for the time that a cell takes.
 GAUSS = (0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363)
 WEIGHTS = (0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763)
-SAMPLES = 8  # on a piece, where its limits are compared before it replaces others
+SAMPLES = 4  # on a piece, where its limits are compared before it replaces others
 
 
 @kernel  # f8 x 7, (6,) f8 -> none
@@ -42,11 +42,11 @@ def in_time(grid, x, g, w):
         elif i == cells - 1:
             span = 3.0 * h / np.sqrt(x[i])
         else:
-            span = 0.0
+            span, least = 0.0, 1e-4 * max(x[i], x[i + 1])
             for k in range(4):
                 for side in (-1.0, 1.0):
                     s = 0.5 * h * (1.0 + side * GAUSS[k])
-                    span += 0.5 * h * WEIGHTS[k] / np.sqrt(x[i] + s * g[i] + 0.5 * s * s * w[i])
+                    span += 0.5 * h * WEIGHTS[k] / np.sqrt(max(x[i] + s * g[i] + 0.5 * s * s * w[i], least))
         times[i + 1] = times[i] + span
         ends = 0.0 if i == 0 else x[i], 0.0 if i == cells - 1 else x[i + 1]
         gains = 0.0 if i == 0 else g[i], 0.0 if i == cells - 1 else g[i + 1]
@@ -138,11 +138,65 @@ def states_at(knots, times, law, owner, pieces, borders, factor):
     return states
 
 
-@kernel  # (m,) i8, (m, 3, n) f8, i8, i8, (3, n) f8, f8, (n, 6) f8 -> b1
-def fits(knots, states, low, high, limits, tolerance, out):
+@kernel  # (4, 5) f8, i8, i8, i8 -> none
+def halve(controls, source, target, degree):
+    """Replaces Bernstein coefficients by those of the first half, and writes those of the second [de Casteljau]."""
+    for k in range(degree + 1):
+        controls[target, k] = controls[source, k]
+    for level in range(1, degree + 1):
+        for k in range(degree, level - 1, -1):
+            controls[source, k] = 0.5 * (controls[source, k] + controls[source, k - 1])
+    # Row `source` now has the first half; the second one comes from the other side.
+    for level in range(1, degree + 1):
+        for k in range(degree + 1 - level):
+            controls[target, k] = 0.5 * (controls[target, k] + controls[target, k + 1])
+
+
+@kernel  # (n, 6) f8, f8, (3, n) f8, (4, 5) f8, (3,) f8 -> none
+def piece_shares(piece, span, limits, controls, found):
+    """Raises the shares of the limits in `found` to what a piece reaches, by Bernstein coefficients on its quarters."""
+    for j in range(piece.shape[0]):
+        c = piece[j]
+        for order in range(1, 4):
+            if limits[order - 1, j] <= 0.0:
+                continue
+            if order == 1:
+                t = span
+                b0, b1, b2, b3, b4 = c[1], 2.0 * c[2] * t, 3.0 * c[3] * t * t, 4.0 * c[4] * t**3, 5.0 * c[5] * t**4
+                controls[0, 0] = b0
+                controls[0, 1] = b0 + b1 / 4.0
+                controls[0, 2] = b0 + b1 / 2.0 + b2 / 6.0
+                controls[0, 3] = b0 + 3.0 * b1 / 4.0 + b2 / 2.0 + b3 / 4.0
+                controls[0, 4] = b0 + b1 + b2 + b3 + b4
+                degree = 4
+            elif order == 2:
+                b0, b1, b2, b3 = 2.0 * c[2], 6.0 * c[3] * span, 12.0 * c[4] * span**2, 20.0 * c[5] * span**3
+                controls[0, 0] = b0
+                controls[0, 1] = b0 + b1 / 3.0
+                controls[0, 2] = b0 + 2.0 * b1 / 3.0 + b2 / 3.0
+                controls[0, 3] = b0 + b1 + b2 + b3
+                degree = 3
+            else:
+                b0, b1, b2 = 6.0 * c[3], 24.0 * c[4] * span, 60.0 * c[5] * span**2
+                controls[0, 0] = b0
+                controls[0, 1] = b0 + b1 / 2.0
+                controls[0, 2] = b0 + b1 + b2
+                degree = 2
+            halve(controls, 0, 2, degree)
+            halve(controls, 0, 1, degree)
+            halve(controls, 2, 3, degree)
+            most = 0.0
+            for part in range(4):
+                for k in range(degree + 1):
+                    most = max(most, abs(controls[part, k]))
+            found[order - 1] = max(found[order - 1], most / limits[order - 1, j])
+
+
+@kernel  # (m,) i8, (m, 3, n) f8, i8, i8, (3, n) f8, f8, (n, 6) f8, (4, 5) f8, (3,) f8 -> b1
+def fits(knots, states, low, high, limits, tolerance, out, controls, shares):
     """Writes the quintic pieces from one knot to another, and returns whether they may replace those between.
 
-    They keep the limits at some samples, and pass the states between by `tolerance` at most.
+    They keep the limits, and pass the states between by `tolerance` at most.
     """
     n, span = states.shape[2], (knots[high] - knots[low]) * 1e-6
     for j in range(n):
@@ -150,9 +204,9 @@ def fits(knots, states, low, high, limits, tolerance, out):
             states[low, 0, j], states[low, 1, j], states[low, 2, j],
             states[high, 0, j], states[high, 1, j], states[high, 2, j], span, out[j],
         )  # fmt: skip
-    for j in range(n):
+    for j in range(n):  # most pieces that do not fit are found by a few samples
         c = out[j]
-        for k in range(SAMPLES + 1):
+        for k in range(1, SAMPLES):
             t = span * k / SAMPLES
             _, v, a = motion_at(c, t)
             jerk = 6.0 * c[3] + t * (24.0 * c[4] + t * 60.0 * c[5])
@@ -161,7 +215,9 @@ def fits(knots, states, low, high, limits, tolerance, out):
         for k in range(low + 1, high):
             if abs(motion_at(c, (knots[k] - knots[low]) * 1e-6)[0] - states[k, 0, j]) > tolerance:
                 return False
-    return True
+    shares[:] = 0.0
+    piece_shares(out, span, limits, controls, shares)
+    return max(shares[0], shares[1], shares[2]) <= 1.0
 
 
 @kernel  # (m,) i8, (m,) b1, (m, 3, n) f8, (3, n) f8, f8, i8 -> (p + 1,) i8, (p, n, 6) f8
@@ -169,16 +225,16 @@ def few_pieces(knots, kept, states, limits, tolerance, longest):
     """Ends of pieces [whole microseconds] and their coefficients: from each knot the longest piece that fits."""
     n, m = states.shape[2], len(knots)
     ends, found = np.empty(m, np.int64), np.empty((m - 1, n, 6))
-    tried = np.empty((n, 6))
+    tried, controls, shares = np.empty((n, 6)), np.empty((4, 5)), np.empty(3)
     ends[0] = knots[0]
     count, low = 0, 0
     while low < m - 1:
         high = low + 1
-        fits(knots, states, low, high, limits, tolerance, found[count])
+        fits(knots, states, low, high, limits, tolerance, found[count], controls, shares)
         further = high
         while not kept[further] and further + 1 < m and knots[further + 1] - knots[low] <= longest:
             further += 1
-            if fits(knots, states, low, further, limits, tolerance, tried):
+            if fits(knots, states, low, further, limits, tolerance, tried, controls, shares):
                 high = further
                 found[count] = tried
             elif further > high + 2:
@@ -191,34 +247,8 @@ def few_pieces(knots, kept, states, limits, tolerance, longest):
 
 @kernel  # (p + 1,) i8, (p, n, 6) f8, (3, n) f8 -> (3,) f8
 def used_shares(ends, pieces, limits):
-    """Bounds of the shares of the limits of velocity, acceleration and jerk that pieces reach: Bernstein, on quarters."""
-    found, b, c = np.zeros(3), np.empty(6), np.empty(6)
+    """Bounds of the shares of the limits of velocity, acceleration and jerk that pieces reach."""
+    found, controls = np.zeros(3), np.empty((4, 5))
     for p in range(len(pieces)):
-        span = (ends[p + 1] - ends[p]) * 1e-6
-        for j in range(pieces.shape[1]):
-            for order in range(1, 4):
-                degree = 5 - order
-                if limits[order - 1, j] <= 0.0:
-                    continue
-                for part in range(4):
-                    # Powers on a quarter, scaled to [0, 1].
-                    t, width = 0.25 * part * span, 0.25 * span
-                    for k in range(degree + 1):
-                        total = 0.0
-                        for i in range(degree, k - 1, -1):
-                            value = pieces[p, j, i + order]
-                            for f in range(order):
-                                value *= i + order - f
-                            binomial = 1.0
-                            for f in range(k):
-                                binomial = binomial * (i - f) / (f + 1)
-                            total = total * t + value * binomial
-                        c[k] = total * width**k
-                    for k in range(degree + 1):
-                        value, binomial = 0.0, 1.0
-                        for i in range(k + 1):
-                            value += c[i] * binomial
-                            binomial = binomial * (k - i) / (degree - i) if i < degree else 0.0
-                        b[k] = value
-                        found[order - 1] = max(found[order - 1], abs(value) / limits[order - 1, j])
+        piece_shares(pieces[p], (ends[p + 1] - ends[p]) * 1e-6, limits, controls, found)
     return found

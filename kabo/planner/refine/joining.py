@@ -19,9 +19,9 @@ from kabo.planner.refine.legs import Leg, legs_of, proven
 from kabo.scene import Component
 from kabo.streams import stream_key
 from kabo.tasks.robots.motion.constraints import keep_of
-from kabo.tasks.robots.motion.smoothing import MotionPart
+from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.scenes import configuration
-from kabo.ways import shortcut
+from kabo.ways import FreeSpace, shortened
 
 LEAST_GAIN = 1e-3  # rad by which a motion has to get shorter
 SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next begin, if it has to move in it
@@ -230,7 +230,8 @@ def _shorter(
     if free(path[0, :n], path[-1, :n]) < 0:
         return path[[0, -1]]
     keep = keep_of(part.scene, robot, part.stretch.constraint)
-    project = None if keep is None else keep.pull_planned(hand)
+    kept = None if keep is None else keep.kept_rows
+    space = FreeSpace(None, lambda a, b: free(a[:n], b[:n]), 1, kept=kept)
     key: tuple[str | int | float, ...]
     key = context.seed, "joined", robot, *map(float, path[0]), *map(float, path[-1])
     found = [path]
@@ -241,9 +242,7 @@ def _shorter(
             found.append(np.array(other))
     proven_ones = [p for p in found if p is path or all(free(a[:n], b[:n]) < 0 for a, b in _pairs(p))]
     best = min(proven_ones, key=_length)
-    return np.array(
-        [whole(q) for q in shortcut(best[:, :n], free, stream_key(*key), effort.shortcuts, projection=project)]
-    )
+    return shortened(best, space, stream_key(*key), effort.shortcuts)
 
 
 def _pairs(path: Array) -> Iterator[tuple[Array, Array]]:

@@ -14,8 +14,9 @@ from kabo.geometry_server import ProcedureContext, Situation, contacts, supports
 from kabo.plan import Segment
 from kabo.scene import attachment
 from kabo.scene.transforms import inverse
-from kabo.tasks.robots.motion.smoothing import MotionPart
+from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
+from kabo.tasks.robots.timed_paths import TimedPath
 
 JOINED = 1e-6  # rad or m: a leg begins where the one before it ended, or it is another motion
 
@@ -96,7 +97,9 @@ def _leg(scene: TaskScene, segment: Segment) -> Leg | None:
         under = scene.context.surroundings, scene.situation
         scene = scene.permitting((name, other) for name in held for other in supports(*under, name))
     way = tuple(map(configuration, rows))
-    made = Stretch(segment.robot, group, way, scene.permitted, segment.constraint, segment.attach, segment.detach)  # type: ignore[arg-type]
+    timed = None if segment.trajectory is None else TimedPath(segment.times, segment.trajectory)
+    events = segment.attach, segment.detach
+    made = Stretch(segment.robot, group, way, scene.permitted, segment.constraint, *events, timed=timed)  # type: ignore[arg-type]
     return Leg(segment, MotionPart(made, scene, segment.stage or ""))
 
 

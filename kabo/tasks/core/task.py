@@ -132,6 +132,13 @@ class Task(Serial):
             after_errors.pop_all()
         return self.solutions
 
+    def adopt(self, solution: Solution, scene: Any = None) -> bool:
+        """Adds a solution of the whole task that was found elsewhere, with its cost, unless a cost term replaces that.
+
+        Returns False if the cost term makes it a failure. `scene` is as for `plan`, if nothing was planned yet.
+        """
+        return self._run(scene).root.report(solution)
+
     def _helpers(self, run: Planning, size: int | None) -> StageWorkers | None:
         if self._workers is not None and self._workers.size != size:
             self.close()

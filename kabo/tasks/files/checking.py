@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.errors import InputError
-from kabo.language import STAGE_KEYS, TASK_KEYS
+from kabo.language import STAGE_KEYS, TASK_KEYS, included_task_path
 from kabo.language.findings import Findings, spell_place
 from kabo.language.formulas import Place
 from kabo.language.source import UnreadableError, beside
@@ -26,6 +26,15 @@ from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Prope
 from kabo.tasks.core.model.properties import references
 from kabo.tasks.files import registry
 from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
+from kabo.tasks.files.including import (
+    IncludedTask,
+    check_keys,
+    continued,
+    given_values,
+    included_task,
+    missing_inputs,
+    near_names,
+)
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of
 from kabo.tasks.learned import MisfitError, open_model
 
@@ -55,29 +64,34 @@ class _Holder:
     names: frozenset[str]
     description: StageDescription
     used: set[str] = field(default_factory=set)  # names that stages inside refer to
+    root: bool = False  # whether it is the task of a file, which no path leaves
 
 
 def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
     """The recipe of a task; None if it has errors, which are added to `findings`, those of all stages at once."""
-    checking = _Checking(task, findings)
+    checking = _Checking(task, findings, (task.source.path.resolve(),))
     recipe = checking.recipe(task.root, ())
     return None if findings.errors else recipe
 
 
 class _Checking:
-    def __init__(self, task: TaskDescription, findings: Findings) -> None:
+    def __init__(self, task: TaskDescription, findings: Findings, chain: tuple[Path, ...]) -> None:
         self.task, self.findings = task, findings
+        self.chain = chain  # the files that lead to this one, by the tasks that they include
         self._children: dict[int, dict[str, StageDescription]] = {}
 
     def recipe(self, stage: StageDescription, above: tuple[_Holder, ...]) -> Recipe:
         root = not above
+        included = None if root else self.included(stage)
+        if included is not None:
+            return self.include(stage, included, above)
         kind = Serial if root else self.kind(stage)
         declared = declared_by(kind or Container)
         if kind is not None:
             self.structure(stage, kind)
         values = self.values(stage, kind or Container, declared)
         names = {*declared, *stage.properties, *((each.name for each in self.task.inputs) if root else ())}
-        here = _Holder(stage.name, frozenset(names), stage)
+        here = _Holder(stage.name, frozenset(names), stage, root=root)
         self.references(stage, above)
         if not root:
             self.inherited(stage, declared, above)
@@ -93,9 +107,39 @@ class _Checking:
         if stage.type is None:
             return None
         found = registry.find(stage.type)
-        if found is None:
-            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.near(stage.type))
+        if found is None and included_task_path(stage.type, self.task.source.path.parent) is None:
+            hint = near_names(stage.type, self.task.source.path.parent, self.findings)
+            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', hint)
         return found
+
+    # ----------------------------------------------------------------------------------------------- other tasks
+    def included(self, stage: StageDescription) -> IncludedTask | None:
+        """The task of another file that a stage stands for, unless there is a stage of that name."""
+        if stage.type is None or registry.find(stage.type) is not None:
+            return None
+        return included_task(stage, self.task.source.path.parent, self.chain, self.findings)
+
+    def include(self, stage: StageDescription, task: IncludedTask, above: tuple[_Holder, ...]) -> Recipe:
+        """The recipe of a serial container with the stages of another task, its properties set on it."""
+        check_keys(stage, self.findings)
+        self.references(stage, above)
+        root = task.description.root
+        checking = _Checking(task.description, self.findings, task.chain)
+        values = given_values(stage, task.description, self.findings)
+        for name in missing_inputs(task.description, {**values, **stage.properties}):
+            holder = next((each for each in reversed(above) if name in each.names), None)
+            if holder is None:
+                message = f'"{stage.name}" needs the property "{name}" of the task "{stage.type}"'
+                self.findings.add(stage.place, message, "no ancestor has one of that name, either")
+            else:
+                holder.used.add(name)
+        values |= checking.values(root, Container, {})
+        here = _Holder(stage.name, frozenset({*values, *stage.properties}), root, root=True)
+        children = tuple(checking.recipe(child, (*above, here)) for child in root.children)
+        if not (len(above) == 1 and stage is self.task.root.children[0]):
+            children = continued(children)
+        cost = self.cost(stage, {}) or checking.cost(root, {})
+        return Recipe(Serial, stage.name, stage.place, values, children, cost=cost)
 
     def structure(self, stage: StageDescription, kind: type[Stage]) -> None:
         """Reports children of a stage that can have none, and missing children."""
@@ -236,38 +280,45 @@ class _Checking:
             message = f'"{stage.name}" is a {stage.type}, which monitors no other stage'
             self.findings.add(written.place, message)
             return None
-        self.follow(written, stage, above)
-        return written.text
+        return self.follow(written, stage, above)
 
-    def follow(self, written: Word, stage: StageDescription, above: tuple[_Holder, ...]) -> None:
-        """Reports a path that leads to no stage, and the name at which it fails."""
-        up, here = list(above), above[-1].description
-        for step in written.text.split("/"):
+    def follow(self, written: Word, stage: StageDescription, above: tuple[_Holder, ...]) -> str:
+        """The path as relative to the container of the stage; reports a path that leads to no stage, and where it fails."""
+        up, here, text = list(above), above[-1].description, written.text
+        rises = 0
+        if text.startswith("/"):  # from the task of this file
+            rises = next(k for k, each in enumerate(reversed(above)) if each.root)
+            text = "/".join([*[".."] * rises, text.lstrip("/")])
+        for step in text.split("/"):
             if step in ("", "."):
                 continue
             if step == "..":
-                up.pop()
-                if not up:
+                if up.pop().root:
                     hint = f'the path begins in "{above[-1].name}", which holds "{stage.name}"'
                     self.findings.add(written.place, f'"{written.text}" leads out of the task', hint)
-                    return
+                    return text
                 here = up[-1].description
                 continue
             inner = self.children(here).get(step)
             if inner is None:
                 near = self.findings.near(step, list(self.children(here)))
                 self.findings.add(written.place, f'there is no stage "{step}" in "{here.name}"', near)
-                return
+                return text
             here = inner
             up.append(_Holder(inner.name, frozenset(), inner))
         if here is stage:
             self.findings.add(written.place, f'"{stage.name}" cannot monitor itself')
+        return text
 
     def children(self, stage: StageDescription) -> dict[str, StageDescription]:
-        """The stages inside another one by name; of stages with the same name, the first."""
+        """The stages inside another one by name; of stages with the same name, the first.
+
+        Those of an included task are those of its file.
+        """
         if id(stage) not in self._children:
             known = self._children[id(stage)] = {}
-            for child in stage.children:
+            inner = self.included(stage) if stage is not self.task.root else None
+            for child in stage.children if inner is None else inner.description.root.children:
                 known.setdefault(child.name, child)
         return self._children[id(stage)]
 

@@ -15,7 +15,7 @@ from kabo.tasks.files.scene_changes import scene_changes
 if TYPE_CHECKING:
     from kabo.geometry_server import Situation
     from kabo.plan import Segment
-    from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
+    from kabo.scene import GeometricState, Scene  # loads meshes, which tasks without robots do not need
 
 NOT_TOLD = ("procedure", "grants")  # keys of a plan's segments: there is no procedure; grants are found for plans
 
@@ -76,3 +76,20 @@ def state_of(situation: "Situation", scene: "Scene") -> StateReport:
             for name, pose in changes.objects.items()
         }
     return made
+
+
+def state_in(state: StateReport, scene: "Scene") -> "GeometricState":
+    """A state of a report as the whole state of its scene: what is not in it is as at the start.
+
+    Raises:
+        KeyError: the scene lacks a robot or a joint of the state.
+    """
+    from kabo.scene import Attachment, GeometricState  # as above
+
+    robots, objects = dict(scene.start.robots), dict(scene.start.objects)
+    for name, robot in state.get("robots", {}).items():
+        before = dict(zip(scene.robots[name].joint_names, robots[name], strict=True))
+        robots[name] = tuple({**before, **robot["joints"]}.values())
+    for name, pose in state.get("objects", {}).items():
+        objects[name] = Attachment(pose["parent"], pose["position"], pose["quaternion"])
+    return GeometricState(robots, objects)

@@ -1,4 +1,4 @@
-"""Plans the task of a file for callers in Python: what `kabo task plan` does, with a report that notebooks show [T 3.9]."""
+"""Plans tasks for callers in Python: what `kabo task plan` does, with a report that notebooks show [T 3.9]."""
 
 import sys
 from collections.abc import Mapping
@@ -8,12 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
-from kabo.tasks.core import Solution
+from kabo.language.formulas import Place
+from kabo.tasks.core import Solution, Task
 from kabo.tasks.files.building import TaskFile, load_task_file
 from kabo.tasks.files.describing import describe_report
-from kabo.tasks.files.report_form import Report, report_bytes
+from kabo.tasks.files.report_form import Report, read_report, report_bytes
 from kabo.tasks.files.reports import report
-from kabo.tasks.files.running import PlanningOptions, TaskRun, check_things, needs_scene, plan_file
+from kabo.tasks.files.running import (
+    KnownSolutions,
+    PlanningOptions,
+    TaskRun,
+    check_things,
+    needs_scene,
+    plan_built,
+    plan_file,
+)
 from kabo.whole_files import write_atomically
 
 if TYPE_CHECKING:
@@ -73,7 +82,7 @@ class TaskReport:
 
 
 def plan_task(
-    file: TaskFile | str | Path,
+    file: TaskFile | Task | str | Path,
     scene: "Scene | str | Path | None" = None,
     arguments: Mapping[str, Any] | None = None,
     *,
@@ -82,43 +91,101 @@ def plan_task(
     seed: int = 0,
     repeat: int = 1,
     workers: int | None = None,
+    from_: "TaskReport | str | Path | None" = None,
 ) -> TaskReport:
-    """What planning the task of a file finds: solutions, and the failures of each stage.
+    """What planning a task finds: solutions, and the failures of each stage.
 
     Args:
-        file: the task file, or its path.
+        file: a task file, its path, or the name of a task of the library (`pick`); or a task that was built in Python.
         scene: the scene, or the path of a scene file or of a problem file with a scene; None for tasks without robots.
-        arguments: values by the names of the task's declared properties.
+        arguments: values by the names of the task's declared properties; of a task built in Python, of any property.
         max_solutions: the number of solutions at which a run ends; None: as the file says, else all are searched.
         timeout: the time after which a run ends [s]; None: as the file says, else there is no limit.
-        seed: the seed of all random samples.
-        repeat: the number of runs, with the seeds from `seed` on.
+        seed: the seed of all random samples; a task built in Python has its own.
+        repeat: the number of runs, with the seeds from `seed` on; 1 of a task built in Python.
         workers: the number of processes; solutions do not depend on it.
+        from_: what was found before, perhaps in a scene that has changed since: its solutions are tried first, each piece
+            proven anew in `scene`; then planning goes on if more are wanted. A report, or its file.
 
     Raises:
         InputError: the file, the scene or the arguments have errors, all of which are listed.
+        InitialisationError: the stages of a task built in Python do not fit together, or do not fit the scene.
 
     Example:
         >>> example = "examples/pick_and_place"
         >>> kabo.plan_task(f"{example}/task.yaml", f"{example}/scene.yaml", max_solutions=1)
         <TaskReport pick and place: 1 solution, the best costs ...>
     """
-    task = file if isinstance(file, TaskFile) else load_task_file(file)
     given = dict(arguments or {})
-    known = _scene(task, scene, given)
-    limit = task.timeout if timeout is None else timeout
-    solutions = max_solutions or task.max_solutions
-    runs = plan_file(task, given, known, PlanningOptions(solutions, limit, seed, repeat, workers))
-    name = task.description.source.name
+    if isinstance(file, str | Path):
+        file = load_task_file(file)
+    known = _scene(file, scene, given)
+    before = known_solutions(from_)
+    if isinstance(file, Task):
+        for name, value in given.items():
+            file.properties.set(name, value)
+        options = PlanningOptions(max_solutions, timeout, file.seed, 1, workers, before)
+        runs, name = [plan_built(file, known, options)], ""
+    else:
+        limit = file.timeout if timeout is None else timeout
+        options = PlanningOptions(max_solutions or file.max_solutions, limit, seed, repeat, workers, before)
+        runs, name = plan_file(file, given, known, options), file.description.source.name
     where = str(scene) if isinstance(scene, str | Path) else None
-    made = report(runs, file=name, arguments=given, scene=known, scene_file=where)
+    made = report(runs, file=name or None, arguments=given, scene=known, scene_file=where)
     return TaskReport(made, tuple(runs), known)
 
 
-def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]) -> "Scene | None":
+def known_solutions(report: "TaskReport | str | Path | None", scene: Path | None = None) -> KnownSolutions | None:
+    """The solutions at hand of a report or of its file, with the scene in which they were found; None of None.
+
+    Args:
+        report: what was found.
+        scene: the scene of a report's file; None: as it names it, from here or from its own folder.
+
+    Raises:
+        InputError: the file is no report, or its scene is not there.
+        ValueError: the report is of a task without robots.
+    """
+    if report is None:
+        return None
+    if isinstance(report, TaskReport):
+        if report.scene is None:
+            raise ValueError("only motions of robots are tried again, and the report has none")
+        return KnownSolutions(report.content, report.scene)
+    return KnownSolutions(*load_report(Path(report), scene))
+
+
+def load_report(path: Path, scene: Path | None = None) -> "tuple[Report, Scene]":
+    """The report in a file, and the scene in which its task was planned.
+
+    Args:
+        path: the report's file.
+        scene: a scene file, or a problem with a scene; None: as the report names it, from here or from its own folder.
+
+    Raises:
+        InputError: the report or the scene has errors, or the scene is not there.
+        OSError: the report cannot be read.
+    """
+    from kabo.scene import load_scene  # as in `_scene`
+
+    report = read_report(path.read_bytes(), str(path))
+    named = report.get("scene")
+    if scene is None and named is not None:
+        near = (Path(named), path.parent / named, path.parent / Path(named).name)
+        scene = next((each for each in near if each.is_file()), None)
+    if scene is None:
+        what = "names no scene" if named is None else f"was planned in {named}, which is not there"
+        raise InputError([Diagnostic(str(path), 1, 1, f"this report {what}", "name its scene file")])
+    return report, load_scene(scene)
+
+
+def _scene(
+    task: TaskFile | Task, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]
+) -> "Scene | None":
     if scene is None:
         if needs_scene(task):
-            place, message = task.recipe.place, f'the task "{task.name}" moves robots and needs a scene'
+            message = f'the task "{task.name}" moves robots and needs a scene'
+            place = Place(task.name, 1, 1) if isinstance(task, Task) else task.recipe.place
             raise InputError(
                 [Diagnostic(place.file, place.line, place.column, message, "give `scene`", place.length)]
             )
@@ -127,5 +194,6 @@ def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mappin
         from kabo.scene import load_scene  # loads meshes, which tasks without robots do not need
 
         scene = load_scene(scene)
-    check_things(task, arguments, scene)
+    if isinstance(task, TaskFile):
+        check_things(task, arguments, scene)
     return scene

@@ -12,6 +12,7 @@ from kabo.language.scene_description import SceneDescription
 from kabo.phases import phase
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
+from kabo.tasks.files.report_form import Report
 
 if TYPE_CHECKING:
     from kabo.geometry_server import Preparing
@@ -31,6 +32,15 @@ class TaskRun:
     seconds: float
     found: tuple[tuple[float, float], ...] = ()  # (seconds, cost)
     stopped: bool = False  # by a time limit or by the caller
+    left_out: tuple[str, ...] = ()  # why solutions at hand do not hold any more
+
+
+@dataclass(frozen=True)
+class KnownSolutions:
+    """Solutions at hand: the report that has them, and the scene in which they were found."""
+
+    report: Report
+    scene: "Scene"
 
 
 @dataclass(frozen=True)
@@ -42,6 +52,7 @@ class PlanningOptions:
     seed: int = 0
     repeat: int = 1
     workers: int | None = None
+    known: "KnownSolutions | None" = None  # solutions at hand, which are tried first
     stop: Stop = field(default=lambda: False, compare=False)
     preparing: "Callable[[Preparing], None] | None" = field(
         default=None, compare=False
@@ -75,7 +86,23 @@ def plan_file(
     return runs
 
 
-def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions) -> TaskRun:
+def plan_built(task: Task, scene: "Scene | None", settings: PlanningOptions) -> TaskRun:
+    """The planning run of a task that was built in Python, with the seed of the task.
+
+    Raises:
+        InitialisationError: the stages do not fit together, or the scene lacks what they name.
+        InputError: meshes of the scene cannot be enclosed.
+    """
+    if scene is not None:
+        from kabo.tasks.files.first_scenes import prepare_geometry  # as in `plan_file`
+
+        prepare_geometry(scene, settings.stop, settings.preparing, settings.workers)
+    return _run(None, task, scene, task.seed, settings)
+
+
+def _run(
+    file: TaskFile | None, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions
+) -> TaskRun:
     began = perf_counter()
 
     def late() -> bool:
@@ -83,6 +110,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
 
     first: Any = None
     found: list[tuple[float, float]] = []
+    left_out: list[str] = []
     if scene is not None:
         # Loads the geometry server with its kernels, which tasks without robots do not need.
         from kabo.tasks.files.first_scenes import check_against_scene, first_scene
@@ -91,6 +119,11 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     try:
         if scene is not None:
             check_against_scene(task, first)
+        if settings.known is not None and scene is not None:
+            from kabo.tasks.files.replaying import adopted  # as above
+
+            left_out += adopted(task, settings.known.report, settings.known.scene, first)
+            found += [(perf_counter() - began, each.cost) for each in task.solutions]
         with phase("planning", settings.max_solutions, "solutions", log=_LOG) as step:
             while settings.max_solutions is None or len(found) < settings.max_solutions:
                 try:
@@ -103,13 +136,13 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
                     break
                 step()
     except (InitialisationError, ValueError) as error:
-        told = located_at_stage(file, task, error)
+        told = None if file is None else located_at_stage(file, task, error)
         if told is None:
             raise
         raise told from error
     finally:
         task.close()
-    return TaskRun(task, seed, perf_counter() - began, tuple(found), late())
+    return TaskRun(task, seed, perf_counter() - began, tuple(found), late(), tuple(left_out))
 
 
 def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
@@ -131,8 +164,10 @@ def _failing_stage(error: Exception) -> Stage | None:
     return found
 
 
-def needs_scene(file: TaskFile) -> bool:
+def needs_scene(file: TaskFile | Task) -> bool:
     """Whether a task has robot stages, which need a scene."""
+    if isinstance(file, Task):
+        return any(base.__name__ == "RobotStage" for stage in file.walk() for base in type(stage).__mro__)
     waiting = [file.recipe]
     while waiting:
         recipe = waiting.pop()

@@ -20,6 +20,18 @@ KEEP = Property(
     "a motion constraint to keep for what is held: its name, or {object, constraint}; none or empty: no constraint",
     meanings.keeping,
 )
+PLANNER = Property(
+    (str, list, tuple),
+    meanings.RRT_CONNECT,
+    "`rrt_connect`: sampled; `straight`: all joints evenly; `tool_line`: the tool on a straight line; or a list, in order",
+    meanings.planners,
+)
+ATTEMPT_TIMEOUT = Property(
+    (float, type(None)),
+    None,
+    "the time after which each planner is cut off [s]; none: only the number of samples is limited",
+    meanings.at_least(0.0, above=True),
+)
 
 _THINGS = ("robot", "body", "region", "motion constraint", "mate")
 _NAMED = {

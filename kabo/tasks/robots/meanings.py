@@ -10,6 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from kabo.errors import did_you_mean
+
+RRT_CONNECT, STRAIGHT, TOOL_LINE = "rrt_connect", "straight", "tool_line"
+PLANNERS = (RRT_CONNECT, STRAIGHT, TOOL_LINE)
 Wrong = Callable[[Any], str | None]  # why a value is invalid; None: it is valid
 
 
@@ -51,6 +55,18 @@ def one_of(*texts: str) -> Wrong:
         return f"is {' or '.join(texts)}, not {value!r}" if isinstance(value, str) and value not in texts else None
 
     return wrong
+
+
+def planners(value: Any) -> str | None:
+    """A check of the name of a planner, or of a list of such names."""
+    given = [value] if isinstance(value, str) else list(value)
+    if not given:
+        return "names no planner"
+    for each in given:
+        if each not in PLANNERS:
+            meant = did_you_mean(str(each), PLANNERS)
+            return f"is {', '.join(PLANNERS)} or a list of these, not {each!r}{f': {meant}' if meant else ''}"
+    return None
 
 
 def names(count: int | None = None, *, empty: bool = False) -> Wrong:

@@ -123,6 +123,33 @@ class Arm:
             joint = self.parents[joint]
         return result
 
+    def levers(self, joint: int, radius: float) -> list[tuple[int, float]]:
+        """The moving joints that carry a point, from the base on, and how far it may be from each [m].
+
+        `radius`: the distance of the point from the joint to which it is attached [m].
+        """
+        found = []
+        while joint > 0:
+            if self.robot.actuation.ratio[joint] != 0.0:
+                found.append((joint, radius))
+            radius += self._offsets[joint]
+            joint = self.parents[joint]
+        return found[::-1]
+
+    def accelerations(self, mount: Mount, q: Array, speed: Array, rate: Array) -> Array:
+        """The acceleration (3,) in the world of a mounted body's origin [m/s2], at velocities and accelerations (n,)."""
+        actuation, count = self.robot.actuation, self._model.njoints
+        ratios, sources = np.asarray(actuation.ratio)[1:count], list(actuation.source[1:count])
+        own = [(np.asarray(ratios * values[sources])) for values in (speed, rate)]
+        rows = np.zeros((2, self._model.nv))
+        rows[:, [self._model.joints[j].idx_v for j in range(1, count)]] = own
+        self._pinocchio.forwardKinematics(self._model, self._data, self._expanded(q), *rows)
+        velocity, change = self._data.v[mount.joint], self._data.a[mount.joint]
+        place, turn = mount.joint_T_body[:3, 3], velocity.angular
+        there = velocity.linear + np.cross(turn, place)
+        local = change.linear + np.cross(change.angular, place) + np.cross(turn, there)
+        return np.asarray(self._data.oMi[mount.joint].rotation @ local)
+
     def turning(self, joint: int) -> Array:
         """For each coordinate (n,), the most that a body at a joint rotates per unit [rad/rad or rad/m]."""
         result = np.zeros(len(self.robot.joint_names))

@@ -27,7 +27,8 @@ from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Situation
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.sweep import Path, SweptBody
-from kabo.verify.motion.trajectories.borders import check_borders
+from kabo.verify.motion.trajectories.borders import check_borders, check_rest
+from kabo.verify.motion.trajectories.grip import check_grip
 from kabo.verify.motion.trajectories.judge import Followed, SegmentJudge, check_form, followed
 from kabo.verify.motion.views import check_view
 from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
@@ -102,6 +103,10 @@ class Walk:
             yield from self.approaches.arm(segment.robot, path)
         yield from self.changes.begin(segment)
         yield from self._check_kept(segment, path)
+        if self.how[i].given:
+            yield from check_grip(
+                self.node, i, segment, self.how[i].curve, self.world, self.holding, self.tally.trajectories
+            )
 
     def _end(self, i: int) -> Iterator[Finding]:
         """Updates the attachments at the end of a segment, and checks what it lets go, takes and joins."""
@@ -110,12 +115,25 @@ class Walk:
             if name in self.holding.hung and self.holding.holder(name) == segment.robot:
                 self.approaches.letting_go(segment.robot, name)
         before = dict(self.changes.taken)
+        yield from self._check_still(i)
         yield from self.changes.end(segment)
         for name, robot in self.changes.taken.items():
             if name not in before:
                 yield from self.approaches.taken(robot, name, time)
         for text, pair in self.grants.ended(i):
             yield Finding(self.node, text, time, pair)
+
+    def _check_still(self, i: int) -> Iterator[Finding]:
+        """Findings unless other robots rest that hold what a segment attaches or detaches, or to which it is attached."""
+        segment, time = self.segments[i], self.segments[i].times[-1]
+        named = [*segment.detach, *(name for pair in segment.attach for name in pair)]
+        holders = {self.holding.holder(name) for name in named if name in self.holding.hung}
+        holders |= {to.partition(".")[0] for _, to in segment.attach if "." in to}
+        for k, other in enumerate(self.segments):
+            touched = other.times[0] < time < other.times[-1] and self.how[k].given
+            if touched and other.robot in holders - {segment.robot}:
+                arm, reason = self.world.arms[other.robot], "where something is attached or detached"
+                yield from check_rest(self.node, k, other, self.how[k].curve, arm, time, reason)
 
     def motion(self) -> Motion:
         """The sweeps and objects of the checked motion, which the check of overlapping motions needs."""

@@ -7,12 +7,11 @@ frame of its new parent follows from kinematics and is computed here.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from kabo.arrays import Array
+from kabo.plan import Segment
 from kabo.scene import Attachment, Configuration, GeometricState, Robot, Scene, attachment, world_T
 from kabo.scene.transforms import inverse
 from kabo.tasks.files.report_form import MotionReport, SegmentReport, StateReport
+from kabo.viewer.content.trajectories import shown_trajectory, trajectory_of_report
 
 State = dict[str, Any]
 
@@ -46,23 +45,35 @@ def film_view(film: MotionReport, scene: Scene) -> State:
 
     Raises:
         KeyError: the scene lacks a robot, joint or object of the film.
-        ValueError: a segment has not as many times as way points.
+        ValueError: a segment has not as many times as way points, or a trajectory that does not fit it.
     """
-    for segment in film["segments"]:
-        rows = {len(row) for row in segment["waypoints"]} | {len(segment["joints"])}
-        _joints(dict.fromkeys(segment["joints"], 0.0), scene.robots[segment["robot"]])
-        if len(rows) > 1 or not 0 < len(segment["times"]) == len(segment["waypoints"]):
-            raise ValueError(f"a segment of {segment['robot']} has not a value for each joint and time")
+    moves = [_move(segment, scene) for segment in film["segments"]]
     return {
         "start": flat_state(film["start"], scene),
         "after": flat_state(film["after"], scene),
-        "duration": max((segment["times"][-1] for segment in film["segments"]), default=0.0),
-        "segments": list(film["segments"]),
-        "handovers": _handovers(film, scene),
+        "duration": max((move.times[-1] for move in moves), default=0.0),
+        "segments": [_shown(*each) for each in zip(film["segments"], moves, strict=True)],
+        "handovers": _handovers(film, moves, scene),
     }
 
 
-def _handovers(film: MotionReport, scene: Scene) -> list[State]:
+def _move(given: SegmentReport, scene: Scene) -> Segment:
+    """Where the joints of a segment are in time, as in plans."""
+    rows = {len(row) for row in given["waypoints"]} | {len(given["joints"])}
+    _joints(dict.fromkeys(given["joints"], 0.0), scene.robots[given["robot"]])
+    if len(rows) > 1 or not 0 < len(given["times"]) == len(given["waypoints"]):
+        raise ValueError(f"a segment of {given['robot']} has not a value for each joint and time")
+    joints, waypoints = tuple(given["joints"]), tuple(map(tuple, given["waypoints"]))
+    own = trajectory_of_report(joints, waypoints, given["times"], given.get("trajectory"))
+    return Segment(given["robot"], joints, waypoints, tuple(given["times"]), "", trajectory=own)
+
+
+def _shown(given: SegmentReport, move: Segment) -> State:
+    own = move.trajectory
+    return dict(given) if own is None else {**given, "trajectory": shown_trajectory(own)}
+
+
+def _handovers(film: MotionReport, moves: Sequence[Segment], scene: Scene) -> list[State]:
     """Where objects hang that are taken or let go: `time` [s], `object`, `parent`, and the pose in its frame."""
     made = []
     start = _whole(film["start"], scene)
@@ -71,7 +82,7 @@ def _handovers(film: MotionReport, scene: Scene) -> list[State]:
         time = segment["times"][-1]
         changes = [(each["object"], each["to"]) for each in segment["attach"]]
         for name, parent in [*changes, *((name, "world") for name in segment["detach"])]:
-            state = GeometricState(_robots_at(film["segments"], start, scene, time), hung)
+            state = GeometricState(_robots_at(moves, start, scene, time), hung)
             hung[name] = attachment(parent, inverse(world_T(scene, state, parent)) @ world_T(scene, state, name))
             pose = {"position": list(hung[name].position), "quaternion": list(hung[name].quaternion)}
             made.append({"time": time, "object": name, "parent": parent, **pose})
@@ -89,13 +100,11 @@ def _whole(change: StateReport, scene: Scene) -> GeometricState:
 
 
 def _robots_at(
-    segments: Sequence[SegmentReport], start: GeometricState, scene: Scene, time: float
+    moves: Sequence[Segment], start: GeometricState, scene: Scene, time: float
 ) -> dict[str, Configuration]:
     """The configurations of all robots at a time of a film [s]."""
     values = {name: dict(zip(scene.robots[name].joint_names, q, strict=True)) for name, q in start.robots.items()}
-    for segment in sorted(segments, key=lambda each: each["times"][0]):
-        if segment["times"][0] <= time:
-            way: Array = np.array(segment["waypoints"])
-            now = [float(np.interp(time, segment["times"], column)) for column in way.T]
-            values[segment["robot"]].update(zip(segment["joints"], now, strict=True))
+    for move in sorted(moves, key=lambda each: each.times[0]):
+        if move.times[0] <= time:
+            values[move.robot].update(zip(move.joints, move.at(time).tolist(), strict=True))
     return {name: tuple(joints.values()) for name, joints in values.items()}

@@ -2,12 +2,10 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.bundles import Scene, Search, Sweep
-from kabo.kinematics.kernels.projection import Rule, Wanted
+from kabo.kinematics.kernels.motion_bounds import Pieces
+from kabo.kinematics.kernels.projection import Pull
 from kabo.scene.tree import KinematicTree
 
 # What `run` returns. ASK: answer `Journal.question` and call again; FULL: give more room; PAUSE: look at the clock.
@@ -17,7 +15,7 @@ STRAIGHT, GROW, SHORTEN, SETTLE, OVER = 0, 1, 2, 3, 4  # phases
 # Places of `Journal.state`.
 (
     FREE_COUNTS, HIT_COUNTS, PROJECTS, CONSTRAINT, USED, ANSWERED, KIND, RECENT, SAMPLE, SPENT, RESTARTS, COUNTS,
-    PHASE, PATH, SAFE, ATTEMPT, VAIN, FAILED,
+    PHASE, PATH, SAFE, ATTEMPT, VAIN, LOOKS,
 ) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16, 17, 18)  # fmt: skip
 STATE_PLACES = 19
 
@@ -25,11 +23,13 @@ STATE_PLACES = 19
 class Kept(NamedTuple):
     """The constraint that every edge must keep; no rows if there is none."""
 
+    rows: Array  # (R, W)
     tolerances: Array  # (R,)
-    tree: KinematicTree  # with the limits that projections keep
-    active: NDArray[np.bool_]  # (n,) the values that a projection may change
-    wanted: Wanted
-    rule: Rule
+    tree: KinematicTree
+    pieces: Pieces
+    pull: Pull
+    iterations: int
+    policy: int
 
 
 class Space(NamedTuple):
@@ -56,18 +56,18 @@ class Effort(NamedTuple):
     step: float  # of a way under a constraint: a longer chord would leave it [rad, L2]
     attempts: int  # to shorten the path
     patience: int  # attempts in vain in a row
-    trusted: (
-        int  # paths from tree to tree that may fail their proof, before all edges are proven when they are added
-    )
+    least: float  # of an extension that is tried again, shorter, because it is blocked [rad, L2]
+    local: int  # one of so many samples lies near a node; 0: none
+    near: float  # how far at most, along each joint [rad or m]
 
 
 class Grown(NamedTuple):
     """The two trees, the path, and its way points' flags: whether the edge that leads there is proven."""
 
     nodes: Array  # (2, C, n)
+    columns: Array  # (2, n, C) the same, turned: distances to all nodes are computed value by value
+    away: Array  # (C,) scratch: squares of distances
     parents: Integers  # (2, C)
-    proven: Integers  # (2, C)
-    moved: Integers  # (C,) scratch: new places of nodes
     path: Array  # (3, 2 C, n) the path, a scratch copy, and the last one that was proven whole
     flags: Integers  # (2, 2 C) of the path and the scratch copy
     lengths: Array  # (2 C,)
@@ -82,5 +82,3 @@ class Journal(NamedTuple):
     answers: Integers  # (A,)
     question: Array  # (2, n) the ends of an edge
     points: Array  # (4, n) scratch
-    pulled: Array  # (1, n) scratch
-    succeeded: NDArray[np.bool_]  # (1,) scratch

@@ -9,7 +9,7 @@ answer is in the journal.
 
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.geometry.collision.kernels.configuration_check import first_hit
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
@@ -22,13 +22,14 @@ from kabo.ways.kernels.bundles import (
     HIT_COUNTS,
     KIND,
     LOOK,
+    LOOKS,
     PROOF,
     RECENT,
     USED,
 )
 
 
-@kernel  # (n,) f8 x 2 -> f8
+@lean_kernel  # (n,) f8 x 2 -> f8
 def distance(a, b):
     """The distance of two configurations (L2 over the joints)."""
     total = 0.0
@@ -37,29 +38,29 @@ def distance(a, b):
     return np.sqrt(total)
 
 
-@kernel  # (n,) f8 x 2 -> bool
+@lean_kernel  # (n,) f8 x 2 -> bool
 def equal(a, b):
     """Whether two configurations are the same."""
+    same = True
     for i in range(a.shape[0]):
-        if a[i] != b[i]:
-            return False
-    return True
+        same = same and a[i] == b[i]
+    return same
 
 
-@kernel  # f8 -> f8
+@lean_kernel  # f8 -> f8
 def rounded(value):
     """A joint value with nine decimals, as plans store it: what is proven is what is stored."""
     return np.rint(value * 1e9) / 1e9 + 0.0
 
 
-@kernel  # (n,) f8 x 2, f8, (n,) f8 -> writes q
+@lean_kernel  # (n,) f8 x 2, f8, (n,) f8 -> writes q
 def between(a, b, share, q):
     """Writes the rounded configuration at a share of the way from a to b."""
     for i in range(a.shape[0]):
         q[i] = a[i] if a[i] == b[i] else rounded(a[i] + share * (b[i] - a[i]))
 
 
-@kernel  # i8, (n,) f8 x 2, Journal -> i8
+@lean_kernel  # i8, (n,) f8 x 2, Journal -> i8
 def asked(kind, a, b, journal):
     """The answer to the next question of the sample in work, or ASK, with the question in the journal."""
     state = journal.state
@@ -73,7 +74,7 @@ def asked(kind, a, b, journal):
     return ASK
 
 
-@kernel  # (n,) f8 x 2, f8, Space, Journal -> i8
+@lean_kernel  # (n,) f8 x 2, f8, Space, Journal -> i8
 def look(a, b, spacing, space, journal):
     """FREE, the pair hit at one of some configurations of an edge, or ASK; a is known to be free.
 
@@ -94,14 +95,15 @@ def look(a, b, spacing, space, journal):
             count *= 2
         if hit >= 0 and state[HIT_COUNTS] or hit == FREE and state[FREE_COUNTS]:
             return hit
-    return asked(LOOK, a, b, journal)
+    return asked(LOOK, a, b, journal) if state[LOOKS] else FREE
 
 
-@kernel  # (n,) f8 x 2, Space, Journal -> i8
+@lean_kernel  # (n,) f8 x 2, Space, Journal -> i8
 def prove(a, b, space, journal):
     """FREE if the edge is proven free and within the constraint, else the pair that is hit, or ASK."""
     state, kept = journal.state, space.kept
-    if kept.wanted.required > 0 and first_row_not_kept(kept.wanted.rows, kept.tolerances, a, b, kept.tree) >= 0:
+    rows = kept.rows
+    if rows.shape[0] > 0 and first_row_not_kept(rows, kept.tolerances, a, b, kept.tree, kept.pieces) >= 0:
         return state[CONSTRAINT]
     if state[FREE_COUNTS] + state[HIT_COUNTS] > 0:
         hit = first_swept_hit(
@@ -112,7 +114,7 @@ def prove(a, b, space, journal):
     return asked(PROOF, a, b, journal)
 
 
-@kernel  # i8, Journal
+@lean_kernel  # i8, Journal
 def note(hit, journal):
     """Counts an edge that was rejected, by the pair."""
     state = journal.state
@@ -122,7 +124,7 @@ def note(hit, journal):
         state[RECENT] += 1
 
 
-@kernel  # (n,) f8 x 2, f8, bool, Space, Journal -> i8
+@lean_kernel  # (n,) f8 x 2, f8, bool, Space, Journal -> i8
 def edge_hit(a, b, spacing, proves, space, journal):
     """FREE, the pair that is hit (which is counted), or ASK."""
     hit = look(a, b, spacing, space, journal)

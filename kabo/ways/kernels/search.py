@@ -1,20 +1,20 @@
 """The search for a way in one call: the straight edge, two trees, shortcuts.
 
 RRT-Connect [Kuffner, LaValle 2000]: two trees grow towards random configurations and towards each other; under a
-constraint each step is projected onto it [Berenson et al. 2009, K 5.2.3]. Edges of trees are looked at; those of a path
-from tree to tree are proven when it is found, and what hangs on one that is not free is cut off.
+constraint each step is projected onto it [Berenson et al. 2009, K 5.2.3]. The smaller tree gets the sample.
 """
 
-from kabo.compilation import kernel
+import numpy as np
+
+from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.bundles import FREE
-from kabo.kinematics.kernels.streams import uniform
+from kabo.kinematics.kernels.streams import mixed, uniform
 from kabo.ways.kernels.bundles import (
     ANSWERED,
     ASK,
     ATTEMPT,
     BLOCKED,
     COUNTS,
-    FAILED,
     FOUND,
     GROW,
     OVER,
@@ -31,15 +31,20 @@ from kabo.ways.kernels.bundles import (
     USED,
 )
 from kabo.ways.kernels.bundles import VAIN as IN_VAIN
-from kabo.ways.kernels.edges import edge_hit, note, rounded
+from kabo.ways.kernels.edges import edge_hit, rounded
 from kabo.ways.kernels.shortening import VAIN, measure, save, settle, shorten
-from kabo.ways.kernels.trees import cut, extend, nearest, prove_branch, reach
+from kabo.ways.kernels.trees import extend, nearest, reach
 
-NOT_MET = 0
-MET = 1
+NOT_MET, MET = 0, 1
 
 
-@kernel  # Effort, Space, Grown, Journal -> i8
+@lean_kernel  # u8, i8 -> u8
+def of_restart(key, number):
+    """The key of the samples after so many restarts."""
+    return mixed(np.uint64(key) + np.uint64(number + 1) * np.uint64(0xD1B54A32D192ED03))
+
+
+@lean_kernel  # Effort, Space, Grown, Journal -> i8
 def _straight(effort, space, grown, journal):
     """FOUND with the straight path, NOT_MET, or OVER if an end is not free; or an interrupt."""
     ends = grown.nodes[0, 0], grown.nodes[1, 0]
@@ -57,35 +62,44 @@ def _straight(effort, space, grown, journal):
     return FOUND
 
 
-@kernel  # (n,) f8 x 2, u8, Effort, Space, Grown, Journal -> i8
+@lean_kernel  # (n,) f8 x 2, u8, i8, Effort, Grown, Journal -> writes points[2]
+def _draw(low, high, key, tree, effort, grown, journal):
+    """Draws a sample: uniform between the bounds, or now and then near a node of the tree, which leads out of pockets."""
+    state, drawn = journal.state, journal.points[2]
+    n, number = drawn.shape[0], state[SAMPLE]
+    local = effort.local > 0 and number % effort.local == 1
+    node = int(uniform(key, number, n) * state[COUNTS + tree])
+    for k in range(n):
+        share = uniform(key, number, k)
+        if not low[k] < high[k]:
+            drawn[k] = low[k]
+        elif local:
+            aside = effort.near * (share + uniform(key, number, n + 1 + k) - 1.0)
+            drawn[k] = rounded(min(max(grown.nodes[tree, node, k] + aside, low[k]), high[k]))
+        else:
+            drawn[k] = rounded(low[k] + share * (high[k] - low[k]))
+
+
+@lean_kernel  # (n,) f8 x 2, u8, Effort, Space, Grown, Journal -> i8
 def _sample(low, high, key, effort, space, grown, journal):
     """Grows both trees by one sample: MET with the path, NOT_MET, or an interrupt."""
     state, drawn = journal.state, journal.points[2]
-    for k in range(drawn.shape[0]):
-        drawn[k] = rounded(low[k] + uniform(key, state[SAMPLE], k) * (high[k] - low[k]))
-    first, proves = state[SAMPLE] & 1, state[FAILED] >= effort.trusted
+    # The smaller tree is where it is narrow: it needs the samples.
+    first = 0 if state[COUNTS] <= state[COUNTS + 1] else 1
     second = 1 - first
-    near = nearest(grown.nodes[first], state[COUNTS + first], drawn)
-    node = extend(first, near, drawn, effort.extension, effort, proves, space, grown, journal)
+    _draw(low, high, key, first, effort, grown, journal)
+    near = nearest(first, drawn, grown, journal)
+    node = extend(first, near, drawn, effort.extension, effort, space, grown, journal)
     if node == near or node < 0:
         return NOT_MET if node == near else node
-    met, arrived = reach(second, grown.nodes[first, node], effort, proves, space, grown, journal)
+    met, arrived = reach(second, grown.nodes[first, node], effort, space, grown, journal)
     if met < 0 or not arrived:
         return met if met < 0 else NOT_MET
-    for tree, end in ((first, node), (second, met)):
-        hit, broken = prove_branch(tree, end, space, grown, journal)
-        if hit < FREE:
-            return hit
-        if hit != FREE:
-            note(hit, journal)
-            state[FAILED] += 1
-            cut(tree, broken, grown, journal)
-            return NOT_MET
     _join(node if first == 0 else met, met if first == 0 else node, grown, journal)
     return MET
 
 
-@kernel  # i8, i8, Grown, Journal
+@lean_kernel  # i8, i8, Grown, Journal
 def _join(first, second, grown, journal):
     """Writes the path from the root of tree 0 by a node of it, which is a node of tree 1 too, to the root of tree 1."""
     count, node = 0, first
@@ -108,8 +122,8 @@ def _join(first, second, grown, journal):
         grown.flags[0, i] = 1
 
 
-@kernel  # (n,) f8 x 2, (T,) u8, Effort, Space, Grown, Journal -> i8
-def _next(low, high, keys, effort, space, grown, journal):
+@lean_kernel  # (n,) f8 x 2, u8, Effort, Space, Grown, Journal -> i8
+def _next(low, high, key, effort, space, grown, journal):
     """One step of the phase that the search is in; its outcome, or an interrupt; moves on to the next phase."""
     state = journal.state
     if state[PHASE] == STRAIGHT:
@@ -123,7 +137,7 @@ def _next(low, high, keys, effort, space, grown, journal):
         if state[SPENT] >= effort.samples:
             state[PHASE] = OVER
             return NOT_MET
-        found = _sample(low, high, keys[state[RESTARTS]], effort, space, grown, journal)
+        found = _sample(low, high, of_restart(key, state[RESTARTS]), effort, space, grown, journal)
         if found >= 0:
             state[SAMPLE] += 1
             state[SPENT] += 1
@@ -134,13 +148,12 @@ def _next(low, high, keys, effort, space, grown, journal):
                 state[SAMPLE] = 0
                 state[RESTARTS] += 1
                 state[COUNTS] = state[COUNTS + 1] = 1
-                state[FAILED] = 0
         return found
     if state[PHASE] == SHORTEN:
         if state[PATH] < 3 or state[ATTEMPT] >= effort.attempts or state[IN_VAIN] >= effort.patience:
             state[PHASE] = SETTLE
             return FREE
-        found = shorten(keys[keys.shape[0] - 1], effort, space, grown, journal)
+        found = shorten(key, effort, space, grown, journal)
         if found >= 0:
             state[ATTEMPT] += 1
             state[IN_VAIN] = state[IN_VAIN] + 1 if found == VAIN else 0
@@ -152,11 +165,11 @@ def _next(low, high, keys, effort, space, grown, journal):
     return found
 
 
-@kernel  # (n,) f8 x 2, (T + 1,) u8, Effort, Space, Grown, Journal -> i8
-def run(low, high, keys, effort, space, grown, journal):
+@lean_kernel  # (n,) f8 x 2, u8, Effort, Space, Grown, Journal -> i8
+def run(low, high, key, effort, space, grown, journal):
     """Searches on from where the journal is: FOUND, BLOCKED, or ASK, FULL, PAUSE.
 
-    The ends are node 0 of either tree. `keys` are those of the trees from restart to restart, and last that of shortcuts.
+    The ends are node 0 of either tree.
     """
     state = journal.state
     for _ in range(effort.batch):
@@ -164,7 +177,7 @@ def run(low, high, keys, effort, space, grown, journal):
             return FOUND if state[PATH] > 0 else BLOCKED
         state[USED] = state[RECENT] = 0
         before = state[COUNTS], state[COUNTS + 1]
-        found = _next(low, high, keys, effort, space, grown, journal)
+        found = _next(low, high, key, effort, space, grown, journal)
         if found <= ASK:
             state[COUNTS], state[COUNTS + 1] = before
             for i in range(state[RECENT]):

@@ -3,7 +3,7 @@
 What is left of a cut edge is a piece of a proven one; it is proven by itself in the end, as plans store it.
 """
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.kinematics.kernels.streams import uniform
 from kabo.ways.kernels.bundles import ATTEMPT, COUNTS, FULL, PATH, PROJECTS, SAFE
@@ -14,7 +14,7 @@ LEAST_GAIN = 1e-3  # [rad, L2] that a shortcut must save: less is not worth its 
 VAIN, SHORTER = 0, 1
 
 
-@kernel  # Grown, Journal -> f8
+@lean_kernel  # Grown, Journal -> f8
 def measure(grown, journal):
     """Writes the length of the path up to each way point; returns the whole length."""
     lengths, path = grown.lengths, grown.path[0]
@@ -24,7 +24,7 @@ def measure(grown, journal):
     return lengths[journal.state[PATH] - 1]
 
 
-@kernel  # f8, (n,) f8, Grown, Journal -> i8; writes q
+@lean_kernel  # f8, (n,) f8, Grown, Journal -> i8; writes q
 def point_at(at, q, grown, journal):
     """Writes the rounded point at a length along the path; returns the index of its edge."""
     lengths, path, i = grown.lengths, grown.path[0], 0
@@ -39,7 +39,7 @@ def point_at(at, q, grown, journal):
     return i
 
 
-@kernel  # (n,) f8, i8, i8, Grown -> i8
+@lean_kernel  # (n,) f8, i8, i8, Grown -> i8
 def _put(q, flag, count, grown):
     """Appends a way point to the scratch copy unless it repeats the last one; returns the new count."""
     if count > 0 and equal(grown.path[1, count - 1], q):
@@ -50,7 +50,7 @@ def _put(q, flag, count, grown):
     return count + 1
 
 
-@kernel  # u8, Effort, Space, Grown, Journal -> i8
+@lean_kernel  # u8, Effort, Space, Grown, Journal -> i8
 def shorten(key, effort, space, grown, journal):
     """One attempt: VAIN, SHORTER, or an interrupt."""
     whole = measure(grown, journal)
@@ -73,19 +73,19 @@ def shorten(key, effort, space, grown, journal):
     return _spliced(i, j, detour, whole, grown, journal)
 
 
-@kernel  # (n,) f8 x 2, Effort, Space, Grown, Journal -> i8, i8
+@lean_kernel  # (n,) f8 x 2, Effort, Space, Grown, Journal -> i8, i8
 def _bent(a, b, effort, space, grown, journal):
     """Whether b is reached from a along the constraint: FREE or 0, or an interrupt; tree 0 then holds the way."""
     for k in range(a.shape[0]):
         grown.nodes[0, 0, k] = a[k]
     journal.state[COUNTS] = 1
-    node = extend(0, 0, b, 2.0 * distance(a, b), effort, True, space, grown, journal)
+    node = extend(0, 0, b, 2.0 * distance(a, b), effort, space, grown, journal)
     if node < 0:
         return node, 0
     return FREE if node > 0 and equal(grown.nodes[0, node], b) else 0, node
 
 
-@kernel  # i8, i8, i8, f8, Grown, Journal -> i8
+@lean_kernel  # i8, i8, i8, f8, Grown, Journal -> i8
 def _spliced(i, j, detour, whole, grown, journal):
     """Replaces the path between two points (edges i and j) by the straight edge, or by the way in tree 0."""
     path, flags, a, b = grown.path[0], grown.flags[0], journal.points[0], journal.points[1]
@@ -115,7 +115,7 @@ def _spliced(i, j, detour, whole, grown, journal):
     return SHORTER
 
 
-@kernel  # Grown, Journal
+@lean_kernel  # Grown, Journal
 def save(grown, journal):
     """Keeps the path as the last one that is proven whole."""
     journal.state[SAFE] = journal.state[PATH]
@@ -124,7 +124,7 @@ def save(grown, journal):
             grown.path[2, i, k] = grown.path[0, i, k]
 
 
-@kernel  # Space, Grown, Journal -> i8
+@lean_kernel  # Space, Grown, Journal -> i8
 def settle(space, grown, journal):
     """Proves what is left of cut edges; if one is not proven, the path is again what it was. FREE, or an interrupt."""
     path, flags, state = grown.path[0], grown.flags[0], journal.state

@@ -1,13 +1,14 @@
 """Pages of plans in a real browser: every branch ends where the plan says, links open moments, nothing overlaps."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kabo
-from kabo.plan import Plan, unfold
+from kabo.plan import Plan, Segment, unfold
 from kabo.scene import Scene, link_poses
 from kabo.scene.transforms import transform
 from kabo.viewer import ViewDocument, page_of, scene_view
@@ -180,6 +181,53 @@ def test_nothing_jumps_where_an_object_is_taken_or_let_go(cups, open_page):
     }""")
     assert len(jumps) >= 8
     assert max(jumps) < 1e-4
+
+
+JOINTS_AT = """([node, moments]) => {
+  const { player } = kabo;
+  const { begin, segments } = player.film.steps.find((step) => step.id === node);
+  const robots = [...new Set(segments.map((segment) => segment.robot))];
+  return moments.map((time) => robots.map((robot) => player.stateAt(begin + time).robots[robot]));
+}"""
+
+
+def moments_of(segment: Segment) -> list[float]:
+    """Times in a segment: all borders of its polynomials, and others between them."""
+    own = segment.times if segment.trajectory is None else segment.trajectory.times
+    return sorted({*own, *np.linspace(own[0], own[-1], 41)})
+
+
+def test_joints_move_along_the_polynomials_of_the_plan(cups, open_page):
+    """At borders of pieces and between them, against the trajectories as Python evaluates them."""
+    shown = open_page(cups.page)
+    way = next(
+        way for _, way in branches(cups.plan) if shown.run("kabo.plan.branch.map(({node}) => node.id)") == way
+    )
+    compared = 0
+    for name in way:
+        for segment in cups.plan.nodes[name].motion:
+            assert segment.trajectory is not None
+            moments = moments_of(segment)[:-1]  # at its end the next one begins, of other joints perhaps
+            expected = segment.trajectory.at(moments)
+            for (found,), values in zip(shown.run(JOINTS_AT, [name, moments]), expected, strict=True):
+                assert [found[joint] for joint in segment.joints] == pytest.approx(values, abs=TOLERANCE)
+                compared += 1
+    assert compared > 200
+
+
+def test_a_plan_without_trajectories_moves_straight_between_its_way_points(cups, folder, open_page):
+    plain = {
+        name: replace(node, motion=tuple(replace(each, trajectory=None) for each in node.motion))
+        for name, node in cups.plan.nodes.items()
+    }
+    shown = open_page(cups.write(replace(cups.plan, nodes=plain), folder / "plain.html"))
+    name, segment = next((name, node.motion[0]) for name, node in plain.items() if node.motion)
+    moments = moments_of(segment)[:-1]
+    columns = list(zip(*segment.waypoints, strict=True))
+    for (found,), time in zip(shown.run(JOINTS_AT, [name, moments]), moments, strict=True):
+        expected = [np.interp(time, segment.times, column) for column in columns]
+        assert [found[joint] for joint in segment.joints] == pytest.approx(expected, abs=TOLERANCE)
+    shown.require_clean()
 
 
 def test_a_link_opens_a_moment_and_follows_the_time(cups, open_page):

@@ -100,7 +100,7 @@ class Monitor(Generator):
     """A generator triggered by each solution of another stage; `generate` is given the scene at the end of that solution.
 
     `monitors` is the path of the other stage, relative to the container of this one (`..` goes up one container); of a
-    stage in a wrapper, the wrapper is the container.
+    stage in a wrapper, the wrapper is the container. A path that begins with `/` begins at the task.
     """
 
     def __init__(self, name: str, /, monitors: str | Stage, **properties: Any) -> None:
@@ -117,6 +117,8 @@ class Monitor(Generator):
         if isinstance(self.monitors, Stage):
             return self.monitors
         here: Stage | None = self.parent
+        while self.monitors.startswith("/") and here is not None and here.parent is not None:
+            here = here.parent
         for step in self.monitors.split("/"):
             if here is None:
                 break

@@ -6,18 +6,27 @@ from typing import Any
 
 from kabo.geometry_server import Situation
 from kabo.plan import Segment
-from kabo.scene import Component, Robot, Scene
+from kabo.scene import Component, Scene
 from kabo.tasks.core import Solution
-from kabo.tasks.robots.motion.timing import rested, standing
+from kabo.tasks.robots.motion.parts import MotionPart
+from kabo.tasks.robots.motion.timing import timed_segments
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.timed_paths import TimedPath
 
 
-def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
-    """Every stretch of a solution in order of time, with the path of the stage that made it."""
+def parts(solution: Solution) -> Iterator[MotionPart]:
+    """The stretches of a solution in order of time, each with the scene in which it begins."""
     for leaf in solution.leaves:
         for each in leaf.motion or ():
-            yield each.stage or leaf.stage.path, each
+            state = leaf.start or leaf.end
+            assert state is not None
+            yield MotionPart(each, state.scene, each.stage or leaf.stage.path)
+
+
+def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
+    """Every stretch of a solution in order of time, with the path of the stage that made it."""
+    for part in parts(solution):
+        yield part.stage, part.stretch
 
 
 def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
@@ -30,95 +39,73 @@ def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tupl
 
     Instantaneous changes are added to a neighbouring segment.
     """
-    made: list[tuple[Stretch, Segment]] = []
-    ends: dict[str, float] = {}  # when each robot's last segment ends
-    begin = 0.0
-    for each, segment in _paths(solution, scene, procedure):
-        begin = max(ends.values(), default=0.0) if each.since is None else begin + each.since
-        timed = _timed(each, segment, scene.robots[each.robot]).beginning(begin)
-        made.append((each, timed.of(segment)))
-        ends[each.robot] = timed.times[-1]
-    return made
+    found = _paths(solution, scene, procedure)
+    made = timed_segments(found)
+    return [(part.stretch, segment) for (part, _), segment in zip(found, made, strict=True)]
 
 
 def found_motion(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
     """The segments of a solution, of which those that a plan's situation is enough to time have no trajectory yet.
 
     What is planned is mostly discarded, so these times are computed for the motion of the finished plan alone. Where
-    bodies were added to the scene, or several robots move, the plan does not tell enough: there all are timed.
+    bodies were added to the scene or are attached to each other, or several robots move, the plan does not tell enough:
+    there all are timed.
     """
-    if _needs_more_than_situations(solution):
-        return segments(solution, scene, procedure)
+    found = _paths(solution, scene, procedure)
+    robots = {part.stretch.robot for part, _ in found}
+    if len(robots) > 1 or any(part.scene.extras or part.scene.situation.nested for part, _ in found):
+        return tuple(timed_segments(found))
     made: list[Segment] = []
-    for each, segment in _paths(solution, scene, procedure):
+    for part, segment in found:
         begin = made[-1].times[-1] if made else 0.0
+        each = part.stretch
         if each.timed is not None or each.seconds or each.exact:
-            made.append(_timed(each, segment, scene.robots[each.robot]).beginning(begin).of(segment))
+            (own,) = timed_segments([(part, segment)])
+            assert own.trajectory is not None
+            made.append(TimedPath(own.times, own.trajectory).beginning(begin).of(own))
         else:
             made.append(replace(segment, times=tuple(begin + t for t in segment.times)))
     return tuple(made)
 
 
-def _needs_more_than_situations(solution: Solution) -> bool:
-    states = [state for leaf in solution.leaves for state in (leaf.start, leaf.end) if state is not None]
-    robots = {each.robot for _, each in stretches(solution)}
-    return len(robots) > 1 or any(state.scene.extras for state in states)
-
-
-def _paths(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
+def _paths(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[MotionPart, Segment]]:
     """Every stretch that takes time, with its segment, whose times only count the way points."""
-    made: list[tuple[Stretch, Segment]] = []
-    for path, each in stretches(solution):
+    made: list[tuple[MotionPart, Segment]] = []
+    for part in parts(solution):
+        each = part.stretch
         if len(each.waypoints) == 1 and not each.seconds and each.since is None and _joined(made, each, scene):
             continue
-        segment = _segment(path, each, scene.robots[each.robot], procedure)
-        if segment is not None:
-            made.append((each, segment))
+        if len(part.rows) > 1 or each.attach or each.detach or each.seconds:
+            made.append((part, _segment(part, procedure)))
     return made
 
 
-def _timed(each: Stretch, segment: Segment, robot: Robot) -> TimedPath:
-    if each.timed is not None:
-        return each.timed
-    if each.seconds or len(set(segment.waypoints)) == 1:
-        return standing(segment.joints, segment.waypoints[0], each.seconds)
-    return rested(robot, segment.joints, segment.waypoints)
-
-
-def _joined(made: list[tuple[Stretch, Segment]], each: Stretch, scene: Scene) -> bool:
+def _joined(made: list[tuple[MotionPart, Segment]], each: Stretch, scene: Scene) -> bool:
     """Whether a change without duration was added to the last segment, which must be of the same robot's gripper."""
     gripper = scene.robots[each.robot].gripper_joints
     if not made or made[-1][1].robot != each.robot or (gripper and made[-1][1].joints != gripper):
         return False
-    stretch, segment = made[-1]
+    part, segment = made[-1]
     if segment.attach and each.detach:
         return False
     events: dict[str, Any] = {
         "attach": (*segment.attach, *each.attach),
         "detach": (*segment.detach, *each.detach),
     }
-    made[-1] = replace(stretch, **events), replace(segment, **events)
+    made[-1] = replace(part, stretch=replace(part.stretch, **events)), replace(segment, **events)
     return True
 
 
-def _segment(path: str, each: Stretch, robot: Robot, procedure: str) -> Segment | None:
-    gripper = each.group == "gripper" and bool(robot.gripper_joints)
-    joints = robot.gripper_joints if gripper else robot.planned_joints
-    first = robot.planned if gripper else 0
-    way = [q[first : first + len(joints)] for q in each.waypoints]
-    kept = [way[0], *(b for a, b in zip(way, way[1:], strict=False) if a != b)]
-    if len(kept) == 1 and not (each.attach or each.detach or each.seconds):
-        return None
-    if len(kept) == 1:
-        kept.append(kept[0])
+def _segment(part: MotionPart, procedure: str) -> Segment:
+    each, rows = part.stretch, part.rows if len(part.rows) > 1 else part.rows * 2
     pairs = tuple(sorted((min(pair), max(pair)) for pair in each.permitted))
     return Segment(
         each.robot,
-        joints,
-        tuple(kept),
-        tuple(float(k) for k in range(len(kept))),
+        part.joints,
+        rows,
+        tuple(float(k) for k in range(len(rows))),
         procedure,
-        path,
+        part.stage,
         each.attach,
         each.detach,
         pairs,

@@ -1,35 +1,85 @@
-"""Times of motion: the trajectory of an arm or a gripper from rest to rest along a path, or where nothing moves."""
+"""Times of motion: a node's or a solution's parts in groups that are passed without a stop, each with its trajectory.
 
-from collections.abc import Sequence
-from functools import lru_cache
+Arms stop where something is attached, released or waited for; grippers move from rest to rest. What has its times
+already keeps them.
+"""
+
+from collections.abc import Iterable, Sequence
 
 from kabo.motion import MotionLimits, Trajectory, timed_path
-from kabo.scene import Configuration, Robot, motion_limits
+from kabo.plan import Segment
+from kabo.scene import Configuration, motion_limits
+from kabo.tasks.robots.motion.parts import MotionPart
+from kabo.tasks.robots.motion.smoothing import DEVIATION, deviation_of, smoothed
 from kabo.tasks.robots.timed_paths import TIME_DECIMALS, TimedPath, cut
 
 LEAST_SECONDS = 1e-6  # of a segment in which nothing moves: times of way points increase
-MAX_KEPT = 4096  # paths whose times are kept: solutions of a task share most of their motion
+JOINED = 1e-6  # rad or m: a part begins where the one before it ended
 
 
-def rested(robot: Robot, joints: tuple[str, ...], rows: Sequence[Configuration]) -> TimedPath:
-    """The fastest motion of some joints along way points (m, n) that rests at each of them, from 0.
+def groups_of(parts: Iterable[MotionPart], *, across: bool = True) -> list[list[MotionPart]]:
+    """The parts, in groups between which the motion must stop; each part alone if not `across`."""
+    groups: list[list[MotionPart]] = []
+    for part in parts:
+        if across and groups and _follows(groups[-1][-1], part):
+            groups[-1].append(part)
+        else:
+            groups.append([part])
+    return groups
+
+
+def passing(part: MotionPart) -> bool:
+    """Whether a part may follow another, or be followed, without a stop."""
+    each = part.stretch
+    settled = each.attach or each.detach or each.seconds or each.exact or each.timed is not None
+    return each.group == "arm" and not settled and part.moves
+
+
+def _follows(first: MotionPart, second: MotionPart) -> bool:
+    if first.stretch.robot != second.stretch.robot or not (passing(first) and passing(second)):
+        return False
+    ends = zip(first.stretch.end, second.stretch.start, strict=True)
+    return max(abs(a - b) for a, b in ends) <= JOINED
+
+
+def timed_group(
+    group: Sequence[MotionPart], deviation: float = DEVIATION, limits: MotionLimits | None = None
+) -> tuple[TimedPath, ...]:
+    """The motions of a group's parts, one after the other, from time 0 on.
+
+    Args:
+        group: parts that follow each other without a stop.
+        deviation: how far the motion may pass by way points [rad, L2].
+        limits: of the joints that move; None for those of the robot.
 
     Raises:
-        ValueError: a joint that moves has no limit of velocity above 0.
+        ValueError: a joint that moves has no limits above 0.
     """
-    limits = motion_limits(robot, joints)
-    return _rested(joints, tuple(rows), *(tuple(row.tolist()) for row in limits.rows))
+    first = group[0]
+    if first.stretch.timed is not None:
+        return (first.stretch.timed.beginning(0.0),)
+    if first.stretch.seconds or len(first.rows) == 1:
+        return (standing(first.joints, first.rows[0], first.stretch.seconds),)
+    robot = first.scene.robot(first.stretch.robot)
+    own = motion_limits(robot, first.joints) if limits is None else limits
+    if not first.moves:
+        return tuple(cut(timed_path(first.rows, own), first.joints, ()))
+    return smoothed(group, own, deviation_of(first, deviation)).parts
 
 
-@lru_cache(MAX_KEPT)
-def _rested(
-    joints: tuple[str, ...],
-    rows: tuple[Configuration, ...],
-    velocity: Configuration,
-    acceleration: Configuration,
-    jerk: Configuration,
-) -> TimedPath:
-    (made,) = cut(timed_path(rows, MotionLimits.of(velocity, acceleration, jerk)), joints, ())
+def timed_segments(given: Sequence[tuple[MotionPart, Segment]], deviation: float = DEVIATION) -> list[Segment]:
+    """Segments with trajectories, in the given order, each for its part.
+
+    A part begins when all before it have ended, or as its stretch says (`since`).
+    """
+    made: list[Segment] = []
+    groups, ended, begin = groups_of(part for part, _ in given), 0.0, 0.0
+    for group in groups:
+        since = group[0].stretch.since
+        begin = ended if since is None else begin + since
+        for timed in timed_group(group, deviation):
+            made.append(timed.beginning(begin + timed.times[0]).of(given[len(made)][1]))
+        ended = max(ended, made[-1].times[-1])
     return made
 
 

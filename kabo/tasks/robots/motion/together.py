@@ -15,12 +15,11 @@ from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
 from kabo.geometry_server import Contacts, Pair, Refusal, Team, pair_text
 from kabo.plan import Segment
-from kabo.scene import Configuration
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Solution
 from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
-from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
+from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 TIME_STEP = 0.02  # s between places of the common path, at most; straight between them
 POSITION_TOLERANCE = 1e-6  # m: distance between where an object is at the end and where the motions take it
@@ -83,13 +82,6 @@ class Track:
                 after = np.flatnonzero(moments > segment.times[0])
                 found[after[:, None], self._columns(segment)] = segment.trajectory.at(moments[after])
         return found
-
-    def rows(self, number: int) -> tuple[Configuration, ...]:
-        """The way points of the segment with an index, over all joints of its robot."""
-        stretch, segment = self.line[number]
-        found = np.tile(stretch.path[0], (len(segment.waypoints), 1))
-        found[:, self._columns(segment)] = segment.waypoints
-        return tuple(map(configuration, found))
 
     def _columns(self, segment: Segment) -> list[int]:
         names = self.before.robot(segment.robot).joint_names

@@ -9,22 +9,23 @@ from kabo.scene import Scene
 from kabo.tasks.core import Connector, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
-from kabo.tasks.robots.motion.paths import length, way
+from kabo.tasks.robots.declaring import ATTEMPT_TIMEOUT, KEEP, PLANNER, ROBOT, RobotStage, keep_faults
+from kabo.tasks.robots.motion.paths import length
+from kabo.tasks.robots.motion.planners import planned_way
 from kabo.tasks.robots.scenes import TaskScene
 
 JOINT_TOLERANCE = 1e-6  # rad or m: joints that differ by less have not moved
 
 
 class Connect(RobotStage, Connector):
-    """A collision-free path of the robot's arm from one scene to the other, by RRT-Connect with proven edges.
+    """A collision-free path of the robot's arm from one scene to the other, by one planner or the first that finds one.
 
     The scenes must agree in everything else: objects and their attachments, joints that the arm does not have, permitted
     contacts, added geometry. Pairs that do not agree are counted by what differs.
     """
 
     MOVES = ("robot",)
-    PROPERTIES = {"robot": ROBOT, "keep": KEEP}
+    PROPERTIES = {"robot": ROBOT, "keep": KEEP, "planner": PLANNER, "attempt_timeout": ATTEMPT_TIMEOUT}
 
     def mismatch(self, start: TaskScene, end: TaskScene, properties: Values) -> str | None:
         """The first difference between the scenes besides the arm's configuration; None if there is none."""
@@ -44,7 +45,9 @@ class Connect(RobotStage, Connector):
         goal[start.robot(name).planned :] = start.configuration(name)[start.robot(name).planned :]
         if np.array_equal(goal, start.configuration(name)):
             return [Result(motion=())]
-        found = way(start, name, goal, self.name, properties["keep"])
+        found = planned_way(
+            start, name, goal, self.name, properties["keep"], properties["planner"], properties["attempt_timeout"]
+        )
         return [found] if isinstance(found, Refusal) else [Result(motion=(found,), cost=length((found,)))]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:

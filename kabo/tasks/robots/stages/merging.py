@@ -15,6 +15,7 @@ from kabo.tasks.core import Merger as CoreMerger
 from kabo.tasks.core import Result, Solution, Stage
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots.declaring import RobotStage
+from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.together import Track, met
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.geometry import AddGeometry, Pad, RemoveGeometry
@@ -129,7 +130,6 @@ def _motion(tracks: Sequence[Track]) -> Iterator[Stretch]:
         since = None if last is None else round(begin - last, TIME_DECIMALS)
         assert segment.trajectory is not None
         timed = TimedPath(segment.times, segment.trajectory).beginning(0.0)
-        yield replace(
-            stretch, waypoints=tracks[k].rows(n), timed=timed, stage=segment.stage, since=since, exact=True
-        )
+        part = MotionPart(stretch, tracks[k].before, segment.stage or "")
+        yield replace(part.along(timed), since=since)
         last = begin

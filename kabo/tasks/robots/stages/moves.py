@@ -1,6 +1,6 @@
 """The stage `MoveTo`: motions of an arm or a gripper to a goal [T 3.2]."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,9 +13,11 @@ from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
+from kabo.tasks.robots.declaring import ATTEMPT_TIMEOUT, KEEP, PLANNER, ROBOT, RobotStage, keep_faults
+from kabo.tasks.robots.meanings import RRT_CONNECT, TOOL_LINE
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.motion.paths import grip, length, way
+from kabo.tasks.robots.motion.paths import grip, length
+from kabo.tasks.robots.motion.planners import planned_way
 from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
@@ -47,6 +49,9 @@ class MoveTo(RobotStage, Propagator):
             meanings.name,
         ),
         "keep": KEEP,
+        "straight": Property(bool, False, "whether the tool moves on a straight line, and turns evenly"),
+        "planner": PLANNER,
+        "attempt_timeout": ATTEMPT_TIMEOUT,
         "if_missing": Property(
             str,
             "fail",
@@ -87,6 +92,10 @@ class MoveTo(RobotStage, Propagator):
         goal, keep = self.known("goal"), self.known("keep")
         if self.known("of") is not None and goal is not None and not _is_pose(goal):
             yield "`of` says what is to be at a pose or a point, and the goal is neither"
+        if self.known("straight") and (self.known("group") == "gripper" or goal in (OPEN, CLOSED)):
+            yield "`straight` is for the arm, and only the gripper moves"
+        if self.known("straight") and self.known("planner") not in (None, RRT_CONNECT):
+            yield "`straight` leaves no choice of a planner"
         if keep and (self.known("group") or ("gripper" if goal in (OPEN, CLOSED) else "arm")) == "gripper":
             yield "`keep` is for the arm, and only the gripper moves"
         yield from keep_faults(self, start)
@@ -101,7 +110,8 @@ class MoveTo(RobotStage, Propagator):
         group = properties["group"] or ("arm" if not np.array_equal(start[:n], goal[:n]) else "gripper")
         if group == "gripper":
             return grip(scene, name, goal)
-        return arm_moved(scene, name, goal, self.name, properties["keep"])
+        planner = TOOL_LINE if properties["straight"] else properties["planner"]
+        return arm_moved(scene, name, goal, self.name, properties["keep"], planner, properties["attempt_timeout"])
 
     def _goals(self, scene: TaskScene, properties: Values) -> Any:
         name, goal = properties["robot"], properties["goal"]
@@ -148,15 +158,23 @@ class MoveTo(RobotStage, Propagator):
             yield Refusal("out_of_reach", text, reads=frozenset({name}), question=asked)
 
 
-def arm_moved(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any) -> Stretch | Refusal:
+def arm_moved(
+    scene: TaskScene,
+    robot: str,
+    goal: Array,
+    what: str,
+    keep: Any,
+    planners: str | Sequence[str] = RRT_CONNECT,
+    timeout: float | None = None,
+) -> Stretch | Refusal:
     """The motion of a robot's arm to `goal` (n,), or the refusal: not free there, or no path is found.
 
-    `what` the motion is for keys its random stream; `keep` is a motion constraint.
+    `what` the motion is for keys its random stream; `keep` is a motion constraint; planners as in `planned_way`.
     """
     hit = scene.at(robot, goal).hit(robot)
     if hit is not None:
         return Refusal.collision(hit, question=along(scene, robot, goal))
-    return way(scene, robot, goal, what, keep)
+    return planned_way(scene, robot, goal, what, keep, planners, timeout)
 
 
 def _is_pose(goal: Any) -> bool:

@@ -26,20 +26,15 @@ class JointLimits:
 def joint_limits(robot: Robot) -> JointLimits:
     """The limits of a robot: of the URDF, narrowed by the scene, and the defaults for what neither of them says."""
     tree, names = robot.tree, robot.joint_names
-    velocity = np.minimum(np.asarray(tree.velocity, np.float64), _named(robot, "velocity", np.inf, names))
-    acceleration = _named(robot, "acceleration", velocity / ACCELERATION_TIME, names)
-    jerk = _named(robot, "jerk", acceleration / JERK_TIME, names)
+    velocity = np.asarray(tree.velocity, np.float64)
+    acceleration = _named(robot.acceleration, velocity / ACCELERATION_TIME, names)
+    jerk = _named(robot.jerk, acceleration / JERK_TIME, names)
     return JointLimits(np.asarray(tree.lower), np.asarray(tree.upper), (velocity, acceleration, jerk))
 
 
-def _named(robot: Robot, key: str, default: Array | float, names: tuple[str, ...]) -> Array:
+def _named(given: Mapping[str, float], default: Array, names: tuple[str, ...]) -> Array:
     """The values that the scene gives to some of the joints; the default for the others."""
-    given: Mapping[str, float] = getattr(robot, key, {})
-    found = np.array(np.broadcast_to(default, len(names)), np.float64)
-    for name, value in given.items():
-        if name in names:
-            found[names.index(name)] = value
-    return found
+    return np.array([given.get(name, float(value)) for name, value in zip(names, default, strict=True)])
 
 
 def unit_of(arm: Arm, index: int, order: int = 0) -> str:

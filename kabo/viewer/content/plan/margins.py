@@ -83,7 +83,7 @@ class MarginCurves:
         partners = self._partners(moving, standing, permitted, stretch)
         rows = []
         for time in _moments(stretch.times, self._most):
-            poses = self._poses(moving, stretch, time)
+            poses = self._poses(moving, motion, stretch, time)
             least, pair = self._nearest(moving, poses, standing, partners)
             number = -1 if pair is None else self._numbers.setdefault(pair, len(self._numbers))
             rows.append([round(time, DECIMALS), round(least, DECIMALS), number])
@@ -156,12 +156,19 @@ class MarginCurves:
         joints = moving_joints(self._scene.robots[name], thing.joint, stretch.waypoints[name])
         return frozenset((name, joint) for joint in joints)
 
-    def _poses(self, moving: Sequence[tuple[_Thing, Array]], stretch: MotionStretch, time: float) -> list[Array]:
+    def _poses(
+        self,
+        moving: Sequence[tuple[_Thing, Array]],
+        motion: Sequence[Segment],
+        stretch: MotionStretch,
+        time: float,
+    ) -> list[Array]:
         joints: dict[tuple[str, int], Array] = {}
         found = []
-        for name, waypoints in stretch.waypoints.items():
-            q = np.array([np.interp(time, stretch.times, column) for column in waypoints.T])
-            joints.update(_joint_poses(self._scene.robots[name], q))
+        for segment in (motion[i] for i in stretch.segments):
+            robot, q = self._scene.robots[segment.robot], stretch.waypoints[segment.robot][0].copy()
+            q[[robot.joint_names.index(joint) for joint in segment.joints]] = segment.at(time)
+            joints.update(_joint_poses(robot, q))
         for thing, joint_T in moving:
             found.append(joints[thing.robot or "", thing.joint] @ joint_T)
         return found

@@ -1,7 +1,8 @@
 """The motions of a plan for the player: segments as in the plan file, and where objects hang after each hand-over.
 
-The page interpolates way points in time. What a hand takes or lets go keeps its pose in the world; its pose in the
-frame of its new parent follows from kinematics and is computed here, so that the page needs none to say the state.
+The page evaluates trajectories; without one it interpolates way points in time. What a hand takes or lets go keeps
+its pose in the world; its pose in the frame of its new parent follows from kinematics and is computed here, so that
+the page needs none to say the state.
 """
 
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import stretches
 from kabo.scene import Scene
 from kabo.scene.transforms import quaternion
+from kabo.viewer.content.trajectories import shown_trajectory
 
 DIGITS = 12  # of hand-over poses; far below what the page promises
 
@@ -86,6 +88,7 @@ def _segment(segment: Segment) -> dict[str, Any]:
         "joints": list(segment.joints),
         "waypoints": [list(row) for row in segment.waypoints],
         "times": list(segment.times),
+        "trajectory": None if segment.trajectory is None else shown_trajectory(segment.trajectory),
         "attach": [list(pair) for pair in segment.attach],
         "detach": list(segment.detach),
         "allowed": [list(pair) for pair in segment.allowed_contacts],

@@ -86,20 +86,32 @@ function partly(step, before, time) {
   return { robots, objects };
 }
 
-/** The values of a segment's joints at a time, straight between way points. */
+/** The values of a segment's joints at a time: of its trajectory, or else straight between way points. */
 export function valuesAt(segment, time) {
-  const { times, waypoints } = segment;
+  const { times, waypoints, trajectory } = segment;
   if (time >= times.at(-1)) {
     return waypoints.at(-1);
   }
+  if (trajectory) {
+    const piece = spanAt(trajectory.times, time);
+    const since = Math.max(0, time - trajectory.times[piece]);
+    return trajectory.coefficients[piece].map((powers) => powers.reduceRight((sum, power) => sum * since + power, 0));
+  }
+  const low = spanAt(times, time);
+  const [from, to] = [times[low], times[low + 1]];
+  const share = to > from ? Math.max(0, (time - from) / (to - from)) : 1;
+  return waypoints[low].map((value, k) => value + share * (waypoints[low + 1][k] - value));
+}
+
+/** The number of the last of increasing times that is not after a time; never the last one of all. */
+function spanAt(times, time) {
   let low = 0;
   let high = times.length - 1;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
     [low, high] = times[middle] <= time ? [middle, high] : [low, middle];
   }
-  const share = times[high] > times[low] ? Math.max(0, (time - times[low]) / (times[high] - times[low])) : 1;
-  return waypoints[low].map((value, k) => value + share * (waypoints[high][k] - value));
+  return low;
 }
 
 /** A state, with a change applied to it. */

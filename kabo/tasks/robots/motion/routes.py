@@ -1,0 +1,184 @@
+"""Routes: the corners of a motion through several parts, and the proof of a motion that rounds them.
+
+Each part keeps the contacts, the constraint and the scene that it was made for: a straight piece and the blends that
+reach over it are proven with those of its part. Where a body is lifted from another, contact between the two is
+permitted on that stroke only; motion that leaves the stroke is proven without it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.motion import Timed, thinned
+from kabo.motion.bernstein import values
+from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
+from kabo.tasks.robots.motion.parts import MOVING, MotionPart
+from kabo.tasks.robots.motion.resting_strokes import RestingStroke, resting_stroke
+from kabo.tasks.robots.scenes import configuration
+from kabo.tasks.robots.timed_paths import TIME_DECIMALS
+
+ON_PATH = 1e-8  # rad or m: deviations of straight pieces; they are proven already
+# Where a chord of a blend is proven with this multiple of what the motion deviates from it, it is near enough: then
+# most of the distance to the nearest obstacle is left.
+MARGIN = 4.0
+MAX_HALVINGS = 4  # of a chord that is not proven with its margin; the last ones are proven without
+JOINT_DECIMALS = 9  # of joint values in plans
+LINE_PLACES = np.linspace(0.0, 1.0, 9)  # shares of the time of a stroke at which its line is compared
+STROKE_TOLERANCE = 1e-9  # rad of the distance of a point from a stroke
+
+
+@dataclass(frozen=True)
+class Route:
+    """The corners (m, n) of a motion; piece i, from corner i to corner i + 1, belongs to part `owners[i]`."""
+
+    parts: Sequence[MotionPart]
+    corners: Array
+    owners: tuple[int, ...]
+    stroke: float  # rad, L2: distance from which the motion has left a stroke on which bodies may touch
+
+    @property
+    def borders(self) -> list[int]:
+        """The inner corners at which one part ends and the next begins."""
+        return [i for i in range(1, len(self.owners)) if self.owners[i] != self.owners[i - 1]]
+
+    @cached_property
+    def _resting(self) -> Array:
+        return np.array(self.parts[0].stretch.start)
+
+    def whole(self, q: Array) -> Array:
+        """The configuration with the values of joints that do not move, as plans store it."""
+        found = self._resting.copy()
+        found[self.parts[0].columns] = q
+        return np.array(configuration(found))
+
+    def proven(self, made: Timed) -> "Timed | list[int]":
+        """A motion with as many way points on its blends as their proofs need, or the corners of blends that have none."""
+        waiting = list(range(len(made.passing) - 1))
+        for level in range(MAX_HALVINGS + 1):
+            margin = MARGIN if level < MAX_HALVINGS else 1.0
+            refused = [i for i in waiting if not self._proven(made, i, margin)]
+            if not refused:
+                return self._bent(made) or made
+            if level < MAX_HALVINGS:
+                made, waiting = halved(made, refused)
+        return sorted({corner for i in refused for corner in self._corners_by(made, i)})
+
+    @cached_property
+    def _strokes(self) -> tuple[RestingStroke, ...]:
+        """The strokes from where the motion rests: its first part and its last one, where they are strokes."""
+        places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.corners, axis=0), axis=1))])
+        cuts = [0, *self.borders, len(self.corners) - 1]
+        first, last = range(cuts[1] + 1), range(cuts[-1], cuts[-2] - 1, -1)
+        found = (
+            resting_stroke(self.parts[0], first, np.abs(places[first] - places[0]), backward=False),
+            resting_stroke(self.parts[-1], last, np.abs(places[last] - places[-1]), backward=True),
+        )
+        return tuple(each for each in found if each is not None)
+
+    def greatest_shares(self, deviation: float) -> Array:
+        """The greatest share (m,) of each corner's trim with which strokes keep their shape."""
+        found = np.ones(len(self.corners))
+        bends = turns(self.corners)
+        for stroke in self._strokes:
+            for number, most in stroke.greatest_trims(bends):
+                room = min(
+                    room_of(self.corners, number), deviation / CORNER_SHARE / max(bends[number], GENTLE_TURN)
+                )
+                found[number] = min(found[number], most / room)
+        return found
+
+    def _bent(self, made: Timed) -> list[int]:
+        """The corners of strokes whose lines are not kept."""
+        found: set[int] = set()
+        for stroke in self._strokes:
+            near, far = (made.passing[made.corners[stroke.corners[k]]] for k in (0, -1))
+            rows = [self.whole(q) for q in at_times(made, near + (far - near) * LINE_PLACES)]
+            if not stroke.kept(np.array(rows)):
+                found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
+        return sorted(found)
+
+    def _proven(self, made: Timed, piece: int, margin: float) -> bool:
+        """Whether a piece of the path is proven for a motion that stays near it."""
+        away = made.deviations[piece]
+        if away.max() <= ON_PATH:
+            return True
+        ends = made.waypoints[piece : piece + 2]
+        owner = self.owners[min(int(np.searchsorted(made.corners, piece, side="right")) - 1, len(self.owners) - 1)]
+        if not all(
+            stroke.steady(ends, float(away.max())) for stroke in self._strokes if stroke.part is self.parts[owner]
+        ):
+            return False
+        part, strays = self.parts[owner], np.zeros(len(self._resting))
+        strays[part.columns] = margin * away
+        apart = part.touches and max(map(self._distance, ends, (owner, owner))) > self.stroke + STROKE_TOLERANCE
+        return part.proven_near(self.whole(ends[0]), self.whole(ends[1]), strays, apart=apart)
+
+    def _distance(self, q: Array, owner: int) -> float:
+        """The distance of a point (n,) from the straight pieces of a part [rad, L2]."""
+        own = [i for i, each in enumerate(self.owners) if each == owner]
+        a, b = self.corners[own], self.corners[[i + 1 for i in own]]
+        steps = b - a
+        shares = np.clip(((q - a) * steps).sum(axis=1) / (steps**2).sum(axis=1), 0.0, 1.0)
+        return float(np.linalg.norm(q - a - shares[:, None] * steps, axis=1).min())
+
+    def _corners_by(self, made: Timed, piece: int) -> list[int]:
+        """The inner corners before and after a piece of the path."""
+        after = int(np.searchsorted(made.corners, piece, side="right"))
+        return [i for i in (after - 1, after) if 0 < i < len(self.corners) - 1]
+
+
+def halved(made: Timed, pieces: Sequence[int]) -> tuple[Timed, list[int]]:
+    """The same motion with a way point in the middle of some pieces of its path, and the indices of their halves."""
+    places = np.asarray(pieces)
+    inner = np.round((made.passing[places] + made.passing[places + 1]) / 2, TIME_DECIMALS)
+    rows = np.round(at_times(made, inner), JOINT_DECIMALS) + 0.0
+    shifts = np.searchsorted(places, made.corners, side="left")
+    found = replace(
+        made,
+        waypoints=np.insert(made.waypoints, places + 1, rows, axis=0),
+        passing=np.insert(made.passing, places + 1, inner),
+        corners=tuple((np.asarray(made.corners) + shifts).tolist()),
+    )
+    first = (places + np.arange(len(places))).tolist()
+    return found, [i for at in first for i in (at, at + 1)]
+
+
+def turns(corners: Array) -> Array:
+    """The norm (m,) of the difference of the directions before and after each corner; 0 at both ends."""
+    steps = np.diff(corners, axis=0)
+    units = steps / np.linalg.norm(steps, axis=1)[:, None]
+    return np.concatenate([[0.0], np.linalg.norm(np.diff(units, axis=0), axis=1), [0.0]])
+
+
+def room_of(corners: Array, number: int) -> float:
+    """The distance of a corner from the nearer end of the whole path [rad, L2]."""
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    return float(min(lengths[:number].sum(), lengths[number:].sum()))
+
+
+def at_times(made: Timed, times: Array) -> Array:
+    """The values (k, n) of the joints at some times (k,) [s]."""
+    k = np.clip(np.searchsorted(made.times, times, side="right") - 1, 0, len(made.coefficients) - 1)
+    return values(made.coefficients[k], (times - made.times[k])[:, None])
+
+
+def route_of(parts: Sequence[MotionPart], tolerance: float) -> Route:
+    """The route through the way points that are needed, with every straight piece proven."""
+    columns, path = parts[0].columns, parts[0].stretch.path
+    corners: list[Array] = [path[0, columns]]
+    owners: list[int] = []
+    for number, part in enumerate(parts):
+        path = part.stretch.path
+        keeps_shape = part.touches or part.stretch.exact
+        kept = thinned(path[:, columns], 0.0 if keeps_shape else tolerance)
+        for a, b in zip(kept, kept[1:], strict=False):
+            direct = b == a + 1 or part.proven(path[a], path[b])
+            for k in (b,) if direct else range(a + 1, b + 1):
+                if np.linalg.norm(path[k, columns] - corners[-1]) > MOVING:
+                    corners.append(path[k, columns])
+                    owners.append(number)
+    corners[-1] = path[-1, columns]  # the end is reached exactly
+    return Route(parts, np.array(corners), tuple(owners), tolerance)
