@@ -48,11 +48,12 @@ def found_motion(solution: Solution, scene: Scene, procedure: str) -> tuple[Segm
     """The segments of a solution, of which those that a plan's situation is enough to time have no trajectory yet.
 
     What is planned is mostly discarded, so these times are computed for the motion of the finished plan alone. Where
-    bodies were added to the scene, or several robots move, the plan does not tell enough: there all are timed.
+    bodies were added to the scene or are attached to each other, or several robots move, the plan does not tell enough:
+    there all are timed.
     """
     found = _paths(solution, scene, procedure)
     robots = {part.stretch.robot for part, _ in found}
-    if len(robots) > 1 or any(part.scene.extras for part, _ in found):
+    if len(robots) > 1 or any(part.scene.extras or part.scene.situation.nested for part, _ in found):
         return tuple(timed_segments(found))
     made: list[Segment] = []
     for part, segment in found:

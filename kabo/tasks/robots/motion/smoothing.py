@@ -17,7 +17,7 @@ from kabo.tasks.robots.timed_paths import TimedPath, cut
 DEVIATION = 0.05  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
 EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
-LEAST_SHARE = 1.0 / 16  # share of a blend below which the motion stops at the corner
+LEAST_SHARE = 1.0 / 16  # of the greatest blend, below which the motion stops at the corner
 COARSEST_CHORD = (
     4e-3  # rad, L2: deviation of a blend from straight pieces between its way points, before any proof
 )
@@ -47,7 +47,8 @@ def smoothed(
     """
     route = route_of(parts, THINNING_SHARE * deviation)
     within = (1.0 - THINNING_SHARE) * deviation
-    shares = route.greatest_shares(within) if deviation > 0.0 else np.zeros(len(route.corners))
+    greatest = route.greatest_shares(within) if deviation > 0.0 else np.zeros(len(route.corners))
+    shares = greatest.copy()
     while True:
         made = timed_path(
             route.corners,
@@ -59,9 +60,10 @@ def smoothed(
         )
         found = route.proven(made)
         if not isinstance(found, list):
-            stops = sum(share == 0.0 for share in shares[1:-1])
+            stops = int((shares[1:-1] == 0.0).sum())
             return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), stops)
-        shares[found] = np.where(shares[found] > LEAST_SHARE, 0.5 * shares[found], 0.0)
+        less = 0.5 * shares[found]
+        shares[found] = np.where(less >= LEAST_SHARE * greatest[found], less, 0.0)
 
 
 def deviation_of(part: MotionPart, deviation: float) -> float:

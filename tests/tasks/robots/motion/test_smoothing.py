@@ -1,45 +1,109 @@
-"""Blends are as large as their proofs allow."""
+"""Motion through several parts: corners as round as their proofs allow, proven with what the trajectory deviates."""
 
-from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from kabo.motion import Blended
-from kabo.tasks.robots.motion.smoothing import MIN_TRIM_SHARE, TRIM_RESOLUTION, _largest, _rounded
+from kabo.geometry_server import GeometryServer, Situation, Success
+from kabo.language.formulas import GroundCall
+from kabo.planner.refine.legs import legs_of
+from kabo.scene import motion_limits
+from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.robots.motion.parts import MotionPart
+from kabo.tasks.robots.motion.routes import route_of
+from kabo.tasks.robots.motion.smoothing import Smoothed, smoothed
+from kabo.tasks.robots.motion.timing import groups_of
+from tests.tasks.conftest import DOMAINS, scene_of
 
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
+PROBLEM = "bartender/four_bottles.yaml"
 DEVIATION = 0.05
 
 
-@dataclass(frozen=True)
-class Narrow:
-    """A route with things near its corners: blends longer than `room` (m,) are refused."""
-
-    room: np.ndarray
-
-    @property
-    def corners(self) -> np.ndarray:
-        return CORNERS
-
-    def refused(self, path: Blended) -> list[int]:
-        return [i for i in (1, 2) if path.trims[i] > self.room[i]]
+@cache
+def group() -> list[MotionPart]:
+    """The parts of a free way and an approach, which follow each other without a stop."""
+    server = GeometricProcedures(GeometryServer(scene_of(PROBLEM)), (DOMAINS / PROBLEM).parent)
+    start = Situation.of(server.scene.start)
+    answer = server.call(GroundCall("pick", ("left", "bottle_1")), start)
+    assert isinstance(answer, Success)
+    legs = legs_of(server.server.context(), start, answer.motion)
+    assert legs is not None
+    return next(each for each in groups_of(leg.part for leg in legs) if len(each) > 1)
 
 
-@given(shares=st.lists(st.sampled_from([0.01, 0.1, 0.3, 0.49, 0.7, 0.97, 2.0]), min_size=2, max_size=2))
-def test_a_blend_is_the_largest_that_is_proven_but_for_a_sixteenth(shares: list[float]) -> None:
-    """Whatever is in the way of the other one."""
-    whole = _rounded(Narrow(np.full(4, 9.0)), DEVIATION, np.ones(4)).trims  # type: ignore[arg-type]
-    room = whole * [1.0, *shares, 1.0]
-    found = _largest(Narrow(room), DEVIATION, np.ones(4))  # type: ignore[arg-type]
-    trims = _rounded(Narrow(room), DEVIATION, found).trims  # type: ignore[arg-type]
-    for i in (1, 2):
-        assert trims[i] <= room[i]
-        reachable = min(1.0, room[i] / whole[i])
-        assert found[i] >= reachable - TRIM_RESOLUTION - 1e-9 or (found[i] == 0.0 and reachable < MIN_TRIM_SHARE)
+@cache
+def made(deviation: float) -> Smoothed:
+    part = group()[0]
+    return smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), deviation)
 
 
-def test_without_anything_in_the_way_nothing_shrinks() -> None:
-    assert _largest(Narrow(np.full(4, 9.0)), DEVIATION, np.ones(4)) == pytest.approx(np.ones(4))  # type: ignore[arg-type]
+def dense() -> np.ndarray:
+    return np.concatenate([timed.trajectory.sampled(1000.0).positions for timed in made(DEVIATION).parts])
+
+
+def test_parts_follow_each_other_without_a_stop_and_end_at_rest() -> None:
+    found = made(DEVIATION).parts
+    for before, after in zip(found, found[1:], strict=False):
+        assert before.times[-1] == after.times[0]
+        assert before.waypoints[-1] == after.waypoints[0]
+        for order in (0, 1, 2):
+            ends = (
+                before.trajectory.at(before.times[-1] - 1e-12, order),
+                after.trajectory.at(after.times[0], order),
+            )
+            assert np.abs(ends[0] - ends[1]).max() < 1e-6
+        assert np.abs(after.trajectory.at(after.times[0], 1)).max() > 0.01
+    for timed, time in ((found[0], found[0].times[0]), (found[-1], found[-1].times[-1])):
+        assert np.abs(timed.trajectory.at(time, 1)).max() < 1e-8
+        assert np.abs(timed.trajectory.at(time, 2)).max() < 1e-6
+
+
+def test_rounded_corners_are_faster_than_stops() -> None:
+    rounded, stopping = (sum(timed.seconds for timed in made(d).parts) for d in (DEVIATION, 0.0))
+    assert rounded < 0.95 * stopping
+
+
+def test_the_motion_is_proven_where_it_really_is() -> None:
+    """Each sample lies as near to its path as is said, and is free of collision by the bounded check."""
+    for part, timed in zip(group(), made(DEVIATION).parts, strict=True):
+        path, samples = np.array(timed.waypoints), timed.trajectory.sampled(200.0).positions
+        workspace = part.scene.workspace("left")
+        for q in samples:
+            steps = np.diff(path, axis=0)
+            shares = np.clip(((q - path[:-1]) * steps).sum(axis=1) / (steps**2).sum(axis=1), 0.0, 1.0)
+            away = np.abs(q - path[:-1] - shares[:, None] * steps).max(axis=1).min()
+            assert away <= timed.trajectory.deviation + 1e-9
+            whole = np.array(part.stretch.start)
+            whole[part.columns] = q
+            assert workspace.first_hit(whole) is None
+
+
+def test_it_stays_near_the_way_points_that_were_found() -> None:
+    path = np.concatenate([np.array(part.rows) for part in group()])
+    for q in dense()[::20]:
+        a, steps = path[:-1], np.diff(path, axis=0)
+        squares = np.maximum((steps**2).sum(axis=1), 1e-18)
+        shares = np.clip(((q - a) * steps).sum(axis=1) / squares, 0.0, 1.0)
+        assert np.linalg.norm(q - a - shares[:, None] * steps, axis=1).min() <= DEVIATION + 1e-4
+
+
+def test_next_to_the_object_the_motion_is_exactly_straight() -> None:
+    last = made(DEVIATION).parts[-1]
+    rows = np.array(last.waypoints)
+    samples = last.trajectory.at(np.linspace(last.times[-2], last.times[-1], 50))
+    unit = (rows[-1] - rows[-2]) / np.linalg.norm(rows[-1] - rows[-2])
+    away = samples - rows[-2] - ((samples - rows[-2]) @ unit)[:, None] * unit
+    assert np.abs(away).max() < 1e-9
+
+
+@pytest.mark.parametrize("blocked", [False, True])
+def test_where_nothing_is_proven_it_stops(monkeypatch: pytest.MonkeyPatch, blocked: bool) -> None:
+    """With obstacles everywhere beside the path every blend is refused, and the motion stops at each corner."""
+    part = group()[0]
+    if blocked:
+        monkeypatch.setattr(MotionPart, "proven_near", lambda *_, **__: False)
+    found = smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
+    inner = len(route_of(group(), 0.1 * DEVIATION).corners) - 2
+    assert inner > 0
+    assert found.stops == (inner if blocked else 0)
