@@ -18,6 +18,8 @@ from kabo.language import load_problem as load_problem
 from kabo.language.problem import Problem as Problem
 from kabo.meshes import Mesh as Mesh
 from kabo.meshes import load_mesh as load_mesh
+from kabo.motion_plans import NoMotionError as NoMotionError
+from kabo.motion_plans import plan_motion as plan_motion
 from kabo.plan import Plan as Plan
 from kabo.plan import PlanStatistics as PlanStatistics
 from kabo.plan import load_plan as load_plan

@@ -110,8 +110,12 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
         "start": before,
     }
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
-    plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
-    return _certified(plan, scene) if certificate else plan
+    try:
+        plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
+        return _certified(plan, scene) if certificate else plan
+    except (KeyError, ValueError, IndexError) as error:  # joints, links or objects of another scene
+        what = f"this motion is none of the scene {scene.name}: {error}"
+        raise InputError([Diagnostic(f"solution {number}", 1, 1, what, "name the scene of the report")]) from None
 
 
 def _certified(plan: Plan, scene: "Scene") -> Plan:

@@ -62,6 +62,7 @@ REMEMBERED = {
     "kabo/verify/certificate/parts.py": {"_COVERED"},  # by content
     "kabo/verify/knowledge/replay/mutable_knowledge.py": {"_spelled"},  # by value
     "kabo/verify/knowledge/replay/states.py": {"symbols_of", "in_order"},  # by value
+    "kabo/ways/searching.py": {"_free", "_still", "_nothing"},  # constants
 }
 MEMORIES = {"ContentCache", "OrderedDict", "defaultdict", "deque", "dict", "list", "set"}
 

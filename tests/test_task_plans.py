@@ -145,3 +145,33 @@ def test_a_report_without_solutions_says_so(tmp_path: Path):
     assert not made.solutions
     with pytest.raises(InputError, match="the report has no solution"):
         kabo.task_plan(made)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("segments", 0, "joints", 0), "elbow"),
+        (("segments", 2, "attach", 0, "object"), "ghost"),
+        (("segments", 2, "attach", 0, "to"), "arm.nothing"),
+        (("segments", 0, "waypoints", 0), [0.0]),
+        (("segments", 0, "times", 0), -1.0),
+        (("segments", 0, "robot"), "legs"),
+        (("segments", 0, "trajectory", "times"), []),
+        (("segments", 0, "trajectory", "coefficients", 0, 0, 0), 1e9),
+        (("after", "objects"), {}),
+    ],
+)
+def test_motions_that_are_none_are_refused_or_not_verified(report: TaskReport, path, value, tmp_path: Path):
+    """With a message, or by the verifier; never with a traceback, never accepted."""
+    content = json.loads(json.dumps(report.content))
+    here = content["runs"][0]["solutions"][0]["motion"]
+    for key in path[:-1]:
+        here = here[key]
+    here[path[-1]] = value
+    saved = tmp_path / "report.json"
+    saved.write_text(json.dumps(content))
+    try:
+        _, plan, scene = plan_of_report(saved, EXAMPLE / "scene.yaml", 1, certificate=False)
+    except InputError:
+        return
+    assert not kabo.verify(scene, plan).ok

@@ -29,6 +29,8 @@ from kabo.meshes import require_written as require_written
 from kabo.meshes import units_warning as units_warning
 from kabo.meshes import write_mesh as write_mesh
 from kabo.meshes import write_pieces as write_pieces
+from kabo.motion_plans import NoMotionError as NoMotionError
+from kabo.motion_plans import find_motion as find_motion
 from kabo.pictures import PictureWishes as PictureWishes
 from kabo.pictures import ViewWishes as ViewWishes
 from kabo.pictures import bound_picture as bound_picture

@@ -22,6 +22,7 @@ from kabo.language.yaml.procedures import TASK_LIBRARY as TASK_LIBRARY
 from kabo.language.yaml.procedures import ProcedureSignatures as ProcedureSignatures
 from kabo.language.yaml.procedures import included_task_names as included_task_names
 from kabo.language.yaml.procedures import included_task_path as included_task_path
+from kabo.language.yaml.procedures import library_names as library_names
 from kabo.language.yaml.task_file import STAGE_KEYS as STAGE_KEYS
 from kabo.language.yaml.task_file import TASK_KEYS as TASK_KEYS
 from kabo.language.yaml.task_file import find_task as find_task

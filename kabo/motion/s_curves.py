@@ -70,6 +70,17 @@ def phases(velocity: float, acceleration: float, jerk: float) -> Phases:
     return Phases(max(tj, 1), ta, tv)
 
 
+def stopping_ticks(points: Array, limits: MotionLimits) -> int:
+    """The whole microseconds that a motion along way points (m, n) takes which stops at each; all steps are possible."""
+    ways = np.abs(np.diff(points, axis=0))
+    rows = []
+    for row in limits.rows:
+        own = np.minimum(row, MAX_LIMIT)
+        own = own - np.minimum(LIMIT_SHARE * own + LIMIT_ROUNDING, own / 2)
+        rows.append((own / np.maximum(ways, 1e-300)).min(axis=1).tolist())
+    return sum(phases(*each).ticks for each in zip(*rows, strict=True))
+
+
 def line_pieces(start: Array, end: Array, limits: MotionLimits) -> tuple[list[int], Array]:
     """The fastest motion from rest to rest between two different configurations (n,).
 

@@ -13,11 +13,12 @@ from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
-from kabo.motion.s_curves import TICK, line_limits, line_pieces, phases
+from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
 from kabo.motion.section import Section, section
 from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
+SAME_CORNER = 2e-9  # [rad or m, L2]: corners that are closer differ by rounding
 REVERSAL = 1.99  # norm of the difference of two unit vectors from which the path turns back on itself
 MIN_DEVIATION = 1e-9  # [rad or m]: what rounding of coefficients and way points may leave
 
@@ -101,8 +102,8 @@ def timed_path(
 ) -> Timed:
     """The fastest motion along corners (m, n) within the limits, from rest to rest.
 
-    Values of corners are rounded to 9 decimals, as plans keep them. Corners that then equal the one before are passed at
-    once with it.
+    Values of corners are rounded to 9 decimals, as plans keep them. Corners that then equal the one before, but
+    for rounding, are passed at once with it.
 
     Args:
         corners: at least one.
@@ -120,13 +121,15 @@ def timed_path(
     points = np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0
     if points.ndim != 2 or not len(points) or points.shape[1:] != limits.velocity.shape:
         raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, {limits.velocity.shape}")
-    different = np.concatenate([[True], np.any(np.diff(points, axis=0) != 0.0, axis=1)])
+    different = np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_CORNER])
     numbers = (np.cumsum(different) - 1).tolist()
     if not different[1:].any():
         return _still(points[0], numbers)
     wanted = np.zeros(len(points)) if shares is None else np.array(shares, np.float64)
     wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
-    return _moving(points[different], limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
+    chosen = points[different]
+    chosen[-1] = points[-1]  # the end is reached exactly
+    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
 
 
 class _Rounding(NamedTuple):
@@ -188,9 +191,7 @@ def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits) 
     count = len(found.corners) - 2
     if count < 1:
         return []
-    own = points[first : first + count + 2]
-    stopping = sum(phases(*line_limits(b - a, limits)).ticks for a, b in zip(own, own[1:], strict=False))
-    if found.ends[-1] < stopping:
+    if found.ends[-1] < stopping_ticks(points[first : first + count + 2], limits):
         return []
     inner = found.passing[found.corners[1:-1]]
     k = np.clip(np.searchsorted(found.ends, inner, side="right") - 1, 0, len(found.coefficients) - 1)

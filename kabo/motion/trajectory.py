@@ -229,7 +229,9 @@ class Trajectory:
 def short_pieces(times: Array, padded: Array) -> tuple[Array, Array]:
     """Times (k + 1,) and coefficients (k, n, 6) with long pieces cut: none is longer than its degree permits."""
     spans = np.diff(times)
-    degrees = np.array([np.flatnonzero(np.any(piece != 0.0, axis=0)).max(initial=0) for piece in padded])
+    if spans.max(initial=0.0) <= MAX_SPANS[-1]:
+        return times, padded
+    degrees = np.where(np.any(padded != 0.0, axis=1), np.arange(MAX_DEGREE + 1), 0).max(axis=1)
     counts = np.ceil(spans / np.asarray(MAX_SPANS)[degrees]).astype(int)
     if counts.max(initial=1) <= 1:
         return times, padded

@@ -306,7 +306,7 @@ FORMATS: Mapping[str, Format] = {
         Format("enclosed", _corpus(*MESHES[:4]), _enclosed, 0.004),
         Format("command", _corpus("words.json"), _command, 0.02, _words),
         Format("parts", _corpus("tetra.off.parts", main="tetra.off"), _parts, 0.08),
-        Format("plan", _corpus("plan.json", "certified.json", "medicate.json"), _plan, 0.08),
+        Format("plan", _corpus("plan.json", "old_plan.json", "certified.json", "medicate.json"), _plan, 0.08),
         Format("verified", _corpus("medicate.json"), _verified, 0.01),
         Format("report", _corpus("report.json"), _report, 0.08),
         Format("message", _corpus("request.json"), _message, 0.12),

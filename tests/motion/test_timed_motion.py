@@ -91,6 +91,13 @@ def test_corners_are_found_again_and_a_motion_is_cut_at_them():
     assert made.passed(2, 3, start=2.0) == second.times[:: len(second.times) - 1]
 
 
+def test_corners_that_differ_by_rounding_are_one_and_the_end_is_exact():
+    limits = MotionLimits.of([1.0], [4.0], [80.0])
+    made = timed_path([[0.0], [0.5], [0.500000001], [1.0], [1.000000001]], limits, deviation=0.1, shares=[1.0] * 5)
+    assert made.corners == (0, 1, 1, 2, 2)
+    assert made.waypoints[-1].tolist() == [1.000000001]
+
+
 def test_the_same_corners_give_the_same_bytes():
     limits = MotionLimits.of([1.0, 1.0], [4.0, 4.0], [80.0, 80.0])
     corners = [[0, 0], [1, 0.3], [1, 1]]

@@ -111,7 +111,8 @@ def included_task_path(name: str, folder: str | Path) -> Path | None:
     if NAME.fullmatch(name) is None:
         return None
     places = (Path(folder), Path(folder) / TASK_FOLDER, TASK_LIBRARY)
-    return next((found for place in places if (found := place / f"{name}.yaml").is_file()), None)
+    found = (place / f"{name}.yaml" for place in places)
+    return next((each for each in found if os.path.isfile(each)), None)  # noqa: PTH113 - False for a name too long
 
 
 def included_task_names(folder: str | Path) -> list[str]:

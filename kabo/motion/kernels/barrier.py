@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.compilation import kernel
 
-DECREASE = 0.15  # of the weight of the barrier, when a minimum is near
+DECREASE = 0.02  # of the weight of the barrier, when a minimum is near
 PATIENCE = 12  # Newton steps at one weight, at most
 TINY = 1e-280
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
-from kabo.language import find_task
+from kabo.language import TASK_LIBRARY, find_task, library_names
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.task_description import Entries, Input, Items, PropertyReference, TaskDescription, Word
@@ -177,12 +177,14 @@ def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None
 
 
 def load_task_file(path: str | Path) -> TaskFile:
-    """The task file at `path`, checked against the stages that exist.
+    """The task file at `path`, or the library's of that name (`pick`), checked against the stages that exist.
 
     Raises:
         InputError: lists every error: of the YAML, of stages, properties, types, monitored stages, and references
             to properties that no ancestor has.
     """
+    if str(path) in library_names() and not Path(path).exists():
+        path = TASK_LIBRARY / f"{path}.yaml"
     findings = Findings()
     found = find_task_file(Path(path), str(path), findings)
     if found is None:

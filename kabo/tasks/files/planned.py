@@ -1,4 +1,4 @@
-"""Plans the task of a file for callers in Python: what `kabo task plan` does, with a report that notebooks show [T 3.9]."""
+"""Plans tasks for callers in Python: what `kabo task plan` does, with a report that notebooks show [T 3.9]."""
 
 import sys
 from collections.abc import Mapping
@@ -8,12 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
-from kabo.tasks.core import Solution
+from kabo.language.formulas import Place
+from kabo.tasks.core import Solution, Task
 from kabo.tasks.files.building import TaskFile, load_task_file
 from kabo.tasks.files.describing import describe_report
 from kabo.tasks.files.report_form import Report, read_report, report_bytes
 from kabo.tasks.files.reports import report
-from kabo.tasks.files.running import KnownSolutions, PlanningOptions, TaskRun, check_things, needs_scene, plan_file
+from kabo.tasks.files.running import (
+    KnownSolutions,
+    PlanningOptions,
+    TaskRun,
+    check_things,
+    needs_scene,
+    plan_built,
+    plan_file,
+)
 from kabo.whole_files import write_atomically
 
 if TYPE_CHECKING:
@@ -73,7 +82,7 @@ class TaskReport:
 
 
 def plan_task(
-    file: TaskFile | str | Path,
+    file: TaskFile | Task | str | Path,
     scene: "Scene | str | Path | None" = None,
     arguments: Mapping[str, Any] | None = None,
     *,
@@ -84,39 +93,45 @@ def plan_task(
     workers: int | None = None,
     from_: "TaskReport | str | Path | None" = None,
 ) -> TaskReport:
-    """What planning the task of a file finds: solutions, and the failures of each stage.
+    """What planning a task finds: solutions, and the failures of each stage.
 
     Args:
-        file: the task file, or its path.
+        file: a task file, its path, or the name of a task of the library (`pick`); or a task that was built in Python.
         scene: the scene, or the path of a scene file or of a problem file with a scene; None for tasks without robots.
-        arguments: values by the names of the task's declared properties.
+        arguments: values by the names of the task's declared properties; of a task built in Python, of any property.
         max_solutions: the number of solutions at which a run ends; None: as the file says, else all are searched.
         timeout: the time after which a run ends [s]; None: as the file says, else there is no limit.
-        seed: the seed of all random samples.
-        repeat: the number of runs, with the seeds from `seed` on.
+        seed: the seed of all random samples; a task built in Python has its own.
+        repeat: the number of runs, with the seeds from `seed` on; 1 of a task built in Python.
         workers: the number of processes; solutions do not depend on it.
         from_: what was found before, perhaps in a scene that has changed since: its solutions are tried first, each piece
             proven anew in `scene`; then planning goes on if more are wanted. A report, or its file.
 
     Raises:
         InputError: the file, the scene or the arguments have errors, all of which are listed.
+        InitialisationError: the stages of a task built in Python do not fit together, or do not fit the scene.
 
     Example:
         >>> example = "examples/pick_and_place"
         >>> kabo.plan_task(f"{example}/task.yaml", f"{example}/scene.yaml", max_solutions=1)
         <TaskReport pick and place: 1 solution, the best costs ...>
     """
-    task = file if isinstance(file, TaskFile) else load_task_file(file)
     given = dict(arguments or {})
-    known = _scene(task, scene, given)
-    limit = task.timeout if timeout is None else timeout
-    solutions = max_solutions or task.max_solutions
-    runs = plan_file(
-        task, given, known, PlanningOptions(solutions, limit, seed, repeat, workers, known_solutions(from_))
-    )
-    name = task.description.source.name
+    if isinstance(file, str | Path):
+        file = load_task_file(file)
+    known = _scene(file, scene, given)
+    before = known_solutions(from_)
+    if isinstance(file, Task):
+        for name, value in given.items():
+            file.properties.set(name, value)
+        options = PlanningOptions(max_solutions, timeout, file.seed, 1, workers, before)
+        runs, name = [plan_built(file, known, options)], ""
+    else:
+        limit = file.timeout if timeout is None else timeout
+        options = PlanningOptions(max_solutions or file.max_solutions, limit, seed, repeat, workers, before)
+        runs, name = plan_file(file, given, known, options), file.description.source.name
     where = str(scene) if isinstance(scene, str | Path) else None
-    made = report(runs, file=name, arguments=given, scene=known, scene_file=where)
+    made = report(runs, file=name or None, arguments=given, scene=known, scene_file=where)
     return TaskReport(made, tuple(runs), known)
 
 
@@ -164,10 +179,13 @@ def load_report(path: Path, scene: Path | None = None) -> "tuple[Report, Scene]"
     return report, load_scene(scene)
 
 
-def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]) -> "Scene | None":
+def _scene(
+    task: TaskFile | Task, scene: "Scene | str | Path | None", arguments: Mapping[str, Any]
+) -> "Scene | None":
     if scene is None:
         if needs_scene(task):
-            place, message = task.recipe.place, f'the task "{task.name}" moves robots and needs a scene'
+            message = f'the task "{task.name}" moves robots and needs a scene'
+            place = Place(task.name, 1, 1) if isinstance(task, Task) else task.recipe.place
             raise InputError(
                 [Diagnostic(place.file, place.line, place.column, message, "give `scene`", place.length)]
             )
@@ -176,5 +194,6 @@ def _scene(task: TaskFile, scene: "Scene | str | Path | None", arguments: Mappin
         from kabo.scene import load_scene  # loads meshes, which tasks without robots do not need
 
         scene = load_scene(scene)
-    check_things(task, arguments, scene)
+    if isinstance(task, TaskFile):
+        check_things(task, arguments, scene)
     return scene

@@ -86,7 +86,23 @@ def plan_file(
     return runs
 
 
-def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions) -> TaskRun:
+def plan_built(task: Task, scene: "Scene | None", settings: PlanningOptions) -> TaskRun:
+    """The planning run of a task that was built in Python, with the seed of the task.
+
+    Raises:
+        InitialisationError: the stages do not fit together, or the scene lacks what they name.
+        InputError: meshes of the scene cannot be enclosed.
+    """
+    if scene is not None:
+        from kabo.tasks.files.first_scenes import prepare_geometry  # as in `plan_file`
+
+        prepare_geometry(scene, settings.stop, settings.preparing, settings.workers)
+    return _run(None, task, scene, task.seed, settings)
+
+
+def _run(
+    file: TaskFile | None, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions
+) -> TaskRun:
     began = perf_counter()
 
     def late() -> bool:
@@ -120,7 +136,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
                     break
                 step()
     except (InitialisationError, ValueError) as error:
-        told = located_at_stage(file, task, error)
+        told = None if file is None else located_at_stage(file, task, error)
         if told is None:
             raise
         raise told from error
@@ -148,8 +164,10 @@ def _failing_stage(error: Exception) -> Stage | None:
     return found
 
 
-def needs_scene(file: TaskFile) -> bool:
+def needs_scene(file: TaskFile | Task) -> bool:
     """Whether a task has robot stages, which need a scene."""
+    if isinstance(file, Task):
+        return any(base.__name__ == "RobotStage" for stage in file.walk() for base in type(stage).__mro__)
     waiting = [file.recipe]
     while waiting:
         recipe = waiting.pop()

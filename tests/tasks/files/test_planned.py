@@ -6,7 +6,10 @@ import pytest
 
 import kabo
 from kabo.errors import InputError
+from kabo.tasks import InitialisationError, Task
+from kabo.tasks.files import load_task_file
 from kabo.tasks.files.report_form import read_report, report_bytes
+from kabo.tasks.robots import CurrentState, MoveTo
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "pick_and_place"
 
@@ -32,3 +35,25 @@ def test_a_task_of_robots_without_a_scene_is_refused_with_the_remedy():
 def test_things_that_the_scene_does_not_have_are_refused_by_name():
     with pytest.raises(InputError, match="amr, which is no robot of the scene"):
         kabo.plan_task(EXAMPLE / "task.yaml", kabo.load_scene(EXAMPLE / "scene.yaml"), {"robot": "amr"})
+
+
+def test_a_task_built_in_python_is_planned_as_one_of_a_file():
+    task = Task("up", CurrentState("now"), MoveTo("up", goal={"joint_1": 0.4}), robot="arm", seed=3)
+    report = kabo.plan_task(task, EXAMPLE / "scene.yaml", max_solutions=1)
+    assert repr(report) == "<TaskReport up: 1 solution, the best costs 0.4>"
+    assert report.content["file"] is None and report.runs[0].seed == 3  # noqa: PLR2004
+    assert kabo.verify(report.scene, kabo.task_plan(report)).ok
+
+
+def test_faults_of_a_task_built_in_python_are_told_by_stage():
+    task = Task("up", CurrentState("now"), MoveTo("up", goal="home"), robot="ram")
+    with pytest.raises(InitialisationError, match="ram"):
+        kabo.plan_task(task, EXAMPLE / "scene.yaml", max_solutions=1)
+    with pytest.raises(InputError, match="needs a scene"):
+        kabo.plan_task(task)
+
+
+def test_a_name_takes_the_task_of_the_library():
+    assert load_task_file("pick").name == "pick"
+    with pytest.raises(InputError, match="pik"):
+        load_task_file("pik")

@@ -1,0 +1,123 @@
+"""`kabo motion`: plans one motion of a robot in a scene, without a domain, and writes it as a plan of one node."""
+
+import argparse
+import re
+from math import inf, radians
+from pathlib import Path
+
+from kabo.budgets import StopFlag
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import bounded, natural, output_file
+from kabo.cli.limits import add_limits
+from kabo.cli.terminal import answer, clean_standard_output, complain, interruptible, print_json, tell
+from kabo.errors import Diagnostic, InputError
+from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
+
+NAME = "motion"
+HELP = (
+    "plan a motion of a robot from one configuration to another, as a plan for verify, view, picture and executors"
+)
+ENDS = "a configuration of the scene, `start`, or values of the planned joints: 0.1,-45deg,… or joint=0.1,…"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments and options of `kabo motion` to the parser."""
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a scene file, or a problem file with a scene")
+    parser.add_argument("--robot", metavar="R", help="the robot that moves (default: the only one)")
+    parser.add_argument("--from", dest="start", default="start", metavar="WHERE", help=f"{ENDS} (default: start)")
+    parser.add_argument("--to", dest="goal", required=True, metavar="WHERE", help=ENDS)
+    parser.add_argument("--keep", metavar="C", help="a motion constraint of the scene that holds throughout")
+    accuracy = bounded(SMALLEST_EPSILON, LARGEST_EPSILON, "m")
+    parser.add_argument(
+        "--epsilon", type=accuracy, metavar="E", help="the accuracy in metres (default: the scene's)"
+    )
+    parser.add_argument(
+        "--seed", type=natural, default=0, metavar="N", help="the seed of all random samples (default: 0)"
+    )
+    parser.add_argument(
+        "--samples", type=natural, metavar="N", help="samples before it gives up (default: 200000)"
+    )
+    parser.add_argument(
+        "--certificate", action=argparse.BooleanOptionalAction, default=True, help="prove that the motion is free"
+    )
+    parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the plan file")
+    parser.add_argument("--json", action="store_true", help="print the trajectory as one JSON object")
+    add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda _: True)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the plan, and says how long the motion takes; the exit code is 4 if no way was found."""
+    with clean_standard_output():
+        scene = rooms.load_scene(options.scene)
+        robot = options.robot or _only_robot(scene)
+        more = {} if options.samples is None else {"samples": options.samples}
+        with interruptible() as stop:
+            flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop)
+            try:
+                found = rooms.find_motion(
+                    scene,
+                    robot,
+                    where(options.start, "--from"),
+                    where(options.goal, "--to"),
+                    seed=options.seed,
+                    keep=options.keep,
+                    epsilon=options.epsilon,
+                    stop=flag,
+                    **more,
+                )
+            except rooms.NoMotionError as error:
+                complain(str(error))
+                return exit_codes.NO_PLAN
+        if options.output is not None:
+            found.plan(certificate=options.certificate).save(options.output)
+    motion = found.trajectory
+    if options.json:
+        print_json(
+            {
+                "robot": robot,
+                "joints": motion.joints,
+                "waypoints": motion.waypoints,
+                "times": motion.times,
+                "coefficients": motion.coefficients,
+                "deviation": motion.deviation,
+            }
+        )
+    else:
+        points = rooms.counted(len(motion.waypoints), "way point")
+        answer(f"{robot}: {motion.duration:.2f} s, {points}, proven free of collision")
+        if options.output is not None:
+            tell(f"{options.output}: the motion as a plan; kabo verify {options.scene} {options.output}")
+    return exit_codes.DONE
+
+
+def where(text: str, option: str) -> str | list[float] | dict[str, float]:
+    """An end of a motion as it is written: a name, values in the order of joints, or values by names of joints.
+
+    Raises:
+        InputError: a value is no number.
+    """
+    parts = [part.strip() for part in text.split(",")]
+    if "=" in text:
+        pairs = [part.partition("=") for part in parts]
+        return {name.strip(): _value(value, option) for name, _, value in pairs}
+    if len(parts) > 1 or re.match(r"[-+.\d]", text):
+        return [_value(part, option) for part in parts]
+    return text
+
+
+def _value(text: str, option: str) -> float:
+    number, unit = re.fullmatch(r"\s*(.*?)\s*(deg|rad|m|mm)?\s*", text).groups()  # type: ignore[union-attr]
+    try:
+        value = float(number)
+    except ValueError:
+        hint = "write numbers, as 0.1, -45deg, 20mm"
+        raise InputError([Diagnostic(option, 1, 1, f"{text.strip()!r} is no value of a joint", hint)]) from None
+    return radians(value) if unit == "deg" else value / 1000.0 if unit == "mm" else value
+
+
+def _only_robot(scene: "rooms.Scene") -> str:
+    if len(scene.robots) == 1:
+        return next(iter(scene.robots))
+    hint = f"it has {', '.join(scene.robots) or 'none'}"
+    raise InputError([Diagnostic("--robot", 1, 1, "say which robot of the scene moves", hint)])

@@ -1,0 +1,298 @@
+"""One motion of one robot, planned without a domain: as a trajectory, and as a plan of one node.
+
+The path is proven free of collision in the scene as it stands at the start, and so is the trajectory along it, with its
+rounded corners; `verify` judges the plan like any other.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
+from kabo.motion import Trajectory
+from kabo.plan import Node, Plan, Segment, node_to_json
+from kabo.task_plans import plan_of_solution
+
+if TYPE_CHECKING:
+    from kabo.geometry_server import Keep, Refusal
+    from kabo.scene import Configuration, Robot, Scene
+    from kabo.tasks.robots import TaskScene
+
+PATH_SAMPLES = 200_000  # of a path search: a second or two
+PROCEDURE = "motion"
+
+Where = str | Sequence[float] | Mapping[str, float]  # a named configuration, or values of the planned joints
+
+
+class NoMotionError(KaboError):
+    """No motion was found within the samples: it does not mean that there is none (exit code 4)."""
+
+    exit_code = 4
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion of one robot, and all that it depends on: what `plan` needs to make a plan of it.
+
+    Attributes:
+        scene: where it is free of collision; nothing but the robot moves.
+        robot: the name of the robot.
+        start, goal: configurations of all its joints, the gripper's behind the planned ones.
+        times: when the trajectory passes each way point [s].
+        trajectory: of the planned joints, from time 0.
+        keep: the name of the constraint that it keeps, if there is one.
+        seed: of the samples.
+    """
+
+    scene: "Scene"
+    robot: str
+    start: "Configuration"
+    goal: "Configuration"
+    times: tuple[float, ...]
+    trajectory: Trajectory
+    keep: str | None
+    seed: int
+
+    def plan(self, *, certificate: bool = True) -> Plan:
+        """The plan of one node that makes this motion; `kabo.verify(scene, plan)` judges it.
+
+        Raises:
+            ValueError: the scene was not loaded from a file.
+        """
+        names = self.scene.robots[self.robot].joint_names
+        found = self.trajectory
+        segment = Segment(
+            self.robot,
+            found.joints,
+            found.waypoints,
+            self.times,
+            PROCEDURE,
+            constraint=self.keep,
+            trajectory=found,
+        )
+        written = node_to_json(Node("action", "", motion=(segment,)))["motion"]
+        told = [
+            {key: value for key, value in each.items() if key not in ("procedure", "grants")} for each in written
+        ]
+        ends = [
+            {"robots": {self.robot: {"joints": dict(zip(names, q, strict=True))}}} for q in (self.start, self.goal)
+        ]
+        motion = {"start": ends[0], "segments": told, "changes": [], "after": ends[1]}
+        report = {"task": PROCEDURE, "runs": [{"seed": self.seed, "solutions": [{"motion": motion, "cost": 0.0}]}]}
+        return plan_of_solution(report, 1, self.scene, certificate=certificate)  # type: ignore[arg-type]
+
+
+def plan_motion(
+    scene: "Scene",
+    robot: str,
+    start: Where,
+    goal: Where,
+    *,
+    seed: int = 0,
+    keep: str | None = None,
+    epsilon: float | None = None,
+    samples: int = PATH_SAMPLES,
+    stop: Callable[[], bool] = lambda: False,
+) -> Trajectory:
+    """The motion of a robot from one configuration to another, proven free of collision; the same for the same seed.
+
+    It rests at both ends, keeps the scene's limits of velocity, acceleration and jerk, and passes corners without a stop
+    where that is proven. All other bodies and robots stand as at the start of the scene.
+
+    Args:
+        scene: what `kabo.load_scene` returns.
+        robot: the name of the robot.
+        start, goal: the name of a configuration of the scene (`start` is where the robot stands there), or the values of
+            the planned joints [rad or m], in their order or by their names; those without a value stay where they start.
+        seed: of the samples.
+        keep: the name of a motion constraint of the scene that is kept throughout, for what the robot holds.
+        epsilon: the accuracy of the proofs [m]; None: that of the scene.
+        samples: after so many of them the search gives up.
+        stop: asked now and then whether to give up.
+
+    Raises:
+        InputError: a name is unknown, values do not fit, or an end is outside the limits, in collision, or does not keep
+            the constraint; it says which joint or pair, and by how much.
+        NoMotionError: no way was found; it says what was in the way.
+        CutOff: `stop` returned True.
+
+    Example:
+        >>> scene = kabo.load_scene("examples/two_cans/scene.yaml")
+        >>> plan = kabo.plan_motion(scene, "arm", "home", [0.5, -0.9, 0.4, -1.0, 0.2, 0.3])
+        >>> plan.waypoints[0] == scene.robots["arm"].configurations["home"]
+        True
+    """
+    found = find_motion(
+        scene, robot, start, goal, seed=seed, keep=keep, epsilon=epsilon, samples=samples, stop=stop
+    )
+    return found.trajectory
+
+
+def find_motion(
+    scene: "Scene",
+    robot: str,
+    start: Where,
+    goal: Where,
+    *,
+    seed: int = 0,
+    keep: str | None = None,
+    epsilon: float | None = None,
+    samples: int = PATH_SAMPLES,
+    stop: Callable[[], bool] = lambda: False,
+) -> Motion:
+    """As `plan_motion`, with all that a plan needs.
+
+    Raises:
+        InputError, NoMotionError, CutOff: as `plan_motion`.
+    """
+    # Load kernels, which motion needs.
+    from kabo.geometry_server import GeometryServer, Refusal, way_to
+    from kabo.tasks.robots import TaskScene
+
+    if robot not in scene.robots:
+        raise _fault(robot, "the scene has no robot of this name", _suggested(robot, scene.robots))
+    chosen = scene.robots[robot]
+    server = GeometryServer(scene, epsilon, seed, stop=stop)
+    first, last = _ends(scene, chosen, start, goal)
+    state = scene.start.replace({robot: first})
+    task_scene = TaskScene.of(server.context(), state)
+    constraint = _constraint(task_scene, robot, keep)
+    for q, name in ((first, "the start"), (last, "the goal")):
+        _require_free(task_scene, robot, np.array(q), name)
+        broken = None if constraint is None else constraint.broken(np.array(q))
+        if broken is not None:
+            raise _fault(robot, f"{name} does not keep {keep}: {broken}", "choose another end, or no constraint")
+    key: tuple[str | int | float, ...] = (seed, PROCEDURE, robot, *first, *last)
+    found = way_to(task_scene.workspace(robot), np.array(first), np.array(last), key, samples, constraint)
+    if isinstance(found, Refusal):
+        raise NoMotionError(_no_way(robot, found, samples))
+    times, trajectory = _timed(task_scene, robot, found, keep)
+    return Motion(scene, robot, first, last, times, trajectory, keep, seed)
+
+
+def _ends(scene: "Scene", robot: "Robot", start: Where, goal: Where) -> "tuple[Configuration, Configuration]":
+    """Configurations of all joints at both ends; the gripper is as at the start of the scene."""
+    ends = []
+    now = scene.start.robots[robot.name]
+    for where, name in ((start, "the start"), (goal, "the goal")):
+        values = np.round(_values(robot, where, now, name), 9) + 0.0
+        low, high = robot.tree.lower, robot.tree.upper
+        for i, (joint, value) in enumerate(zip(robot.planned_joints, values, strict=True)):
+            if not low[i] <= value <= high[i]:
+                what = f"{name} has {joint} at {value:.6g}, outside its limits {low[i]:.6g} to {high[i]:.6g}"
+                raise _fault(robot.name, what, "choose a value within the limits")
+        now = (*map(float, values), *now[robot.planned :])
+        ends.append(now)
+    return ends[0], ends[1]
+
+
+def _values(robot: "Robot", where: Where, now: "Configuration", name: str) -> Array:
+    """The values of the planned joints at an end.
+
+    Raises:
+        InputError: an unknown name, or numbers that do not fit.
+    """
+    if isinstance(where, str):
+        known = {**robot.configurations}
+        if where == "start" and where not in known:
+            return np.array(now[: robot.planned])
+        if where not in known:
+            what = f"{robot.name} has no configuration {where!r}"
+            raise _fault(robot.name, what, _suggested(where, known))
+        return np.array(known[where], np.float64)
+    values = np.array(now[: robot.planned])
+    if isinstance(where, Mapping):
+        for joint, value in where.items():
+            if joint not in robot.planned_joints:
+                what = f"{name} names {joint!r}, which is no planned joint of {robot.name}"
+                raise _fault(robot.name, what, _suggested(joint, robot.planned_joints))
+            values[robot.planned_joints.index(joint)] = value
+    else:
+        given = np.array(where, np.float64)
+        if given.shape != values.shape:
+            what = f"{name} has {given.size} values, and {robot.name} plans {robot.planned} joints"
+            raise _fault(robot.name, what, f"give one each for {', '.join(robot.planned_joints)}")
+        values = given
+    if not np.isfinite(values).all():
+        raise _fault(robot.name, f"{name} has a value that is not finite", "give numbers")
+    return values
+
+
+def _constraint(scene: "TaskScene", robot: str, keep: str | None) -> "Keep | None":
+    """The constraint of that name, for what the robot holds.
+
+    Raises:
+        InputError: there is none of that name, or the robot holds nothing that it fits.
+    """
+    from kabo.geometry_server import keep_constraint
+
+    if keep is None:
+        return None
+    known = scene.context.scene.motion_constraints
+    if keep not in known:
+        raise _fault(robot, f"the scene has no motion constraint {keep!r}", _suggested(keep, known))
+    found = keep_constraint(scene.context, scene.robot(robot), scene.situation, keep)
+    if found is None:
+        raise _fault(
+            robot, f"{robot} holds nothing that {keep} fits", "leave it out, or let the robot hold something"
+        )
+    return found
+
+
+def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
+    """Checks that a configuration is free of collision.
+
+    Raises:
+        InputError: it is not; says which two things meet, and how deep.
+    """
+    from kabo.geometry_server import ScenePredicates
+
+    pair = scene.workspace(robot).first_hit(q)
+    if pair is None:
+        return
+    if pair[1] in scene.context.scene.regions:
+        raise _fault(robot, f"at {name} {pair[0]} is not on its floor, {pair[1]}", "choose another configuration")
+    state = scene.situation.first.replace({robot: tuple(map(float, q))})
+    bounds = ScenePredicates(scene.context.surroundings, state).distance(*pair)
+    if bounds.lower < 0.0:
+        how = f"overlap by up to {-1000 * bounds.lower:.1f} mm"
+    else:
+        how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
+    what = f"at {name} {pair[0]} and {pair[1]} {how}"
+    raise _fault(robot, what, "choose another configuration, or allow the contact: allowed_contacts")
+
+
+def _no_way(robot: str, refusal: "Refusal", samples: int) -> str:
+    """Why no way was found, with the pairs that were most in the way."""
+    hits = sorted(refusal.pairs, key=lambda one: -one[1])[:3]
+    text = f"no way for {robot} was found in {samples} samples"
+    if hits:
+        text += "; most in the way: " + ", ".join(f"{a} and {b} ({count} times)" for (a, b), count in hits)
+    elif refusal.comment:
+        text += f": {refusal.comment}"
+    return text + ". More samples or another seed may find one"
+
+
+def _timed(
+    scene: "TaskScene", robot: str, path: Sequence[Array], keep: str | None
+) -> tuple[tuple[float, ...], Trajectory]:
+    """The times of the way points, and the trajectory, proven with its rounded corners."""
+    from kabo.tasks.robots import stretch
+    from kabo.tasks.robots.motion.parts import MotionPart
+    from kabo.tasks.robots.motion.timing import timed_group
+
+    part = MotionPart(stretch(scene, robot, "arm", list(path), keep), scene, PROCEDURE)
+    (timed,) = timed_group([part])
+    begun = timed.beginning(0.0)
+    return begun.times, begun.trajectory
+
+
+def _suggested(name: str, known: Mapping[str, object] | Sequence[str]) -> str:
+    return did_you_mean(name, known) or f"there is {', '.join(known) or 'none'}"
+
+
+def _fault(robot: str, what: str, remedy: str) -> InputError:
+    return InputError([Diagnostic(robot, 1, 1, what, remedy)])

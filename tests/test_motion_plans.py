@@ -1,0 +1,89 @@
+"""Motions planned without a domain: limits, rest at both ends, verified plans, reasons a person can act on."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kabo
+from kabo.errors import InputError
+from kabo.motion_plans import Motion, find_motion
+from kabo.scene import Scene, motion_limits
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+# A box between the two configurations of a Panda: the straight way goes through it.
+WALL = """
+scene: wall
+epsilon: 0.01
+packages: {example-robot-data: installed}
+robots:
+  arm:
+    urdf: package://example-robot-data/robots/panda_description/urdf/panda.urdf
+    joints: [panda_joint1, panda_joint2, panda_joint3, panda_joint4, panda_joint5, panda_joint6, panda_joint7]
+    configurations:
+      home: [-0.8, 0.4, 0, -1.8, 0, 2.2, 0.8]
+      there: [0.8, 0.4, 0, -1.8, 0, 2.2, 0.8]
+      inside: [0, 0.4, 0, -1.8, 0, 2.2, 0.8]
+    allowed_contacts: [[panda_link5, panda_link7], [panda_link5, panda_hand], [panda_leftfinger, panda_rightfinger]]
+objects:
+  wall: {box: [0.6, 0.05, 1.0], pose: {position: [0.6, 0, 0.5]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    path = tmp_path_factory.mktemp("wall") / "scene.yaml"
+    path.write_text(WALL)
+    return kabo.load_scene(path)
+
+
+@pytest.fixture(scope="module")
+def motion(scene: Scene) -> Motion:
+    return find_motion(scene, "arm", "home", "there", seed=1)
+
+
+def test_the_way_round_a_wall_is_verified_with_its_certificate(scene: Scene, motion: Motion):
+    assert len(motion.trajectory.waypoints) > 2
+    plan = motion.plan()
+    assert plan.certificate is not None
+    found = kabo.verify(scene, plan)
+    assert found.ok, found
+
+
+def test_it_rests_at_both_ends_and_keeps_the_limits(scene: Scene, motion: Motion):
+    trajectory, robot = motion.trajectory, scene.robots["arm"]
+    limits = motion_limits(robot, robot.planned_joints)
+    assert np.allclose(trajectory.at(trajectory.times[0]), robot.configurations["home"], atol=1e-9)
+    assert np.allclose(trajectory.at(trajectory.times[-1]), robot.configurations["there"], atol=1e-9)
+    samples = trajectory.sampled(1000.0)
+    for order, most in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
+        assert (np.abs(trajectory.at(samples.times, order)).max(axis=0) <= most * (1 + 1e-6)).all()
+    for order in (1, 2):
+        assert np.abs(trajectory.at(np.array(trajectory.times)[[0, -1]], order)).max() < 1e-6
+
+
+def test_the_same_seed_gives_the_same_motion_and_another_another(scene: Scene, motion: Motion):
+    assert kabo.plan_motion(scene, "arm", "home", "there", seed=1) == motion.trajectory
+    assert kabo.plan_motion(scene, "arm", "home", "there", seed=2) != motion.trajectory
+
+
+def test_an_end_in_collision_names_the_pair_and_how_deep_it_is(scene: Scene):
+    with pytest.raises(InputError, match=r"at the goal arm\.\w+ and wall overlap by up to [\d.]+ mm"):
+        kabo.plan_motion(scene, "arm", "home", "inside")
+
+
+def test_where_no_way_is_found_it_says_what_was_in_the_way(scene: Scene):
+    with pytest.raises(kabo.NoMotionError, match="wall"):
+        kabo.plan_motion(scene, "arm", "home", "there", samples=1)
+
+
+def test_values_that_are_not_given_stay_and_limits_are_named(scene: Scene):
+    goal = {"panda_joint1": -1.2}
+    found = kabo.plan_motion(scene, "arm", "start", goal)
+    assert found.waypoints[-1] == (-1.2, *scene.robots["arm"].configurations["home"][1:])
+    with pytest.raises(InputError, match="panda_joint1 at 9"):
+        kabo.plan_motion(scene, "arm", "start", {"panda_joint1": 9.0})
+    with pytest.raises(InputError, match="not finite"):
+        kabo.plan_motion(scene, "arm", "start", {"panda_joint1": float("nan")})
+    with pytest.raises(InputError, match="no planned joint"):
+        kabo.plan_motion(scene, "arm", "start", {"joint1": 0.0})
