@@ -18,6 +18,8 @@ from typing import Any
 
 from table import Table, percentile
 
+ROUNDED = 2e-3  # proven distances have whole micrometres, measured ones the precision of coal
+
 
 @dataclass
 class Judged:
@@ -42,114 +44,104 @@ class Judged:
         return {name: sum(row[name] for row in rows) for name in names}
 
 
-def tables_of(found: list[Judged]) -> list[Table]:
-    """All tables."""
-    return [motions(found), durations(found), sizes(found), distances(found)]
+class Tables:
+    """The four tables; each plan adds a row to them as soon as it is judged."""
+
+    def __init__(self) -> None:
+        self.motions = Table("Motions, sampled at 1 kHz by another program")
+        self.durations = Table("Durations of all nodes beside time-optimal bounds, seconds")
+        self.sizes = Table("Files, and seconds of the processor")
+        self.distances = Table("Proven distances beside measured ones")
+        self.fast: dict[str, dict[str, float]] = {}  # bounds of the fast plan by problem
+
+    @property
+    def all(self) -> list[Table]:
+        """Those that have rows."""
+        return [each for each in (self.motions, self.durations, self.sizes, self.distances) if each.rows]
+
+    def add(self, each: Judged) -> None:
+        """Adds the rows of a plan."""
+        if "error" in each.verdict:
+            self.motions.add(each.title, violations=each.verdict["error"])
+            return
+        self.motions.add(each.title, **motion_row(each))
+        self.sizes.add(each.title, **size_row(each))
+        if each.verdict.get("durations"):
+            if each.quality == "fast":
+                self.fast[each.name] = each.whole
+            self.durations.add(each.title, **duration_row(each, self.fast.get(each.name, each.whole)))
+        if pairs := _clearances(each):
+            self.distances.add(each.title, **distance_row(pairs))
 
 
-def motions(found: list[Judged]) -> Table:
+def motion_row(each: Judged) -> dict[str, Any]:
     """What sampling finds wrong."""
-    table = Table("Motions, sampled at 1 kHz by another program")
-    for each in found:
-        verdict = each.verdict
-        if "error" in verdict:
-            table.add(each.title, violations=verdict["error"])
-            continue
-        worst, counts = verdict["worst"], verdict["violations"]
-        table.add(
-            each.title,
-            **{
-                "format": verdict["format"],
-                "violations": sum(counts.values()),
-                "collisions": counts.get("collision", 0),
-                "speed": worst.get("velocity_exact"),
-                "acceleration": worst.get("acceleration_exact"),
-                "jerk": worst.get("jerk_exact"),
-                "acceleration kHz": worst.get("acceleration_by_differences"),
-                "grip": worst.get("tool"),
-                "joins": max((value for name, value in worst.items() if name.startswith("join_")), default=None),
-                "rests": max((value for name, value in worst.items() if name.startswith("rest_")), default=None),
-                "off path": worst.get("off_path"),
-                "stated": _stated(each.plan),
-                "least mm": _least(verdict),
-                "samples": verdict["samples"],
-                "kinds": ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none",
-            },
-        )
-    return table
+    verdict = each.verdict
+    worst, counts = verdict["worst"], verdict["violations"]
+    return {
+        "format": verdict["format"],
+        "violations": sum(counts.values()),
+        "collisions": counts.get("collision", 0),
+        "speed": worst.get("velocity_exact"),
+        "acceleration": worst.get("acceleration_exact"),
+        "jerk": worst.get("jerk_exact"),
+        "acceleration kHz": worst.get("acceleration_by_differences"),
+        "grip": worst.get("tool"),
+        "joins": max((value for name, value in worst.items() if name.startswith("join_")), default=None),
+        "rests": max((value for name, value in worst.items() if name.startswith("rest_")), default=None),
+        "off path": worst.get("off_path"),
+        "stated": _stated(each.plan),
+        "least mm": _least(verdict),
+        "samples": verdict["samples"],
+        "kinds": ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none",
+    }
 
 
-def durations(found: list[Judged]) -> Table:
-    """How long plans last beside bounds; a good plan beside those of the fast one."""
-    table = Table("Durations of all nodes beside time-optimal bounds, seconds")
-    fast = {each.name: each.whole for each in found if each.quality == "fast" and each.verdict.get("durations")}
-    for each in found:
-        if not each.verdict.get("durations"):
-            continue
-        own, base = each.whole, fast.get(each.name, each.whole)
-        table.add(
-            each.title,
-            **{
-                "lasts": own["lasts"],
-                "longest branch": each.verdict["longest_s"],
-                "phases": own["phases"],
-                "phases, no jerk": own["phases_without_jerk"],
-                "motions": own["motions"],
-                "lines": own["lines"],
-                "/ phases": own["lasts"] / own["phases"],
-                "/ fast phases": own["lasts"] / base["phases"],
-                "/ motions": own["lasts"] / own["motions"],
-                "/ fast lines": own["lasts"] / base["lines"],
-            },
-        )
-    return table
+def duration_row(each: Judged, base: dict[str, float]) -> dict[str, Any]:
+    """How long a plan lasts beside bounds, and beside those of the fast plan."""
+    own = each.whole
+    return {
+        "lasts": own["lasts"],
+        "longest branch": each.verdict["longest_s"],
+        "phases": own["phases"],
+        "phases, no jerk": own["phases_without_jerk"],
+        "motions": own["motions"],
+        "lines": own["lines"],
+        "/ phases": own["lasts"] / own["phases"],
+        "/ fast phases": own["lasts"] / base["phases"],
+        "/ motions": own["lasts"] / own["motions"],
+        "/ fast lines": own["lasts"] / base["lines"],
+    }
 
 
-def sizes(found: list[Judged]) -> Table:
-    """How large files are, and what solving, proofs and verifying cost."""
-    table = Table("Files, and seconds of the processor")
-    for each in found:
-        if "error" not in each.verdict:
-            verdict = each.verdict
-            certificate, solving = each.costs.get("certificate s"), each.costs.get("solve s")
-            table.add(
-                each.title,
-                **{
-                    "kB": verdict["bytes"] / 1000,
-                    "trajectories kB": verdict["trajectory_bytes"] / 1000,
-                    "certificate kB": verdict["certificate_bytes"] / 1000,
-                    "pieces": _pieces(each.plan),
-                    **each.costs,
-                    "certificate %": 100 * certificate / solving if certificate and solving else None,
-                },
-            )
-    return table
+def size_row(each: Judged) -> dict[str, Any]:
+    """How large a file is, and what solving, proofs and verifying cost."""
+    verdict = each.verdict
+    certificate, solving = each.costs.get("certificate s"), each.costs.get("solve s")
+    return {
+        "kB": verdict["bytes"] / 1000,
+        "trajectories kB": verdict["trajectory_bytes"] / 1000,
+        "certificate kB": verdict["certificate_bytes"] / 1000,
+        "pieces": _pieces(each.plan),
+        **each.costs,
+        "certificate %": 100 * certificate / solving if certificate and solving else None,
+    }
 
 
-def distances(found: list[Judged]) -> Table:
-    """What certificates prove beside what is measured."""
-    table = Table("Proven distances beside measured ones")
-    for each in found:
-        pairs = _clearances(each)
-        if not pairs:
-            continue
-        shares = [proven / measured for proven, measured, _ in pairs]
-        worst = min(pairs, key=lambda pair: pair[0] / pair[1])
-        least = min(pairs)
-        table.add(
-            each.title,
-            **{
-                "segments": len(pairs),
-                "least proven mm": 1000 * least[0],
-                "least measured mm": 1000 * min(pair[1] for pair in pairs),
-                "proven / measured, least": min(shares),
-                "median": percentile(shares, 0.5),
-                "at least 0.8 %": 100 * sum(share >= 0.8 for share in shares) / len(shares),
-                "above 1": sum(share > 1.0 + 1e-6 for share in shares),
-                "worst": worst[2],
-            },
-        )
-    return table
+def distance_row(pairs: list[tuple[float, float, str]]) -> dict[str, Any]:
+    """What a certificate proves beside what is measured."""
+    shares = [proven / measured for proven, measured, _ in pairs]
+    worst = min(pairs, key=lambda pair: pair[0] / pair[1])
+    return {
+        "segments": len(pairs),
+        "least proven mm": 1000 * min(pairs)[0],
+        "least measured mm": 1000 * min(pair[1] for pair in pairs),
+        "proven / measured, least": min(shares),
+        "median": percentile(shares, 0.5),
+        "at least 0.8 %": 100 * sum(share >= 0.8 for share in shares) / len(shares),
+        "above 1": sum(share > 1.0 + ROUNDED for share in shares),
+        "worst": worst[2],
+    }
 
 
 def _clearances(each: Judged) -> list[tuple[float, float, str]]:
