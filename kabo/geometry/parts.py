@@ -253,6 +253,7 @@ class MovingGroup:
     mesh: Mesh | None = None  # the original, for exact views
     elements: tuple[Element, ...] = ()  # what the mesh lies around, if it is round; for exact views, too
     kept: float = 0.0  # [m]: a pair of bodies keeps the sum of both from each other, beyond the budget's clearance
+    hand: int = 0  # bodies with the same number, other than 0, keep nothing from each other but the clearance
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,6 +265,7 @@ class FixedGroup:
     mesh: Mesh | None = None
     elements: tuple[Element, ...] = ()
     kept: float = 0.0  # [m], as of a moving group
+    hand: int = 0
 
 
 def poses_of(moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup]) -> Array:

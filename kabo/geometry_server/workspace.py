@@ -186,10 +186,27 @@ class Workspace:
         if self.base is not None:
             moving, fixed, indices, pairs = self.base._bodies
             kept = [i for i, pair in enumerate(pairs) if frozenset(pair) not in self.permitted]
+            if self.surroundings.keeps:
+                fixed = self._grasped(fixed, len(moving), indices, pairs)
             return moving, fixed, [indices[i] for i in kept], [pairs[i] for i in kept]
         moving, moving_names = self._moving()
         fixed, fixed_names = self._fixed()
         return moving, fixed, *self._pairs(moving_names, fixed_names)
+
+    def _grasped(
+        self, fixed: list[FixedGroup], count: int, indices: list[tuple[int, int]], pairs: list[Pair]
+    ) -> list[FixedGroup]:
+        """The fixed bodies, of which those that a hand may touch keep no distance from this hand, as what it holds."""
+        found = list(fixed)
+        for (_, k), (first, second) in zip(indices, pairs, strict=True):
+            if (
+                k >= count
+                and frozenset((first, second)) in self.permitted
+                and first.startswith(self.robot.name + ".")
+            ):
+                hand = self.robot.hand(self.robot.links[first.partition(".")[2]].joint)
+                found[k - count] = replace(fixed[k - count], hand=hand)
+        return found
 
     @cached_property
     def _view(self) -> tuple[CollisionChecker, list[Pair]]:
@@ -245,7 +262,15 @@ class Workspace:
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
         elements = self.surroundings.elements(name)
         kept = self.surroundings.kept(name, self.robot.name if name in self.carried else None)
-        return MovingGroup(joint, flat(joint_T_group), self.surroundings.enclosure(name), arrays, elements, kept)
+        return MovingGroup(
+            joint,
+            flat(joint_T_group),
+            self.surroundings.enclosure(name),
+            arrays,
+            elements,
+            kept,
+            self.robot.hand(joint),
+        )
 
     def _fixed(self) -> tuple[list[FixedGroup], list[str]]:
         placed: list[tuple[str, Array]] = []

@@ -1,17 +1,20 @@
 """What a motion of a plan sweeps, as convex polyhedra that are proven to contain it: glass over the bodies."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
 from kabo.errors import Diagnostic, InputError
-from kabo.geometry import SweptVolume
+from kabo.geometry import MovingGroup, SweptVolume
 from kabo.pictures.drawing import Drawing, Glass, Solid
 from kabo.pictures.film import Film, branch_of
 from kabo.pictures.plans import require_node
 from kabo.pictures.scenes import GLASS, poses_in, scene_drawing
 from kabo.plan import Plan, Segment
 from kabo.scene import GeometricState, Scene
+from kabo.scene.transforms import unflat
+from kabo.viewer.content.plan.off_path import farthest_off
 
 VOLUME_OPACITY, GHOST_OPACITY = 0.38, 0.55
 GHOST = "#8fb8de"
@@ -76,4 +79,20 @@ def _volume(scene: Scene, state: GeometricState, segment: Segment, tolerance: fl
     waypoints = np.tile(start, (len(segment.waypoints), 1))
     waypoints[:, columns] = segment.waypoints
     predicates = GeometryServer(scene).predicates(state)
-    return predicates.swept_volume(predicates.motion(segment.robot, waypoints.tolist()), tolerance)
+    motion = predicates.motion(segment.robot, waypoints.tolist())
+    if segment.trajectory is None:
+        return predicates.swept_volume(motion, tolerance)
+    deviations = np.zeros(robot.tree.size)
+    deviations[columns] = segment.trajectory.deviation
+    off = max(farthest_off(robot.tree, each.joint, _radius(each), deviations) for each in motion.bodies)
+    volume = predicates.swept_volume(motion, tolerance)
+    hulls = (replace(h, growth=h.growth + off, deviation=h.deviation + off) for h in volume.hulls)
+    return SweptVolume(tuple(hulls))
+
+
+def _radius(body: MovingGroup) -> float:
+    """The distance of a body's farthest vertex from the origin of the joint that carries it [m]."""
+    if body.mesh is None:
+        return 0.0
+    pose, vertices = unflat(body.joint_T_group), body.mesh[0]
+    return float(np.linalg.norm(vertices @ pose[:3, :3].T + pose[:3, 3], axis=1).max())

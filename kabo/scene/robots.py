@@ -193,6 +193,16 @@ class Robot:
         found[[int(tree.source[joint]) for joint in ways]] = True
         return found
 
+    def hand(self, joint: int) -> int:
+        """The last planned joint that carries a joint of the tree, itself included; 0 if only the base does.
+
+        Of bodies with the same one, only joints of the gripper move one relative to the other.
+        """
+        tree = self.tree
+        while joint > 0 and (tree.ratio[joint] == 0.0 or tree.source[joint] >= self.planned):
+            joint = int(tree.parent[joint])
+        return joint
+
     def stands(self, link: str) -> bool:
         """Whether no moving joint carries the link, so that it is fixed to the base."""
         return self._moving_joint(link) == 0

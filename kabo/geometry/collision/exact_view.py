@@ -59,7 +59,9 @@ class ExactView:
         joints = np.concatenate([self._joint, np.zeros(len(fixed), np.int64)])
         self._carriers = last_shared_joints(self._chain, joints[self._first], joints[self._second]).tolist()
         kept = np.array([group.kept for group in groups])
-        self._kept = kept[self._first] + kept[self._second]
+        hand = np.array([group.hand for group in groups])
+        same = (hand[self._first] == hand[self._second]) & (hand[self._first] > 0)
+        self._kept = np.where(same, 0.0, kept[self._first] + kept[self._second])
         self._place(poses_of(moving, fixed))
         poses = np.column_stack([self._world_R.reshape(-1, 9), self._world_t])
         self._bodies = [placed(surface, pose) for surface, pose in zip(self._surfaces, poses, strict=True)]

@@ -65,7 +65,7 @@ class Arrays(NamedTuple):
     children: Integers  # (B, 2)
     offset: float  # for `support`: a power of two of at least twice every |vertex|
     radii: Array  # (G,) how far corners and discs of parts that decide are from the joint's origin [m]
-    kept: Array  # (G,) what each group keeps from others beyond the margin [m]
+    kept: Array  # (2, G) what each group keeps from others beyond the margin [m], and the number of its hand
 
 
 def chain_of(tree: KinematicTree) -> Chain:
@@ -154,7 +154,7 @@ def bodies_of(
         np.concatenate([np.empty((0, 2), np.int64), *children]),
         offset_for(greatest),
         radii[:, 0] + np.where(trees, geometry, 0.0),
-        np.array([group.kept for group in given_groups], np.float64),
+        np.array([[g.kept for g in given_groups], [g.hand for g in given_groups]], np.float64),
     )
 
 
@@ -223,8 +223,8 @@ def memory_of(margin: float, chain: Chain, made: Arrays) -> tuple[Array, Hulls, 
     rows = np.full((6, GROUPS_PER_WORD * _in_python(words_for)(groups)), PADDING_BOX_DISTANCE, np.float32)
     # Fixed groups lie in the world already: their boxes are made once.
     centre, half = made.extents.groups[:, :3].T, made.extents.groups[:, 3:6].T
-    kept = made.kept * (1.0 + 2.0 * SHORT_SLACK)  # for rounding to 24 bits, too
-    half = half + SHORT_SLACK * (np.abs(centre) + half) + kept
+    kept = made.kept * [[1.0 + 2.0 * SHORT_SLACK], [1.0]]  # for rounding to 24 bits, too
+    half = half + SHORT_SLACK * (np.abs(centre) + half) + kept[0]
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
     roots = made.bodies.groups[ROOTS_END] - made.bodies.groups[PARTS]
     listed = np.zeros(max(1, int(roots[:-1].max(initial=1))), np.int64)

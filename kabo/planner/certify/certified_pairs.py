@@ -21,6 +21,7 @@ class Thing(NamedTuple):
     joint: int
     pose: Array  # (12,) in the joint's frame, or in the world
     kept: float = 0.0  # [m]: a pair keeps the sum of both from each other
+    hand: int = 0  # the last planned joint of the robot that carries it
 
 
 class PairChoice:

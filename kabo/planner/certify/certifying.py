@@ -209,9 +209,10 @@ class _Certifying:
         found = []
         for link in robot.links.values():
             if link.mesh is not None:
+                hand = robot.hand(link.joint)
                 name, pose = f"{robot.name}.{link.name}", flat(link.joint_T_link)
                 kept = self.surroundings.kept(name)
-                found.append(Thing(name, 0, link.mesh.digest, robot.name, link.joint, pose, kept))
+                found.append(Thing(name, 0, link.mesh.digest, robot.name, link.joint, pose, kept, hand))
         return found
 
     def _links_at(self, robot: str, q: tuple[float, ...], place: int) -> list[Thing]:
@@ -274,7 +275,8 @@ class _Certifying:
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
-            kept = np.array([things[i].kept + things[k].kept for i, k in numbers])
+            grasped = _grasped(things, permitted)
+            kept = np.array([_kept(things[i], things[k], grasped) for i, k in numbers])
             course = Course(
                 tree, np.ascontiguousarray(waypoints), bodies, pairs, deviations=stretch.together, kept=kept
             )
@@ -340,7 +342,8 @@ class _Certifying:
             kept = self.surroundings.kept(body, None if where is None else where.robot)
             if where is not None and where.robot in first:
                 joint = where.joint + first[where.robot] if where.joint else 0
-                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T), kept))
+                hand = self.scene.robots[where.robot].hand(where.joint)
+                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T), kept, hand))
             else:
                 poses = situation.places[body] if body in situation.places else [situation.pose(body)]
                 standing.extend(Thing(body, p, mesh, None, 0, flat(pose), kept) for p, pose in enumerate(poses))
@@ -355,3 +358,25 @@ def _proof(proven: ProvenStretch) -> StretchProof:
             first, second = proven.things[i], proven.things[k]
             pairs.append(PairProof(first.name, second.name, second.place, witness.walk, witness.axes))
     return StretchProof(proven.node, proven.stretch.segments, tuple(pairs), proven.before, proven.cut)
+
+
+def _grasped(things: Sequence[Thing], permitted: frozenset[frozenset[str]]) -> set[tuple[str, str | None, int]]:
+    """Bodies that a hand may touch, each with the robot and the hand."""
+    hands = {thing.name: (thing.robot, thing.hand) for thing in things if thing.robot is not None and thing.hand}
+    return {
+        (other, *hands[link])
+        for pair in permitted
+        if len(pair) == 2
+        for link, other in (tuple(pair), tuple(pair)[::-1])
+        if link in hands and "." in link
+    }
+
+
+def _kept(first: Thing, second: Thing, grasped: set[tuple[str, str | None, int]]) -> float:
+    """What two bodies keep from each other [m].
+
+    It is nothing if only a gripper moves one relative to the other, or if one is of a hand that may touch the other.
+    """
+    same = first.robot is not None and (first.robot, first.hand) == (second.robot, second.hand) and first.hand > 0
+    taken = (second.name, first.robot, first.hand) in grasped or (first.name, second.robot, second.hand) in grasped
+    return 0.0 if same or taken else first.kept + second.kept

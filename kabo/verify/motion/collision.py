@@ -11,7 +11,7 @@ from kabo.verify.motion.motion_bounds import closer
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.surfaces import hull_depth
-from kabo.verify.motion.sweep import Contact, Intervals, Pair, Path, Proof, SweptBody, open_intervals
+from kabo.verify.motion.sweep import Contact, Intervals, Pair, Path, Proof, SweptBody, open_intervals, weights
 from kabo.verify.motion.trajectories.figures import TrajectoryFigures
 from kabo.verify.report import Finding, Least
 
@@ -30,7 +30,7 @@ class Tally:
 
 def check_collision(
     node: str,
-    path: Path,
+    paths: tuple[Path, Path],
     moving: Sequence[SweptBody],
     standing: Sequence[SweptBody],
     permits: Permits,
@@ -41,24 +41,21 @@ def check_collision(
 
     Args:
         node: the id of the node.
-        path: the path of the robots that move.
+        paths: the path of the robots that move, and one of the same motion with smaller deviations and more way
+            points, for bodies that nearly touch.
         moving: the links of these robots, and all objects that they carry.
         standing: all other bodies; one name may occur in several poses.
         permits: the contacts that the segment permits.
         world: the scene.
         tally: the figures and earlier proofs, to which this check adds.
     """
+    path, fine = paths
     count, open_ = open_intervals(path, list(_pairs(moving, standing, permits, world)))
     tally.pairs += count
     for pair, intervals in open_:
         names = pair.first.name, pair.second.name
         shift = permits.shift(*names)
-        if shift is not None:  # bodies that nearly touch along the whole path
-            pair, intervals = closer(pair, intervals)
-        key = _key(pair, shift)
-        if key not in tally.known:
-            tally.known[key] = _prove(pair, intervals, shift)
-        proof = tally.known[key]
+        proof = _known_proof(pair, intervals, shift, fine, tally)
         tally.distances += proof.distances
         if (
             shift is None
@@ -78,6 +75,24 @@ def _pairs(
             names = first.name, second.name
             if world.may_meet(*names) and not (permits.loose and frozenset(names) in permits.loose):
                 yield first, second
+
+
+def _known_proof(pair: Pair, intervals: Intervals, shift: np.ndarray | None, fine: Path, tally: Tally) -> Proof:
+    """The proof for a pair, or the one that was found before; beside the finer path where the first does not do."""
+    key = _key(pair, shift)
+    if key not in tally.known:
+        finer = fine is not pair.path and not pair.path.exact
+        proof = Proof(Contact(0.0, 0.0, 0.0))
+        if shift is None:
+            proof = _prove(pair, intervals, shift)
+        elif not finer:
+            proof = _prove(*closer(pair, intervals), shift)  # bodies that nearly touch along the whole path
+        if proof.contact is not None and finer:
+            again = Pair(fine, pair.first, pair.second, weights(fine, pair.first, pair.second))
+            whole = again, [(0.0, again.length)]
+            proof = _prove(*(whole if shift is None else closer(*whole)), shift)
+        tally.known[key] = proof
+    return tally.known[key]
 
 
 def _prove(pair: Pair, intervals: Intervals, shift: np.ndarray | None) -> Proof:

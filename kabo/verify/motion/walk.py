@@ -31,7 +31,7 @@ from kabo.verify.motion.trajectories.borders import check_borders, check_rest
 from kabo.verify.motion.trajectories.grip import check_grip
 from kabo.verify.motion.trajectories.judge import Followed, SegmentJudge, check_form, followed
 from kabo.verify.motion.views import check_view
-from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
+from kabo.verify.motion.windows import Window, columns, fine_path, one_by_one, window_path, windows
 from kabo.verify.report import Finding
 
 
@@ -77,10 +77,13 @@ class Walk:
         yield from self._check_trajectories()
         self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments, self.how)
         for window in windows(self.segments):
-            path = window_path(window, self.segments, self.world.arms, self.q, self.how)
+            path, fine = (
+                window_path(window, self.segments, self.world.arms, self.q, self.how, fine=each)
+                for each in (False, True)
+            )
             for i in window.starting:
                 yield from self._begin(i)
-            yield from self._check_collision(window, path)
+            yield from self._check_collision(window, path, fine)
             for robot in path.arms:
                 self.q[robot] = path.configurations[-1][path.columns[robot]].copy()
             for i in window.ending:
@@ -95,7 +98,7 @@ class Walk:
     def _begin(self, i: int) -> Iterator[Finding]:
         """Checks the hand, the strokes and the constraint of a segment that begins, and decides its permitted contacts."""
         segment, time = self.segments[i], self.segments[i].times[0]
-        path = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot], self.how[i])
+        path = fine_path(i, self.segments, self.world.arms, self.q, self.how)
         self.permitted[i] = self.grants.permits(i, path)
         for text, pair in self.permitted[i].refused:
             yield Finding(self.node, text, time, pair)
@@ -177,7 +180,7 @@ class Walk:
         yield from check_borders(self.node, self.segments, self.how, arms)
 
     # ------------------------------------------------------------------------------------------------ contacts
-    def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:
+    def _check_collision(self, window: Window, path: Path, fine: Path) -> Iterator[Finding]:
         self.now = window.start
         moving, standing = self._things(path)
         self.sweeps.append(Sweep(path, moving, window.running))
@@ -187,7 +190,7 @@ class Walk:
         self.tally.stretches.append(
             MotionStretch(self.node, window.running, path, moving, standing, granted.pairs)
         )
-        yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
+        yield from check_collision(self.node, (path, fine), moving, standing, granted, self.world, self.tally)
 
     def _granted(self, i: int, window: Window) -> Permits:
         """The contacts that a segment permits in a window; fingers must not touch an object that an arm then carries."""

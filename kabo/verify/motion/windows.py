@@ -18,6 +18,10 @@ from kabo.verify.motion.trajectories.judge import Followed
 
 TIME_TOLERANCE = 1e-9  # [s] times nearer than this count as equal
 TIME_STEP = 0.02  # [s] at most between way points of robots that move at the same time
+FINE_DEVIATION, MAX_FINE_PARTS = (
+    1e-5,
+    20,
+)  # [rad or m] of joints from chords where bodies nearly touch; parts of a step
 
 
 @dataclass(frozen=True)
@@ -89,16 +93,23 @@ def window_path(
     arms: Mapping[str, Arm],
     q: Mapping[str, Array],
     how: Sequence[Followed],
+    *,
+    fine: bool = False,
 ) -> Path:
     """The path of all robots that move in a window.
 
     Where a segment runs that neither begins nor ends with the window, or several run at once, the path has the
-    positions of all at common times, and the deviations from the chords between these.
+    positions of all at common times, and the deviations from the chords between these. With `fine` there are so many
+    times that deviations are hardly above `FINE_DEVIATION`, and a segment alone that deviates more has such a path, too.
     """
+    alone = len(window.running) == 1 and window.starting and window.ending
+    only = window.running[0]
+    if alone and not (fine and float(how[only].deviations.max(initial=0.0)) > FINE_DEVIATION):
+        segment = segments[only]
+        return whole_path(segment, arms[segment.robot], q[segment.robot], how[only])
     running = [segments[i] for i in window.running]
-    if len(running) == 1 and window.starting and window.ending:
-        return whole_path(running[0], arms[running[0].robot], q[running[0].robot], how[window.running[0]])
     times = _common_times(window, segments, how)
+    times = _finer(times, [how[i] for i in window.running if how[i].given]) if fine else times
     rows, deviations, curves, first = [], [], [], 0
     for i in window.running:
         segment, still = segments[i], q[segments[i].robot]
@@ -118,6 +129,18 @@ def window_path(
     return Path(together, np.hstack(rows), times, np.hstack(deviations), curves, in_time=True)
 
 
+def fine_path(
+    i: int,
+    segments: Sequence[Segment],
+    arms: Mapping[str, Arm],
+    q: Mapping[str, Array],
+    how: Sequence[Followed],
+) -> Path:
+    """The path of segment i alone, with deviations hardly above `FINE_DEVIATION`."""
+    times = segments[i].times
+    return window_path(Window(times[0], times[-1], (i,), (i,), (i,)), segments, arms, q, how, fine=True)
+
+
 def _common_times(window: Window, segments: Sequence[Segment], how: Sequence[Followed]) -> Array:
     """The times of a window's path: of all way points, of the ends of all polynomials, and not too far apart."""
     ends = {t for i in window.running for t in segments[i].times}
@@ -129,6 +152,17 @@ def _common_times(window: Window, segments: Sequence[Segment], how: Sequence[Fol
     parts = [max(1, int(np.ceil((b - a) / TIME_STEP - 1e-9))) for a, b in zip(times, times[1:], strict=False)]
     cut = [np.arange(n) / n * (b - a) + a for a, b, n in zip(times, times[1:], parts, strict=False)]
     return np.concatenate([*cut, [window.end]])
+
+
+def _finer(times: Array, how: Sequence[Followed]) -> Array:
+    """Times (m,) with more between them where trajectories leave their chords by more than `FINE_DEVIATION`."""
+    if not how:
+        return times
+    off = np.max([from_chords(each.curve, times).max(axis=1) for each in how], axis=0)
+    # A chord of a part is left by the square of its share.
+    counts = np.clip(np.ceil(np.sqrt(off / FINE_DEVIATION)), 1, MAX_FINE_PARTS).astype(int)
+    cut = [a + np.arange(n) / n * (b - a) for a, b, n in zip(times, times[1:], counts, strict=False)]
+    return np.concatenate([*cut, times[-1:]])
 
 
 def rest_of(path: Path, time: float) -> Path:

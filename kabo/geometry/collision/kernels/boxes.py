@@ -123,3 +123,10 @@ def place_groups(packed, groups, poses, hulls, extents, radii):
                 radii[g, 1] = max(radii[g, 1], reach + hulls.rounds[p, RADIUS])
             _centre(extents.parts, p)
         _centre(extents.groups, g)
+
+
+@leaf_kernel  # (2, G) f8, i8, i8 -> f8
+def kept_between(kept, g, h):
+    """What two groups keep from each other beyond the margin [m]: nothing if they are of the same hand."""
+    same = (kept[1, g] == kept[1, h]) & (kept[1, g] > 0.0)
+    return 0.0 if same else kept[0, g] + kept[0, h]

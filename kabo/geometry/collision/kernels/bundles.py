@@ -99,7 +99,7 @@ class Tracks(NamedTuple):
     pair_tracks: Integers  # (2, P)
     slacks: Array  # (P,) rest of the budget for `spread` [m]
     radii: Array  # (G,) how far corners and discs are from the joint's origin [m]
-    kept: Array  # (G,) what each group keeps from others beyond the margin [m]
+    kept: Array  # (2, G) what each group keeps from others beyond the margin [m], and the number of its hand
 
 
 class Way(NamedTuple):

@@ -20,7 +20,7 @@ from kabo.compilation import (
     times,
     window,
 )
-from kabo.geometry.collision.kernels.boxes import BOX_SLACK, place_part
+from kabo.geometry.collision.kernels.boxes import BOX_SLACK, kept_between, place_part
 from kabo.geometry.collision.kernels.bundles import (
     BALL_OF_BOX,
     CHECKS,
@@ -193,7 +193,7 @@ def first_hit(q, memory):
     if not usable(q, bound):
         return UNUSABLE
     frames_of(q, Chain(joints, factors, placement, bound), local, angles, world_T, frames)
-    _group_boxes(frames, moving, groups[JOINT], boxes, kept, rows)
+    _group_boxes(frames, moving, groups[JOINT], boxes, kept[0], rows)
     for g in range(moving):
         for word in range(allowed.shape[1]):
             near = allowed[g, word]
@@ -204,7 +204,7 @@ def first_hit(q, memory):
                 near ^= bit
                 h = GROUPS_PER_WORD * word + _place_of(bit)
                 placed = relative(frames, groups[JOINT, g], groups[JOINT, h])
-                apart_by = margin + kept[g] + kept[h]
+                apart_by = margin + kept_between(kept, g, h)
                 if boxes_near(placed, boxes, g, h, apart_by):
                     put_pose(placed, pose)
                     checked = Checked(groups, listed, outlines, hulls, tree, apart_by)

@@ -36,7 +36,7 @@ def numbers_of(memory):
 
     factors (2, J), placement (J, 12), bound (n,), extents of parts (B, 8) and groups (G, 8), the latter flat too, cores
     (B, 9), diameters (B,), local (J * 24,), world_T (J, 12), frames (J * 12,), angles (3, J), rows (6, 32 W) f4 world
-    boxes of groups, kept (G,) what each keeps from others beyond the margin, pose (12,), axis (3,), simplex (4, 3),
+    boxes of groups, kept (2, G) of `Tracks`, pose (12,), axis (3,), simplex (4, 3),
     points (4, 3), rounds (B + room, 5), blocks (B + room, 3, K) of vertices: of all parts in their joint's frame, then
     those that sweeps place.
     """
@@ -65,7 +65,7 @@ def numbers_of(memory):
     frames, start = window(memory, start, (12 * joints,)), after(start, 12 * joints)
     angles, start = window(memory, start, (3, joints)), after(start, 3 * joints)
     rows, start = window(memory.view(np.float32), 2 * start, (6, columns)), after(start, 3 * columns)
-    kept, start = window(memory, start, (whole[GROUPS],)), after(start, whole[GROUPS])
+    kept, start = window(memory, start, (2, whole[GROUPS])), after(start, 2 * whole[GROUPS])
     pose, start = window(memory, start, (12,)), after(start, 12)
     axis, start = window(memory, start, (3,)), after(start, 3)
     simplex, start = window(memory, start, (4, 3)), after(start, 12)

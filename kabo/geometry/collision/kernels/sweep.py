@@ -19,7 +19,7 @@ Where a part is not proven apart and has children, these are looked at over the 
 """
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.boxes import boxes_near, place_box, place_part, unite_boxes
+from kabo.geometry.collision.kernels.boxes import boxes_near, kept_between, place_box, place_part, unite_boxes
 from kabo.geometry.collision.kernels.bundles import (
     CHILD_COUNT,
     FIRST_CHILD,
@@ -273,7 +273,7 @@ def first_swept_hit(start, end, margin, clearance, pairs, scene, sweep, search):
             if nodes.whole_marks[t] != run:
                 nodes.whole_marks[t] = run
                 _whole(t, scene, sweep)
-        kept = tracks.kept[tracks.tracks[GROUP, ta]] + tracks.kept[tracks.tracks[GROUP, tb]]
+        kept = kept_between(tracks.kept, tracks.tracks[GROUP, ta], tracks.tracks[GROUP, tb])
         kept += sweep.way.motions[ta, STRAY] + sweep.way.motions[tb, STRAY]
         if boxes_near(nodes.whole_boxes, ta, nodes.whole_boxes, tb, margin + kept):
             limits = Limits(tracks.slacks[p], tracks.slacks[p] + clearance + kept, margin + kept)

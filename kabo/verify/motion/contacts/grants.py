@@ -282,7 +282,7 @@ class Grants:
         if i not in numbers:
             raise Unfounded(f"but {self.segments[i].robot} holds neither of them")
         window = Window(begin, end, tuple(numbers), tuple(numbers), tuple(numbers))
-        return window_path(window, self.segments, self.world.arms, self.holding.q, self.how)
+        return window_path(window, self.segments, self.world.arms, self.holding.q, self.how, fine=True)
 
     def _joined(self, pair: frozenset[str], time: float) -> bool:
         """Whether two bodies are joined at or after a time, before an arm that holds one of them moves again."""

@@ -21,6 +21,7 @@ from kabo.planner.certify.motion_stretches import MotionStretch, stretches
 from kabo.scene.transforms import flat
 from kabo.viewer.content.arrays import Arrays
 from kabo.viewer.content.plan.moving_things import MovingThing, moving_joints, moving_things
+from kabo.viewer.content.plan.off_path import farthest_off
 
 TOLERANCE = 0.1  # [m] by which the hulls may stick out of what the parts sweep
 GRID = 2.0**-10  # [m] corners are multiples of it, and planes are moved out by as much
@@ -61,18 +62,22 @@ def _swept(thing: MovingThing, stretch: MotionStretch, surroundings: SceneSurrou
     arrays = mesh.vertices, mesh.faces
     enclosure, elements = surroundings.enclosure(thing.name), surroundings.elements(thing.name)
     group = MovingGroup(thing.joint, flat(thing.joint_T), enclosure, arrays, elements)
+    radius = float(np.linalg.norm(mesh.vertices @ thing.joint_T[:3, :3].T + thing.joint_T[:3, 3], axis=1).max())
     found = []
-    for ends in zip(waypoints, waypoints[1:], strict=False):
+    for k, ends in enumerate(zip(waypoints, waypoints[1:], strict=False)):
         if moving_joints(robot, thing.joint, np.array(ends)):
-            found.append(_around(swept_volume(Motion(robot.tree, (group,), np.array(ends)), TOLERANCE)))
+            off = farthest_off(robot.tree, thing.joint, radius, stretch.deviations[thing.robot][k])
+            found.append(_around(swept_volume(Motion(robot.tree, (group,), np.array(ends)), TOLERANCE), off))
     return found
 
 
-def _around(volume: SweptVolume) -> Array:
-    """The corners (V, 3) of the polyhedron of fourteen planes around a volume, as multiples of GRID."""
-    reach = (
-        np.max([(hull.points @ DIRECTIONS.T).max(axis=0) + hull.growth for hull in volume.hulls], axis=0) + GRID
-    )
+def _around(volume: SweptVolume, off: float) -> Array:
+    """The corners (V, 3) of the polyhedron of fourteen planes around a volume, as multiples of GRID.
+
+    The planes are moved out by `off` [m], how far the trajectory may be from the path.
+    """
+    farthest = [(hull.points @ DIRECTIONS.T).max(axis=0) + hull.growth for hull in volume.hulls]
+    reach = np.max(farthest, axis=0) + GRID + off
     points = np.concatenate([hull.points for hull in volume.hulls])
     inside = (points.min(axis=0) + points.max(axis=0)) / 2.0
     halfspaces = np.column_stack([DIRECTIONS, -reach])

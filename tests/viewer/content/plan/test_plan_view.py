@@ -63,19 +63,19 @@ def test_measured_margins_are_above_the_proven_clearances(stacked):
             assert all(0 <= pair < len(view["pairs"]) or pair == -1 for *_, pair in node["margin"])
 
 
-def test_sweeps_contain_every_moving_link_at_every_way_point(stacked):
+def test_sweeps_contain_every_moving_link_at_every_moment(stacked):
     """Against the corners of the meshes themselves; a polyhedron of its own contains each link."""
     plan, scene, _view = stacked
     arrays = Arrays()
     problem = kabo.load_problem(N2)
     view = plan_view(plan, problem, scene, arrays, margins=False, sweeps=True)
     node = next(node for node in view["nodes"] if node["sweeps"])
-    segment, sweep = node["motion"]["segments"][0], node["sweeps"][0]
+    segment, sweep = plan.nodes[node["id"]].motion[0], node["sweeps"][0]
     solids = corners_of(sweep, arrays)
-    robot = scene.robots[segment["robot"]]
+    robot = scene.robots[segment.robot]
     q = dict(zip(robot.joint_names, scene.start.robots[robot.name], strict=True))
-    for values in segment["waypoints"]:
-        q.update(zip(segment["joints"], values, strict=True))
+    for values in [*segment.waypoints, *segment.at(np.linspace(segment.times[0], segment.times[-1], 200))]:
+        q.update(zip(segment.joints, values, strict=True))
         poses = link_poses(robot, tuple(q[name] for name in robot.joint_names))
         last = list(robot.links.values())[-1]
         points = last.mesh.vertices @ poses[last.name][:3, :3].T + poses[last.name][:3, 3]
