@@ -44,17 +44,11 @@ def problems() -> dict[str, Path]:
     return found
 
 
-def judged(jobs: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """What the judge says of each job, as it comes."""
-    asked = subprocess.Popen([sys.executable, JUDGE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    if asked.stdin is None or asked.stdout is None:
-        raise RuntimeError("the judge cannot be asked")
-    for job in jobs:
-        asked.stdin.write(json.dumps(job) + "\n")
-        asked.stdin.flush()
-        yield json.loads(asked.stdout.readline() or '{"error": "the judge ended"}')
-    asked.stdin.close()
-    asked.wait()
+def judged(job: dict[str, Any]) -> dict[str, Any]:
+    """What the judge says of a plan."""
+    asked = subprocess.run([sys.executable, JUDGE], input=json.dumps(job), capture_output=True, text=True, check=False)
+    found: dict[str, Any] = json.loads(asked.stdout or '{"error": "the judge ended"}')
+    return found
 
 
 def made(name: str, path: Path, quality: str, seed: int, folder: Path) -> tuple[Path | None, dict[str, Any]]:
@@ -138,7 +132,7 @@ def looked_at(options: argparse.Namespace, folder: Path) -> Iterator[Judged]:
                 "durations": True,
                 "collisions": not options.no_collisions,
             }
-            verdict = next(judged([job])) if file else {"error": figures.get("verified", "no plan")}
+            verdict = judged(job) if file else {"error": figures.get("verified", "no plan")}
             yield Judged(name, quality, figures, verdict, json.loads(file.read_text()) if file else {})
 
 
