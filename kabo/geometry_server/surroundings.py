@@ -20,6 +20,7 @@ from kabo.scene.transforms import transform
 COARSE = (
     0.004  # [m], the share of a body in an epsilon of 1 cm: parts so near decide at first, however fine epsilon is
 )
+SPARED_SHARE = 0.8  # of the budget's clearance, which counts as what is to be kept; the rest makes proofs short
 MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
 
 
@@ -94,7 +95,7 @@ class SceneSurroundings:
         return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch)
 
     def kept(self, name: str, carrier: str | None = None) -> float:
-        """The share of a body or `robot.link` in the distance that a pair keeps beyond the budget's clearance [m].
+        """The share of a body or `robot.link` in the distance that a pair keeps [m].
 
         It is half of the clearance, and how uncertain the body's pose is; for a link, and for what the robot `carrier`
         holds, how uncertain the robot is.
@@ -103,14 +104,19 @@ class SceneSurroundings:
         owner = name.partition(".")[0]
         return 0.5 * self.clearance + uncertain.get(owner, 0.0) + uncertain.get(carrier or "", 0.0)
 
+    def asked(self, name: str, carrier: str | None = None) -> float:
+        """As `kept`, but what checks ask for beyond their budget, which keeps a part of the clearance anyway [m]."""
+        spared = min(self.clearance, SPARED_SHARE * self.budget.clearance)
+        return self.kept(name, carrier) - 0.5 * spared
+
     @property
     def keeps(self) -> bool:
-        """Whether any bodies keep a distance from each other beyond the budget's clearance."""
+        """Whether bodies are to keep a distance from each other."""
         return self.clearance > 0.0 or any(self.scene.uncertain.values())
 
     @property
     def greatest_kept(self) -> float:
-        """The greatest distance that any pair keeps beyond the budget's clearance [m]."""
+        """The greatest distance that any pair keeps, or more [m]."""
         scene = self.scene
         robot = max((self.scene.uncertain.get(name, 0.0) for name in scene.robots), default=0.0)
         return 2.0 * (max((self.kept(name) for name in (*scene.bodies, *scene.robots)), default=0.0) + robot)

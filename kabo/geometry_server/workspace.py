@@ -261,7 +261,7 @@ class Workspace:
         mesh = self.surroundings.mesh(name)
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
         elements = self.surroundings.elements(name)
-        kept = self.surroundings.kept(name, self.robot.name if name in self.carried else None)
+        kept = self.surroundings.asked(name, self.robot.name if name in self.carried else None)
         return MovingGroup(
             joint,
             flat(joint_T_group),
@@ -310,7 +310,7 @@ class Workspace:
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
         elements = self.surroundings.elements(name)
         others = (robot for robot in self.situation.robots if name in self.situation.carried(robot))
-        kept = self.surroundings.kept(name, next(others, None) if self.surroundings.keeps else None)
+        kept = self.surroundings.asked(name, next(others, None) if self.surroundings.keeps else None)
         return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays, elements, kept)
 
     def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[tuple[int, int]], list[Pair]]:

@@ -81,14 +81,14 @@ def _body(leg: Leg) -> _Body:
             enclosure = surroundings.enclosure(own)
             placed = flat(link.joint_T_link)
             found.append(
-                (own, MovingGroup(link.joint, placed, enclosure, arrays, link.elements, surroundings.kept(own)))
+                (own, MovingGroup(link.joint, placed, enclosure, arrays, link.elements, surroundings.asked(own)))
             )
     for held in scene.situation.carried(name):
         at, body = scene.situation.attachment(held), scene.context.scene.bodies[held]
         link = robot.links[at.parent.partition(".")[2]]
         pose = flat(link.joint_T_link @ transform(at.position, at.quaternion))
         enclosure, arrays = surroundings.enclosure(held), (body.mesh.vertices, body.mesh.faces)
-        kept = surroundings.kept(held, name)
+        kept = surroundings.asked(held, name)
         found.append((held, MovingGroup(link.joint, pose, enclosure, arrays, body.elements, kept)))
     motion = Motion(robot.tree, tuple(group for _, group in found), leg.path)
     boxes = np.array([[_box(swept) for swept in motion.swept(*piece, 1)] for piece in motion.segments])

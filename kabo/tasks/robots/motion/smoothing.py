@@ -16,8 +16,11 @@ from kabo.tasks.robots.timed_paths import TimedPath, cut
 
 DEVIATION = 0.05  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
 EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
+JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
 LEAST_SHARE = 1.0 / 16  # of the greatest blend, below which the motion stops at the corner
+TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pieces of a motion are few
+LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
 COARSEST_CHORD = (
     4e-3  # rad, L2: deviation of a blend from straight pieces between its way points, before any proof
 )
@@ -55,7 +58,8 @@ def smoothed(
             limits,
             deviation=within,
             shares=shares.tolist(),
-            chord=COARSEST_CHORD,
+            chord=min(COARSEST_CHORD, max(within, LEAST_TOLERANCE)),
+            tolerance=min(TOLERANCE, max(within, LEAST_TOLERANCE)),
             held=held,
         )
         found = route.proven(made)
@@ -68,4 +72,6 @@ def smoothed(
 
 def deviation_of(part: MotionPart, deviation: float) -> float:
     """How far the motion of a part may pass by its way points [rad, L2]."""
+    if part.joins:
+        return min(deviation, JOINING_DEVIATION)
     return min(deviation, EXACT_DEVIATION) if part.stretch.exact else deviation

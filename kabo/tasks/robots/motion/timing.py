@@ -32,7 +32,7 @@ def passing(part: MotionPart) -> bool:
     """Whether a part may follow another, or be followed, without a stop."""
     each = part.stretch
     settled = each.attach or each.detach or each.seconds or each.exact or each.timed is not None
-    return each.group == "arm" and not settled and part.moves
+    return each.group == "arm" and not settled and not part.joins and part.moves
 
 
 def _follows(first: MotionPart, second: MotionPart) -> bool:

@@ -234,7 +234,7 @@ class _MovingBodies:
                     name, arrays = f"{robot.name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
                     joint = self.team.joined.joint(k, link.joint)
                     enclosure, at = surroundings.enclosure(name), flat(link.joint_T_link)
-                    kept = surroundings.kept(name)
+                    kept = surroundings.asked(name)
                     yield name, MovingGroup(joint, at, enclosure, arrays, link.elements, kept)
         for name in self.scene.situation.objects:
             if name in self.owners:
@@ -258,9 +258,9 @@ class _MovingBodies:
         robot, _, link = parent.partition(".")
         names = [each.name for each in self.team.robots]
         if robot not in names:
-            kept = surroundings.kept(name) if name in self.scene.situation.objects else 0.0
+            kept = surroundings.asked(name) if name in self.scene.situation.objects else 0.0
             return FixedGroup(flat(self.scene.pose(name) @ own), enclosure, arrays, elements, kept)
         chosen = self.team.robots[names.index(robot)].links[link]
         joint = self.team.joined.joint(names.index(robot), chosen.joint)
-        kept = surroundings.kept(name, robot) if name in self.scene.situation.objects else 0.0
+        kept = surroundings.asked(name, robot) if name in self.scene.situation.objects else 0.0
         return MovingGroup(joint, flat(chosen.joint_T_link @ at), enclosure, arrays, elements, kept)
