@@ -10,13 +10,14 @@ import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry_server import GeometryServer, Refusal
+from kabo.geometry_server import GeometryServer, Refusal, Team
 from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import InitialisationError, Result, Serial, Solution, State, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning, segments
+from kabo.tasks.robots.motion.together import Track, _MovingBodies
 from tests.conftest import PROPERTY_SCALE
 from tests.support import oracles_coal
 
@@ -239,6 +240,33 @@ def test_it_is_the_times_that_count_arms_may_pass_the_same_place_one_after_the_o
     late = merged(before, [left, to_and_fro(before, "right", rest=ended)])
     assert isinstance(late, Result)
     assert least(before, [left, to_and_fro(before, "right", rest=ended)]) > 0.0
+
+
+def test_what_is_proven_of_a_motion_is_what_its_trajectories_say() -> None:
+    """Rests, gaps and motions of a track, as one sequence of polynomials that goes on after its end."""
+    track = Track.of(to_and_fro(first(), "right", rest=0.25))
+    until = track.seconds + 0.5
+    made = track.polynomials("right", until)
+    assert (made.times[0], made.times[-1]) == (0.0, until)
+    at = np.linspace(0.0, until, 400)
+    piece = np.clip(np.searchsorted(made.times, at, side="right") - 1, 0, len(made.padded) - 1)
+    local = (at - made.times[piece])[:, None, None] ** np.arange(6)
+    assert np.abs((made.padded[piece] * local).sum(axis=-1) - track.at("right", at)).max() < 1e-9
+    assert np.ptp(track.at("right", at), axis=0).max() > 0.5
+
+
+def test_arms_that_may_be_far_from_their_path_are_not_proven_apart() -> None:
+    before = first()
+    robots = ("left", "right")
+    bodies = _MovingBodies(
+        before, Team.of(scene(), robots), {"left": 0, "right": 1, "red": 0, "blue": 1}, before.permitted
+    )
+    home = np.concatenate([before.configuration(robot) for robot in robots])
+    path = np.array([home, home])
+    assert bodies.hit(path, np.zeros((1, len(home)))) is None
+    pair, piece = bodies.hit(path, np.full((1, len(home)), 1.0))
+    assert {name.partition(".")[0] for name in pair} == {"left", "right"}
+    assert piece == 0
 
 
 def test_who_is_done_sooner_waits_and_all_have_ended_before_what_follows_begins() -> None:
