@@ -1,8 +1,7 @@
 """Every script in `benchmarks/` runs, as small as its options allow, and writes its tables.
 
-Four are not run: `construction_set_peer.py` needs hpp-python, `viewer.py` a browser, `motion_ways.py` the problems of others,
-and the sections `bounding` and
-`decomposition` of `geometry.py` an environment of the judge's.
+Four are not run: `construction_set_peer.py` needs hpp-python, `viewer.py` a browser, `motion_ways.py` problems that
+others have, and the sections `bounding` and `decomposition` of `geometry.py` an environment of the judge's.
 """
 
 import json
