@@ -2,7 +2,8 @@ from kabo.motion.bernstein import MAX_DEGREE as MAX_DEGREE
 from kabo.motion.blending import Blended as Blended
 from kabo.motion.blending import blended as blended
 from kabo.motion.blending import thinned as thinned
-from kabo.motion.chords import chord_deviations as chord_deviations
+from kabo.motion.chords import Polynomials as Polynomials
+from kabo.motion.chords import joined_deviations as joined_deviations
 from kabo.motion.following import path_deviations as path_deviations
 from kabo.motion.limits import Held as Held
 from kabo.motion.limits import MotionLimits as MotionLimits

@@ -1,33 +1,44 @@
-"""How far a motion is from straight lines that are proportional to time: the bound for several motions at once.
+"""How far motions that run at the same time are from their joined path: bounds per piece and joint, without sampling.
 
-Motions that run at the same time are proven together, on one path whose way points are their places at common times.
-Between two of these times each motion is compared with the chord between its places then, at the same time.
+The joints of all robots that move at once are one chain. Its path is straight between the joined places at common times.
+While the motions are between two of these places, they are compared with the projection of the joined place onto the
+piece between them, so motions with a common law along a straight line follow it exactly.
 """
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.motion.bernstein import bernstein, halved, recentred
+from kabo.motion.bernstein import recentred
+from kabo.motion.following import away_from_pieces
 
-HALVINGS = 2  # of each interval, for tighter bounds
+
+class Polynomials(NamedTuple):
+    """A motion: the ends of its pieces (k + 1,) [s], and their coefficients (k, n, 6)."""
+
+    times: Array
+    padded: Array
 
 
-def chord_deviations(times: Array, padded: Array, waypoints: Array, passing: Array) -> Array:
-    """The distance (m - 1, n) that no joint exceeds from the line proportional to time between two way points.
+def joined_deviations(motions: Sequence[Polynomials], waypoints: Array, passing: Array) -> Array:
+    """The distance (m - 1, n) that no joint of several motions exceeds from each piece of their joined path.
 
     Args:
-        times: the ends of the motion's pieces (k + 1,) [s].
-        padded: the motion's coefficients (k, n, 6).
-        waypoints: the places (m, n) that are compared with, straight between them.
-        passing: their times (m,) [s], increasing, within those of the motion; no end of a piece lies between two.
+        motions: at least one; the joints of all, one motion after the other, are the columns of the path.
+        waypoints: the joined path (m, n), straight between way points.
+        passing: their times (m,) [s], increasing, within those of each motion; no end of a piece of a motion lies between
+            two of them.
     """
-    piece = np.clip(np.searchsorted(times, (passing[:-1] + passing[1:]) / 2, side="right") - 1, 0, len(times) - 2)
-    spans = np.diff(passing)
-    delays = np.broadcast_to((passing[:-1] - times[piece])[:, None], padded[piece].shape[:2])
-    parts = recentred(padded[piece], delays)
+    middle, spans = (passing[:-1] + passing[1:]) / 2, np.diff(passing)
+    parts = np.concatenate([_between(motion, passing[:-1], middle) for motion in motions], axis=1)
     parts[..., 0] -= waypoints[:-1]
-    parts[..., 1] -= np.diff(waypoints, axis=0) / spans[:, None]
-    controls = bernstein(parts, np.broadcast_to(spans[:, None], parts.shape[:2]))[None]
-    for _ in range(HALVINGS):
-        controls = halved(controls).reshape(-1, *controls.shape[1:])
-    return np.asarray(np.abs(controls).max(axis=(0, -1)))
+    return away_from_pieces(parts, np.diff(waypoints, axis=0), spans)
+
+
+def _between(motion: Polynomials, begin: Array, middle: Array) -> Array:
+    """The coefficients (m - 1, n, 6) of a motion in times that count from each `begin` (m - 1,)."""
+    piece = np.clip(np.searchsorted(motion.times, middle, side="right") - 1, 0, len(motion.times) - 2)
+    own = motion.padded[piece]
+    return recentred(own, np.broadcast_to((begin - motion.times[piece])[:, None], own.shape[:2]))

@@ -28,18 +28,28 @@ def path_deviations(times: Array, padded: Array, waypoints: Array, passing: Arra
     """
     low, high, piece, own = _parts(times, passing)
     parts = recentred(padded[piece], np.broadcast_to((low - times[piece])[:, None], padded[piece].shape[:2]))
-    steps = np.diff(waypoints, axis=0)[own]
     parts[..., 0] -= waypoints[own]
+    away = away_from_pieces(parts, np.diff(waypoints, axis=0)[own], high - low)
+    found = np.zeros((len(waypoints) - 1, waypoints.shape[1]))
+    np.maximum.at(found, own, away)
+    return found
+
+
+def away_from_pieces(parts: Array, steps: Array, spans: Array) -> Array:
+    """The distance (p, n) that no joint exceeds from straight pieces: residuals of the projection, and its excess.
+
+    Args:
+        parts: the coefficients (p, n, 6) of motions relative to the first way point of their piece.
+        steps: from the first to the last way point of the piece of each (p, n).
+        spans: the durations (p,) [s].
+    """
     squares = (steps**2).sum(axis=1)
     shares = np.einsum("pjk,pj->pk", parts, steps) / np.where(squares > 0.0, squares, 1.0)[:, None]
-    away = parts - steps[:, :, None] * shares[:, None, :]
-    spans = high - low
-    rest = np.abs(_controls(away, np.broadcast_to(spans[:, None], away.shape[:2]))).max(axis=(0, -1))
+    residuals = parts - steps[:, :, None] * shares[:, None, :]
+    rest = np.abs(_controls(residuals, np.broadcast_to(spans[:, None], residuals.shape[:2]))).max(axis=(0, -1))
     along = _controls(shares, spans)
     excess = np.maximum(0.0, np.maximum(-along.min(axis=(0, -1)), along.max(axis=(0, -1)) - 1.0))
-    found = np.zeros((len(waypoints) - 1, waypoints.shape[1]))
-    np.maximum.at(found, own, rest + excess[:, None] * np.abs(steps))
-    return found
+    return np.asarray(rest + excess[:, None] * np.abs(steps))
 
 
 def _parts(times: Array, passing: Array) -> tuple[Array, Array, Integers, Integers]:

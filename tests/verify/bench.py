@@ -38,6 +38,9 @@ actions:
   wave:
     parameters: {r: robot, r2: robot}
     geometry: dance(r, r2)
+  raise:
+    parameters: {r: robot, o: part, r2: robot, other: part}
+    geometry: heave(r, o, r2, other)
   shove:
     parameters: {r: robot, o: part}
     geometry: stir(r, o)
@@ -57,6 +60,7 @@ TASKS = {
     "insert": "robot: {type: robot}, object: {type: body}, other: {type: body}, mate: {type: name, default: any}",
     "insert_bimanual": "robot: {type: robot}, object: {type: body}, other_robot: {type: robot}, "
     "other: {type: body}, mate: {type: name, default: any}",
+    "heave": "robot: {type: robot}, object: {type: body}, other_robot: {type: robot}, other: {type: body}",
     "dance": "first: {type: robot}, second: {type: robot}",
     "stir": "spoon: {type: robot}, pot: {type: body}",
 }
@@ -316,6 +320,23 @@ def insert_bimanual(*, together: bool = True, delay: float = 0.0) -> Node:
     )
     arguments = {"r": "left", "o": "peg", "r2": "right", "other": "socket"}
     return Node("action", "join_both", arguments, motion=(first, down, rise, *moved), after=change)
+
+
+def lift_both(*, delay: float = 0.0) -> Node:
+    """Each hand takes its part; then both arms lift at once, the right one so much later."""
+    (*mine, up), (*theirs, rise) = take_peg().motion, take_socket().motion
+    begin = mine[-1].times[-1]
+    theirs = [replace(s, times=tuple(round(t + begin, 6) for t in s.times)) for s in theirs]
+    start = theirs[-1].times[-1]
+    up, rise = (replace(s, times=(start + late, start + late + 0.5)) for s, late in ((up, 0.0), (rise, delay)))
+    change = after(
+        {"left": up.waypoints[-1], "right": rise.waypoints[-1]},
+        {"left": 0.02, "right": 0.02},
+        peg=ON_LEFT,
+        socket=SOCKET_ON_RIGHT,
+    )
+    arguments = {"r": "left", "o": "peg", "r2": "right", "other": "socket"}
+    return Node("action", "raise", arguments, motion=(*mine, *theirs, up, rise), after=change)
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,18 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from kabo.plan import Grant, Node, ObjectPose, StateChange
+from kabo.scene import load_scene
 from kabo.verify import verify_plan
+from kabo.verify.motion.scene_model import SceneModel
+from kabo.verify.motion.trajectories.judge import followed
+from kabo.verify.motion.windows import window_path, windows
 from tests.verify import bench as by_hand
 from tests.verify.bench import Bench
+from tests.verify.smooth import smooth, smooth_node
 from tests.verify.test_verification import found
 
 
@@ -145,6 +151,42 @@ def meeting(delay: float) -> Node:
     other = by_hand.stretch("right", delay, [right, place, right])
     change = by_hand.after({"left": left, "right": right}, {"left": 0.02, "right": 0.045})
     return Node("action", "wave", {"r": "left", "r2": "right"}, motion=(one, other), after=change)
+
+
+def smooth_report(bench, *nodes: Node):
+    """The report on the nodes with trajectories."""
+    return verify_plan(bench.problem, smooth(bench.plan(*nodes), load_scene(bench.problem.scene)))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.001, 0.1])
+def test_two_arms_that_follow_trajectories_lift_at_once_what_stands_under_them(bench, delay):
+    """Where only one arm moves a body away from its support, it does not matter when the other arm moves."""
+    told = smooth_report(bench, by_hand.lift_both(delay=delay), by_hand.insert_bimanual())
+    assert told.ok, str(told)
+
+
+def test_parts_that_touch_while_two_arms_move_have_one_law_of_time(bench):
+    pair = [by_hand.take_peg(), by_hand.take_socket()]
+    told = smooth_report(bench, *pair, by_hand.insert_bimanual())
+    assert told.ok, str(told)
+    late = smooth_report(bench, *pair, by_hand.insert_bimanual(delay=0.001))
+    found(late, "grants contact of peg and socket, but right begins or ends to move meanwhile", "n2")
+
+
+@pytest.mark.parametrize(("delay", "least", "most"), [(0.0, 0.0, 1e-9), (0.001, 5e-8, 1e-3)])
+def test_only_arms_with_a_common_law_follow_their_joined_path_exactly(bench, delay, least, most):
+    scene = load_scene(bench.problem.scene)
+    arms = SceneModel(scene).arms
+    motion = smooth_node(by_hand.lift_both(delay=delay), scene).motion
+    q = {name: np.array(scene.start.robots[name]) for name in arms}
+    how = [followed(segment) for segment in motion]
+    *_, both = [window for window in windows(motion) if len(window.running) == 2]
+    path = window_path(both, motion, arms, q, how)
+    assert least <= path.deviations.max() <= most
+    of_left = np.arange(path.steps.shape[1]) < len(q["left"])
+    strays = path.strays(np.array([of_left, ~of_left, of_left | True], float)).max(axis=0)
+    assert strays[:2].max() <= 1e-9, "what only one arm moves does not see the law of the other one"
+    assert least <= strays[2]
 
 
 def test_a_hand_over_to_a_hand_that_is_not_closed_is_caught(bench):

@@ -3,16 +3,17 @@
 Segments of one robot follow one another; segments of different robots may overlap in time, and a new stretch
 starts whenever a segment begins or ends. A segment alone has its own way points. Several at once have common times: of
 all way points, of the ends of all polynomials, and at most 20 ms apart if any of them has polynomials; their places
-then are the way points. How far trajectories are from the lines between way points is stated for each joint.
+then are the way points of one path of all their joints. How far trajectories are from the lines between way points is
+stated for each joint.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.motion import chord_deviations, path_deviations
+from kabo.motion import Polynomials, Trajectory, joined_deviations, path_deviations
 from kabo.plan import Segment
 from kabo.scene import KinematicTree, Robot
 
@@ -59,19 +60,34 @@ def stretches(
             yield _alone(under_way[0], motion[under_way[0]], robots[motion[under_way[0]].robot], start)
             continue
         times = _common_times([motion[i] for i in under_way], begin, end)
-        waypoints, deviations = {}, {}
-        for i in under_way:
-            segment = motion[i]
-            robot, before = robots[segment.robot], start[segment.robot]
-            rows = np.array([at_time(segment, t) for t in times])
-            waypoints[segment.robot] = _whole(segment, robot, before, rows)
-            own = segment.trajectory
-            off = None if own is None else chord_deviations(np.array(own.times), own.padded, rows, times)
-            deviations[segment.robot] = _spread(segment, robot, rows, off)
+        waypoints, deviations = at_once([motion[i] for i in under_way], times, robots, start)
         for name, rows in waypoints.items():
             start[name] = rows[-1]
         ending = tuple(i for i in under_way if motion[i].times[-1] == end)
         yield MotionStretch(under_way, ending, waypoints, times, deviations, in_time=True)
+
+
+def at_once(
+    under_way: Sequence[Segment], times: Array, robots: Mapping[str, Robot], start: Mapping[str, Array]
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The way points (W, n) and deviations (W - 1, n) of each robot that moves, at common times."""
+    rows = [np.array([at_time(segment, t) for t in times]) for segment in under_way]
+    off: list[Array | None] = [None] * len(rows)
+    if any(segment.trajectory is not None for segment in under_way):
+        together = joined_deviations([_polynomials(each) for each in under_way], np.hstack(rows), times)
+        off = list(np.split(together, np.cumsum([own.shape[1] for own in rows])[:-1], axis=1))
+    waypoints, deviations = {}, {}
+    for segment, own, away in zip(under_way, rows, off, strict=True):
+        robot = robots[segment.robot]
+        waypoints[robot.name] = _whole(segment, robot, start[robot.name], own)
+        deviations[robot.name] = _spread(segment, robot, own, away)
+    return waypoints, deviations
+
+
+def _polynomials(segment: Segment) -> Polynomials:
+    """What a segment's joints follow; at constant velocities between way points without a trajectory."""
+    own = segment.trajectory or Trajectory.linear(segment.joints, segment.waypoints, segment.times)
+    return Polynomials(np.array(own.times), own.padded)
 
 
 def _alone(number: int, segment: Segment, robot: Robot, start: dict[str, Array]) -> MotionStretch:

@@ -12,7 +12,7 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.separation_proofs import Course
 from kabo.plan import Segment
-from kabo.planner.certify.motion_stretches import MotionStretch, joined
+from kabo.planner.certify.motion_stretches import MotionStretch, at_once, joined
 from kabo.scene import Robot
 
 
@@ -33,11 +33,14 @@ def from_time_on(
     if times[0] >= time:
         return waypoints, deviations
     later = times > time
+    if stretch.in_time:
+        start = {name: rows[0] for name, rows in stretch.waypoints.items()}
+        under_way = [motion[i] for i in stretch.segments]
+        rest = at_once(under_way, np.array([time, *times[later]]), robots, start)
+        return np.hstack(list(rest[0].values())), np.hstack(list(rest[1].values()))
     piece = int(later.argmax()) - 1
     row = [_place(stretch, motion, robots[name], piece, time) for name in stretch.waypoints]
-    rest = deviations[piece:].copy()
-    rows = np.concatenate([np.concatenate(row)[None], waypoints[later]])
-    return rows, rest
+    return np.concatenate([np.concatenate(row)[None], waypoints[later]]), deviations[piece:].copy()
 
 
 def _place(stretch: MotionStretch, motion: Sequence[Segment], robot: Robot, piece: int, time: float) -> Array:
@@ -48,13 +51,10 @@ def _place(stretch: MotionStretch, motion: Sequence[Segment], robot: Robot, piec
     if segment.trajectory is None:
         return row
     own = [robot.joint_names.index(joint) for joint in segment.joints]
-    at = segment.trajectory.at(time)
-    if not stretch.in_time:
-        start, way = rows[piece, own], rows[piece + 1, own] - rows[piece, own]
-        square = float(way @ way)
-        share = float((at - start) @ way) / square if square > 0.0 else 0.0
-        at = start + min(1.0, max(0.0, share)) * way
-    row[own] = at
+    start, way = rows[piece, own], rows[piece + 1, own] - rows[piece, own]
+    square = float(way @ way)
+    share = float((segment.trajectory.at(time) - start) @ way) / square if square > 0.0 else 0.0
+    row[own] = start + min(1.0, max(0.0, share)) * way
     return row
 
 

@@ -106,7 +106,7 @@ def _prove(pair: Pair, intervals: Intervals, shift: np.ndarray | None) -> Proof:
 def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
     digest = hashlib.sha256(" ".join(pair.path.arms).encode())
     digest.update(pair.path.configurations.tobytes() + pair.path.times.tobytes())
-    digest.update(b"" if pair.path.exact else pair.path.deviations.tobytes())
+    digest.update(b"" if pair.path.exact else pair.strays.tobytes())
     for thing in (pair.first, pair.second):
         digest.update(thing.surface.identity)
         if thing.mount is not None:

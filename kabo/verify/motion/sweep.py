@@ -54,8 +54,9 @@ class Path:
 
     The columns are the joints of one robot after the other, in the order of `arms`. While they follow a piece of the
     path, no joint is ever farther from it than its deviation (m - 1, n) [rad or m]; None: they follow it exactly.
-    `curves` are the trajectories of some columns. `in_time`: way points are passed at `times`, and the position between
-    them is proportional to time but for the deviation; else a trajectory is somewhere on the piece between two times.
+    Each robot by itself is no farther from its own part of the path than `alone` (m - 1, n); None: than `deviations`.
+    `curves` are the trajectories of some columns. `in_time`: way points are where the trajectories are at
+    `times`; else a trajectory is somewhere on the piece between two times.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Path:
         deviations: Array | None = None,
         curves: Sequence[tuple[tuple[int, ...], Curve]] = (),
         *,
+        alone: Array | None = None,
         in_time: bool = False,
     ) -> None:
         together = (arms,) if isinstance(arms, Arm) else tuple(arms)
@@ -76,8 +78,20 @@ class Path:
         self.steps = np.abs(np.diff(configurations, axis=0))  # (m - 1, n)
         none = np.zeros_like(self.steps)
         self.deviations = none if deviations is None else deviations
-        self.exact = not self.deviations.any()
+        self.alone = self.deviations if alone is None else alone
+        self.exact = not (self.deviations.any() or self.alone.any())
         self.curves, self.in_time = tuple(curves), in_time
+
+    def strays(self, bounds: Array) -> Array:
+        """How far the motion may bring pairs of bodies from the path on each piece (m - 1, P) [m].
+
+        Where only one robot moves one body relative to the other, what the others do at the same time does not count.
+
+        Args:
+            bounds: the greatest relative motion of each pair per unit of each joint (P, n).
+        """
+        movers = sum(bounds[:, own].any(axis=1).astype(int) for own in self.columns.values())
+        return np.asarray(np.where(movers > 1, self.deviations @ bounds.T, self.alone @ bounds.T))
 
     def at(self, piece: int, share: float) -> Array:
         """The configuration at a place in a piece; `share` goes from 0 to 1."""
@@ -124,7 +138,7 @@ class Pair:
     def __init__(self, path: Path, first: SweptBody, second: SweptBody, bound: Array) -> None:
         self.path, self.first, self.second = path, first, second
         self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ bound)])  # metres at every way point
-        self.strays = path.deviations @ bound  # (m - 1,) [m]
+        self.strays = path.strays(bound[None])[:, 0]  # (m - 1,) [m]
 
     def stray(self, start: float, end: float) -> float:
         """The most by which the bodies may be nearer than on the path, from `start` to `end` metres of motion [m]."""
@@ -226,14 +240,14 @@ def open_intervals(
     free are removed.
     """
     bounds = np.array([weights(path, *pair) for pair in pairs]).reshape(len(pairs), -1)
-    travel = path.steps if path.exact else path.steps + path.deviations
-    moving = [int(i) for i in np.flatnonzero((travel @ bounds.T).sum(axis=0) > 0.0)]
+    travel = path.steps @ bounds.T if path.exact else path.steps @ bounds.T + path.strays(bounds)
+    moving = [int(i) for i in np.flatnonzero(travel.sum(axis=0) > 0.0)]
     if not moving:
         return 0, []
     places = stations(path, path.steps @ bounds.max(axis=0))
     apart = _apart(path, [pairs[i] for i in moving], places)  # (P, stations)
     if not path.exact:
-        apart = apart - (path.deviations @ bounds[moving].T).max(axis=0)[:, None]
+        apart = apart - path.strays(bounds[moving]).max(axis=0)[:, None]
     travelled = np.concatenate([np.zeros((1, path.steps.shape[1])), np.cumsum(path.steps, axis=0)])
     passed = np.array([travelled[k] + share * path.steps[k] for k, share in places])
     s = bounds[moving] @ passed.T

@@ -1,7 +1,8 @@
 """The timeline of a node: windows of time in which the same segments run; segments of several robots may overlap.
 
 In a window all moving robots share one path over all of their joints. Its way points are at the times of all way
-points of these robots; with trajectories also where polynomials end, and every `TIME_STEP`.
+points of these robots; with trajectories also where polynomials end, and every `TIME_STEP`. Between two of them the
+joined trajectory is compared with its projection onto the straight piece between both, as that of one robot is.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,15 +14,14 @@ from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.sweep import Path
-from kabo.verify.motion.trajectories.deviations import ROUNDING, from_chords, from_rest_of_piece
+from kabo.verify.motion.trajectories.curves import Curve
+from kabo.verify.motion.trajectories.deviations import ROUNDING, from_joined, from_rest_of_piece
 from kabo.verify.motion.trajectories.judge import Followed
 
 TIME_TOLERANCE = 1e-9  # [s] times nearer than this count as equal
 TIME_STEP = 0.02  # [s] at most between way points of robots that move at the same time
-FINE_DEVIATION, MAX_FINE_PARTS = (
-    1e-5,
-    20,
-)  # [rad or m] of joints from chords where bodies nearly touch; parts of a step
+FINE_DEVIATION = 1e-5  # [rad or m] of joints from pieces where bodies nearly touch, about
+MAX_FINE_PARTS = 20  # of a step, for this
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def window_path(
     """The path of all robots that move in a window.
 
     Where a segment runs that neither begins nor ends with the window, or several run at once, the path has the
-    positions of all at common times, and the deviations from the chords between these. With `fine` there are so many
+    positions of all at common times, and the deviations from the pieces between these. With `fine` there are so many
     times that deviations are hardly above `FINE_DEVIATION`, and a segment alone that deviates more has such a path, too.
     """
     alone = len(window.running) == 1 and window.starting and window.ending
@@ -109,24 +109,41 @@ def window_path(
         return whole_path(segment, arms[segment.robot], q[segment.robot], how[only])
     running = [segments[i] for i in window.running]
     times = _common_times(window, segments, how)
-    times = _finer(times, [how[i] for i in window.running if how[i].given]) if fine else times
-    rows, deviations, curves, first = [], [], [], 0
+    given = any(how[i].given for i in window.running)
+    curves = [how[i].curve for i in window.running] if given else []
+    times = _finer(times, curves) if fine else times
+    rows, own, first = [], [], 0
     for i in window.running:
         segment, still = segments[i], q[segments[i].robot]
-        own = columns(segment, arms[segment.robot])
-        row, off = np.tile(still, (len(times), 1)), np.zeros((len(times) - 1, len(still)))
-        if how[i].given:
-            row[:, own] = how[i].curve.at(times)
-            off[:, own] = from_chords(how[i].curve, times)
-            curves.append((tuple(first + column for column in own), how[i].curve))
-        else:
-            points = np.asarray(segment.waypoints)
-            row[:, own] = np.column_stack([np.interp(times, segment.times, values) for values in points.T])
+        joints = columns(segment, arms[segment.robot])
+        row = np.tile(still, (len(times), 1))
+        row[:, joints] = how[i].curve.at(times) if how[i].given else _linear(segment, times)
         rows.append(row)
-        deviations.append(np.where((np.ptp(row, axis=0) == 0.0) & (off <= ROUNDING), 0.0, off))
+        own.append(tuple(first + joint for joint in joints))
         first += len(still)
-    together = [arms[segment.robot] for segment in running]
-    return Path(together, np.hstack(rows), times, np.hstack(deviations), curves, in_time=True)
+    whole, together = np.hstack(rows), [arms[segment.robot] for segment in running]
+    joined = tuple(zip(own, curves, strict=True)) if given else ()
+    return _joined_path(together, whole, times, joined)
+
+
+def _linear(segment: Segment, times: Array) -> Array:
+    points = np.asarray(segment.waypoints)
+    return np.column_stack([np.interp(times, segment.times, values) for values in points.T])
+
+
+Curves = Sequence[tuple[tuple[int, ...], Curve]]  # of several robots: the columns that each is about
+
+
+def _joined_path(arms: Sequence[Arm], rows: Array, times: Array, curves: Curves) -> Path:
+    """The path of several robots whose joints are one chain, through rows (m, n) where all are at `times` (m,)."""
+    off, alone = np.zeros((2, len(times) - 1, rows.shape[1]))
+    if curves:
+        off[:, [column for own, _ in curves for column in own]] = from_joined([c for _, c in curves], times)
+    for own, curve in curves:
+        alone[:, list(own)] = from_joined([curve], times)
+    still = np.ptp(rows, axis=0) == 0.0
+    off, alone = (np.where(still & (each <= ROUNDING), 0.0, each) for each in (off, alone))
+    return Path(arms, rows, times, off, tuple(curves), alone=alone, in_time=True)
 
 
 def fine_path(
@@ -154,12 +171,12 @@ def _common_times(window: Window, segments: Sequence[Segment], how: Sequence[Fol
     return np.concatenate([*cut, [window.end]])
 
 
-def _finer(times: Array, how: Sequence[Followed]) -> Array:
-    """Times (m,) with more between them where trajectories leave their chords by more than `FINE_DEVIATION`."""
-    if not how:
+def _finer(times: Array, curves: Sequence[Curve]) -> Array:
+    """Times (m,) with more between them where joined trajectories leave their pieces by more than `FINE_DEVIATION`."""
+    if not curves:
         return times
-    off = np.max([from_chords(each.curve, times).max(axis=1) for each in how], axis=0)
-    # A chord of a part is left by the square of its share.
+    off = from_joined(curves, times).max(axis=1)
+    # What a piece is left by falls with the square of the share of a part.
     counts = np.clip(np.ceil(np.sqrt(off / FINE_DEVIATION)), 1, MAX_FINE_PARTS).astype(int)
     cut = [a + np.arange(n) / n * (b - a) for a, b, n in zip(times, times[1:], counts, strict=False)]
     return np.concatenate([*cut, times[-1:]])
@@ -168,23 +185,22 @@ def _finer(times: Array, how: Sequence[Followed]) -> Array:
 def rest_of(path: Path, time: float) -> Path:
     """What is left of a path after a time [s] at which the robots move along it."""
     later = path.times > time
-    piece = int(later.argmax()) - 1
+    piece, now = int(later.argmax()) - 1, np.array([time])
     row = np.array([np.interp(time, path.times, column) for column in path.configurations.T])
-    deviations = path.deviations[piece:].copy()
     times = np.array([time, *path.times[later]])
-    goal = path.configurations[piece + 1]
-    now, rest = np.array([time]), times[:2]
     if path.in_time:
         for own, curve in path.curves:
             row[list(own)] = curve.at(now)[0]
-            deviations[0, list(own)] = from_chords(curve, rest)[0]
-    elif path.curves:
+        rows = np.concatenate([row[None], path.configurations[later]])
+        return _joined_path(tuple(path.arms.values()), rows, times, path.curves)
+    deviations, goal = path.deviations[piece:].copy(), path.configurations[piece + 1]
+    if path.curves:
         ((own, curve),) = path.curves
         start, way = path.configurations[piece, list(own)], (goal - path.configurations[piece])[list(own)]
         square = float(way @ way)
         share = float((curve.at(now)[0] - start) @ way) / square if square > 0.0 else 0.0
         row[list(own)] = start + min(1.0, max(0.0, share)) * way
         ends = np.array([row, goal])[:, list(own)]
-        deviations[0, list(own)] = from_rest_of_piece(curve, ends, rest)
+        deviations[0, list(own)] = from_rest_of_piece(curve, ends, times[:2])
     rows = np.concatenate([row[None], path.configurations[later]])
     return Path(tuple(path.arms.values()), rows, times, deviations)

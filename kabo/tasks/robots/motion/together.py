@@ -1,8 +1,9 @@
 """Simultaneous motions of different robots, which are proven not to collide with each other when timed together.
 
-The moving robots form one tree of joints, their motions one path of it, straight between the way points of any of
-them. Whatever one motion moves is proven apart from whatever another moves, by the bounded sweep check of both at once
-[K Def. 1.3]; everything else was proven for each motion alone.
+The moving robots form one tree of joints, their motions one path of it, straight between the places of all at common
+times; how far their joined trajectory is from it is part of the proof. Whatever one motion moves is proven apart from
+whatever another moves, by the bounded sweep check of both at once [K Def. 1.3]; everything else was proven for each
+motion alone.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +15,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
 from kabo.geometry_server import Contacts, Pair, Refusal, Team, pair_text
+from kabo.motion import Polynomials, joined_deviations
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Solution
@@ -83,9 +85,34 @@ class Track:
                 found[after[:, None], self._columns(segment)] = segment.trajectory.at(moments[after])
         return found
 
+    def polynomials(self, robot: str, until: float) -> Polynomials:
+        """What the joints of one robot follow from 0 to `until` [s], which is no earlier than the end of the track."""
+        at = np.array(self.before.situation.configuration(robot))
+        times, pieces = [0.0], []
+        for _, segment in self.line:
+            own = segment.trajectory
+            if segment.robot == robot and own is not None:
+                pieces += [_standing(at, 1)] if own.times[0] > times[-1] else []
+                moving = _standing(at, len(own.coefficients))
+                moving[:, self._columns(segment)] = own.padded
+                pieces.append(moving)
+                times += [time for time in own.times if time > times[-1]]
+                at[self._columns(segment)] = own.at(own.times[-1])
+        if until > times[-1]:
+            pieces.append(_standing(at, 1))
+            times.append(until)
+        return Polynomials(np.array(times), np.concatenate(pieces))
+
     def _columns(self, segment: Segment) -> list[int]:
         names = self.before.robot(segment.robot).joint_names
         return [names.index(joint) for joint in segment.joints]
+
+
+def _standing(configuration: Array, pieces: int) -> Array:
+    """The coefficients (pieces, n, 6) of joints that keep their values (n,)."""
+    found = np.zeros((pieces, len(configuration), 6))
+    found[..., 0] = configuration
+    return found
 
 
 def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal | None:
@@ -105,10 +132,13 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal
     owners = {name: k for k, track in enumerate(tracks) for name in track.moves}
     team = Team.of(before.context.scene, robots)
     now, reads = before, frozenset(owners)
+    until = max(track.seconds for track in tracks)
+    motions = [tracks[owners[robot]].polynomials(robot, until) for robot in robots] if until > 0.0 else []
     for begin, end, events in _spans(tracks):
         moments = _moments(tracks, begin, end)
         path = np.hstack([tracks[owners[robot]].at(robot, moments) for robot in robots])
-        hit = _MovingBodies(now, team, owners, permitted).hit(path)
+        off = joined_deviations(motions, path, moments) if end > begin else np.zeros((0, path.shape[1]))
+        hit = _MovingBodies(now, team, owners, permitted).hit(path, off)
         if hit is not None:
             pair, k = hit
             text = f"{pair_text(pair)} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
@@ -141,7 +171,7 @@ def _moments(tracks: Sequence[Track], begin: float, end: float) -> Array:
     inner = {t for times in known for t in times or () if begin < t < end}
     cuts = [begin, *sorted(inner), end]
     spans = zip(cuts, cuts[1:], strict=False)
-    steps = [np.linspace(a, b, max(1, int(np.ceil((b - a) / TIME_STEP))) + 1)[:-1] for a, b in spans]
+    steps = [np.linspace(a, b, max(1, int(np.ceil((b - a) / TIME_STEP - 1e-9))) + 1)[:-1] for a, b in spans]
     return np.concatenate([*steps, [end]])
 
 
@@ -192,8 +222,11 @@ class _MovingBodies:
     owners: Mapping[str, int]
     permitted: Contacts
 
-    def hit(self, path: Array) -> tuple[Pair, int] | None:
-        """The first pair of different motions that is not proven apart along a path (m, n), and the index of the piece."""
+    def hit(self, path: Array, deviations: Array) -> tuple[Pair, int] | None:
+        """The first pair of different motions that is not proven apart along a path (m, n), and the index of the piece.
+
+        `deviations` (m - 1, n): how far each joint may be from each piece [rad or m].
+        """
         mounts = list(self._mounts())
         moving = [(name, mount) for name, mount in mounts if isinstance(mount, MovingGroup)]
         standing = [(name, mount) for name, mount in mounts if isinstance(mount, FixedGroup)]
@@ -206,8 +239,8 @@ class _MovingBodies:
         view = self.scene.context.surroundings.checker(
             self.team.tree, [m for _, m in moving], [m for _, m in standing], np.array(pairs)
         )
-        for piece, (start, goal) in enumerate(zip(path, path[1:], strict=False)):
-            index = view.segment_hit(start, goal)
+        for piece, (start, goal, off) in enumerate(zip(path, path[1:], deviations, strict=False)):
+            index = view.segment_hit(start, goal, off)
             if index >= 0:
                 return (every[pairs[index][0]], every[pairs[index][1]]), piece
         return None

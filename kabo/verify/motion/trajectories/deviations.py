@@ -1,10 +1,12 @@
 """How far a trajectory may be from the path that is proven: bounds for each joint and each piece of the path.
 
 The trajectory between the times of two way points is compared with the straight piece between them: its projection is a
-polynomial, so are the residuals of all joints, and what the projection leaves the piece by is added. Bernstein's
-coefficients bound both; nothing that a plan states is used but the times at which it says to pass its way points.
+polynomial, so are the residuals of all joints, and what the projection leaves the piece by is added. Trajectories
+of several robots are joined: their joints are one chain. Bernstein's coefficients bound both; nothing that a plan states
+is used but the times at which it says to pass its way points.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -53,26 +55,28 @@ def from_rest_of_piece(curve: Curve, ends: Array, times: Array) -> Array:
 def _from_path(curve: Curve, waypoints: Array, passed: Array, wanted: float) -> Deviations:
     starts, ends, pieces = _parts(curve, passed)
     ways = np.diff(waypoints, axis=0)
-    squares = np.einsum("mn,mn->m", ways, ways)
-    along = ways / np.where(squares > 0.0, squares, 1.0)[:, None]
     offsets = curve.between(starts, ends) - waypoints[pieces][:, :, None]
-    shares = np.einsum("tnk,tn->tk", offsets, along[pieces])
-    residuals = offsets - shares[:, None, :] * ways[pieces][:, :, None]
-    found = _bounds(residuals, shares, np.abs(ways)[pieces], wanted)
+    found = _from_pieces(offsets, ways[pieces], wanted)
     return _by_piece(found, pieces, len(ways), ends)
 
 
-def from_chords(curve: Curve, times: Array) -> Array:
-    """The greatest differences (m - 1, n) between a trajectory and the chords between its values at `times` (m,) [s].
+def from_joined(curves: Sequence[Curve], times: Array) -> Array:
+    """The greatest distances (m - 1, n) of several trajectories, joined, from the pieces between their joined values.
 
-    No border of the trajectory's pieces may lie inside one of the m - 1 intervals. Along a chord the position is
-    proportional to time.
+    The joints of all trajectories are one chain, whose path is straight between its values at `times` (m,) [s]. No
+    border of the trajectories' pieces may lie inside one of the m - 1 intervals.
     """
-    rows, ramp = curve.at(times), np.linspace(0.0, 1.0, 6)
-    chords = rows[:-1, :, None] + np.diff(rows, axis=0)[:, :, None] * ramp
-    coefficients = curve.between(times[:-1], times[1:]) - chords
-    shares = np.broadcast_to(ramp, (len(coefficients), 6))
-    return _bounds(coefficients, shares, np.zeros(coefficients.shape[:2]), 0.0)
+    rows = np.hstack([curve.at(times) for curve in curves])
+    offsets = np.concatenate([curve.between(times[:-1], times[1:]) for curve in curves], axis=1)
+    return _from_pieces(offsets - rows[:-1, :, None], np.diff(rows, axis=0), 0.0)
+
+
+def _from_pieces(offsets: Array, ways: Array, wanted: float) -> Array:
+    """The bounds (T, n) for polynomials (T, n, 6) relative to the first end of the straight piece of each (T, n)."""
+    squares = np.einsum("tn,tn->t", ways, ways)
+    along = ways / np.where(squares > 0.0, squares, 1.0)[:, None]
+    shares = np.einsum("tnk,tn->tk", offsets, along)
+    return _bounds(offsets - shares[:, None, :] * ways[:, :, None], shares, np.abs(ways), wanted)
 
 
 def _passed(curve: Curve, waypoints: Array, times: Array) -> Array:

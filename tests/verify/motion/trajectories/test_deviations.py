@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
 from kabo.verify.motion.trajectories.curves import Curve
-from kabo.verify.motion.trajectories.deviations import from_chords, from_path, from_rest_of_piece
+from kabo.verify.motion.trajectories.deviations import from_joined, from_path, from_rest_of_piece
 
 numbers = st.integers(0, 2**32 - 1)
 
@@ -75,18 +75,32 @@ def test_a_wanted_bound_is_shown_to_hold_where_it_does():
 
 
 @given(seed=numbers)
-def test_chords_in_time_are_left_by_no_more_than_their_bound(seed):
+def test_joined_pieces_are_left_by_no_more_than_their_bound(seed):
     rng = np.random.default_rng(seed)
-    curve, _, times = splined(rng, 5)
-    cuts = np.unique(np.concatenate([times, rng.uniform(times[0], times[-1], 8)]))
-    bounds = from_chords(curve, cuts)
-    rows = curve.at(cuts)
+    (one, _, times), (other, _, others) = splined(rng, 5), splined(rng, 4)
+    inner = [t for t in (*times, *others) if t < min(times[-1], others[-1])]
+    cuts = np.unique(np.concatenate([inner, rng.uniform(max(times[0], others[0]), max(inner), 8)]))
+    cuts = cuts[cuts >= max(times[0], others[0])]
+    bounds = from_joined([one, other], cuts)
     for k in range(len(cuts) - 1):
-        share = np.linspace(0.0, 1.0, 100)[:, None]
-        places = curve.at(cuts[k] + share[:, 0] * (cuts[k + 1] - cuts[k]) * (1 - 1e-12))
-        off = np.abs(places - rows[k] - share * (rows[k + 1] - rows[k])).max(axis=0)
+        at = cuts[k] + np.linspace(0.0, 1.0, 100) * (cuts[k + 1] - cuts[k]) * (1 - 1e-12)
+        rows = np.hstack([one.at(cuts[k : k + 2]), other.at(cuts[k : k + 2])])
+        here, way = np.hstack([one.at(at), other.at(at)]) - rows[0], rows[1] - rows[0]
+        share = here @ way / (way @ way)
+        off = np.abs(here - np.clip(share, 0.0, 1.0)[:, None] * way).max(axis=0)
         assert (bounds[k] >= off - 1e-9).all()
-        assert (bounds[k] <= 1.5 * off + 1e-3 * np.abs(curve.powers).max()).all()
+        rest = np.abs(here - share[:, None] * way).max(axis=0)
+        beyond = max(0.0, share.max() - 1.0, -share.min()) * np.abs(way)
+        scale = max(np.abs(one.powers).max(), np.abs(other.powers).max())
+        assert (bounds[k] <= 1.5 * (rest + beyond) + 1e-3 * scale).all()
+
+
+@pytest.mark.parametrize(("late", "least", "most"), [(0.0, 0.0, 1e-12), (0.001, 5e-4, 5e-3)])
+def test_curves_with_one_law_follow_their_joined_path_exactly(late, least, most):
+    """From rest to rest, the first by 1 rad and the second by 2 rad, so much later."""
+    law = np.array([[[0, 0, 0, 10, -15, 6]]], float)
+    curves = [Curve(np.array([0.0, 1.0]), law), Curve(np.array([late, 1.0 + late]), 2.0 * law)]
+    assert least <= from_joined(curves, np.array([late, 0.5, 1.0])).max() <= most
 
 
 def test_the_rest_of_a_piece_is_compared_with_what_is_left_of_it():
