@@ -46,7 +46,9 @@ def problems() -> dict[str, Path]:
 
 def judged(job: dict[str, Any]) -> dict[str, Any]:
     """What the judge says of a plan."""
-    asked = subprocess.run([sys.executable, JUDGE], input=json.dumps(job), capture_output=True, text=True, check=False)
+    asked = subprocess.run(
+        [sys.executable, JUDGE], input=json.dumps(job), capture_output=True, text=True, check=False
+    )
     found: dict[str, Any] = json.loads(asked.stdout or '{"error": "the judge ended"}')
     return found
 

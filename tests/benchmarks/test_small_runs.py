@@ -1,7 +1,7 @@
 """Every script in `benchmarks/` runs, as small as its options allow, and writes its tables.
 
-Three are not run: `construction_set_peer.py` needs hpp-python, `viewer.py` a browser, and the sections `bounding` and
-`decomposition` of `geometry.py` an environment of the judge's.
+Four are not run: `construction_set_peer.py` needs hpp-python, `viewer.py` a browser, `motion_ways.py` problems that
+others have, and the sections `bounding` and `decomposition` of `geometry.py` an environment of the judge's.
 """
 
 import json
@@ -41,7 +41,7 @@ RUNS = (
     "tuning --only MAX_FAILED_CHOICES --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
 )
-NOT_RUN = {"construction_set_peer.py", "viewer.py"}
+NOT_RUN = {"construction_set_peer.py", "motion_ways.py", "viewer.py"}
 
 
 def scripts():

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.motion import Timed, thinned
-from kabo.motion.bernstein import values
+from kabo.motion.bernstein import ranges, values
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
 from kabo.tasks.robots.motion.parts import MOVING, MotionPart
 from kabo.tasks.robots.motion.resting_strokes import RestingStroke, resting_stroke
@@ -24,6 +24,7 @@ ON_PATH = 1e-8  # rad or m: deviations of straight pieces; they are proven alrea
 # Where a chord of a blend is proven with this multiple of what the motion deviates from it, it is near enough: then
 # most of the distance to the nearest obstacle is left.
 MARGIN = 4.0
+AT_LIMIT = 1e-10  # rad or m by which rounding may take a joint out of its limits
 MAX_HALVINGS = 4  # of a chord that is not proven with its margin; the last ones are proven without
 JOINT_DECIMALS = 9  # of joint values in plans
 LINE_PLACES = np.linspace(0.0, 1.0, 9)  # shares of the time of a stroke at which its line is compared
@@ -56,6 +57,8 @@ class Route:
 
     def proven(self, made: Timed) -> "Timed | list[int]":
         """A motion with as many way points on its blends as their proofs need, or the corners of blends that have none."""
+        if beyond := self._beyond(made):
+            return beyond
         waiting = list(range(len(made.passing) - 1))
         for level in range(MAX_HALVINGS + 1):
             margin = MARGIN if level < MAX_HALVINGS else 1.0
@@ -98,6 +101,20 @@ class Route:
             rows = [self.whole(q) for q in at_times(made, near + (far - near) * LINE_PLACES)]
             if not stroke.kept(np.array(rows)):
                 found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
+        return sorted(found)
+
+    def _beyond(self, made: Timed) -> list[int]:
+        """The inner corners by which a joint leaves its limits: way points on a limit leave no room for a round."""
+        first = self.parts[0]
+        tree = first.scene.robot(first.stretch.robot).tree
+        low, high = ranges(
+            made.coefficients, np.repeat(np.diff(made.times)[:, None], made.waypoints.shape[1], axis=1)
+        )
+        out = (low < tree.lower[first.columns] - AT_LIMIT) | (high > tree.upper[first.columns] + AT_LIMIT)
+        found: set[int] = set()
+        for k in np.flatnonzero(out.any(axis=1)):
+            ends = np.searchsorted(made.passing, made.times[k : k + 2], side="right") - 1
+            found.update(corner for piece in ends for corner in self._corners_by(made, int(piece)))
         return sorted(found)
 
     def _proven(self, made: Timed, piece: int, margin: float) -> bool:

@@ -63,7 +63,8 @@ def smoothed(
             held=held,
         )
         found = route.proven(made)
-        if not isinstance(found, list):
+        if not isinstance(found, list) or not shares[found].any():
+            found = made if isinstance(found, list) else found
             stops = int((shares[1:-1] == 0.0).sum())
             return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), stops)
         less = 0.5 * shares[found]
