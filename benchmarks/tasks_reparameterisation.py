@@ -16,7 +16,7 @@ from tasks_applications import Application, applications
 from tasks_judge import Judge
 from tasks_pick_and_place import permitted
 
-from kabo.scene import Scene
+from kabo.scene import Scene, motion_limits
 from kabo.tasks import Solution
 from kabo.tasks.robots import Reparameterise, Stretch, segments, stretches
 
@@ -82,7 +82,7 @@ def _deviation(solution: Solution, made: Solution) -> float:
     Over each run between two changes of the scene, borders between its phases included; both densely sampled.
     """
     old = iter(zip((each for _, each in stretches(solution)), (each for _, each in stretches(made)), strict=True))
-    found, pairs = 0.0, [(before, after) for before, after in old if after.times]
+    found, pairs = 0.0, [(before, after) for before, after in old if after.timed is not None]
     for run in _runs(made):
         before = _path([next(b for b, a in pairs if a is each) for each in run])
         found = max(found, _away(before, _path(run)), _away(_path(run), before))
@@ -107,19 +107,18 @@ def _away(path: Any, other: Any) -> float:
 
 def _shares(solution: Solution, scene: Scene) -> tuple[float, float]:
     """The greatest velocity and acceleration of any joint, as a share of its limit; by differences of way points."""
-    stage, speeds, accelerations = Reparameterise("limits"), [0.0], [0.0]
-    haste, ramp = (stage.properties.value(name) for name in ("haste", "ramp"))
+    speeds, accelerations = [0.0], [0.0]
     for group in _runs(solution):
         robot = scene.robots[group[0].robot]
-        limits = haste * robot.tree.velocity[: robot.planned]
+        limits = motion_limits(robot, robot.planned_joints)
         path = _path(group)[:, : robot.planned]
-        steps = np.concatenate([np.diff(each.times) for each in group])
+        steps = np.concatenate([np.diff(each.timed.times) for each in group if each.timed is not None])
         velocities = np.diff(path, axis=0) / steps[:, None]
-        speeds.append(float((np.abs(velocities) / limits).max()))
+        speeds.append(float((np.abs(velocities) / limits.velocity).max()))
         between = (steps[1:] + steps[:-1])[:, None] / 2
-        accelerations.append(float((np.abs(np.diff(velocities, axis=0) / between) / (limits / ramp)).max()))
+        accelerations.append(float((np.abs(np.diff(velocities, axis=0) / between) / limits.acceleration).max()))
         ends = np.abs(velocities[[0, -1]]) / (steps[[0, -1]] / 2)[:, None]  # from rest, and to it
-        accelerations.append(float((ends / (limits / ramp)).max()))
+        accelerations.append(float((ends / limits.acceleration).max()))
     return max(speeds), max(accelerations)
 
 
@@ -127,7 +126,7 @@ def _runs(solution: Solution) -> list[list[Stretch]]:
     """Stretches that follow each other without a change of the scene."""
     runs: list[list[Stretch]] = [[]]
     for _, each in stretches(solution):
-        if each.times:
+        if each.timed is not None:
             runs[-1].append(each)
         elif runs[-1]:
             runs.append([])

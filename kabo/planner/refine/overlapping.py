@@ -21,7 +21,7 @@ from kabo.scene.transforms import flat, transform
 DECIMALS = 6  # of times in seconds
 LEAST_OVERLAP_S = 0.01  # seconds; a smaller overlap is not used
 ROUNDING_M = 1e-9  # metres by which boxes grow for the rounding of poses
-MAX_CLOSE_PAIRS = 150  # pairs of moving bodies whose boxes meet; with more, the motions count as meeting
+MAX_CLOSE_PAIRS = 2000  # pieces of moving bodies whose boxes meet; with more, the motions count as meeting
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ OFFERED = {
     "kabo solve --seed 3 ": {"a.yaml", "b.pddl", "sub/"},
     "kabo verify a.yaml my": {"my plan.json"},
     "kabo bound ": {"mesh.stl", "sub/"},
-    "kabo task ": {"plan", "show", "compare", "stages"},
+    "kabo task ": {"plan", "export", "show", "compare", "stages"},
     "kabo task plan --sc": {"--scene"},
     "kabo --completion z": {"zsh"},
     "kabo solve n": {"notes.txt"},

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kabo.motion import Held, MotionLimits, timed_path
+from kabo.motion import Held, MotionLimits, Timed, timed_path
+from kabo.motion.bernstein import derivative, values
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.routes import route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
@@ -21,6 +22,7 @@ THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out w
 LEAST_SHARE = 1.0 / 16  # of the greatest blend, below which the motion stops at the corner
 TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pieces of a motion are few
 LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
+AT_REST = 1e-6  # rad/s or m/s
 COARSEST_CHORD = (
     4e-3  # rad, L2: deviation of a blend from straight pieces between its way points, before any proof
 )
@@ -65,10 +67,17 @@ def smoothed(
         found = route.proven(made)
         if not isinstance(found, list) or not shares[found].any():
             found = made if isinstance(found, list) else found
-            stops = int((shares[1:-1] == 0.0).sum())
-            return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), stops)
+            return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))
         less = 0.5 * shares[found]
         shares[found] = np.where(less >= LEAST_SHARE * greatest[found], less, 0.0)
+
+
+def _stops(made: Timed) -> int:
+    """The number of inner corners at which a motion stops: where no round is proven, or none would save time."""
+    times = made.passing[list(made.corners[1:-1])]
+    k = np.clip(np.searchsorted(made.times, times, side="right") - 1, 0, len(made.coefficients) - 1)
+    speeds = values(np.asarray(derivative(made.coefficients[k], 1)), (times - made.times[k])[:, None])
+    return int((np.abs(speeds).max(axis=1, initial=0.0) < AT_REST).sum())
 
 
 def deviation_of(part: MotionPart, deviation: float) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kabo.geometry_server import candidate, tool_frame
+from kabo.geometry_server import GeometryServer, candidate, tool_frame
 from kabo.motion import Trajectory
 from kabo.tasks.core import Serial, Solution, State
 from kabo.tasks.robots import (
@@ -80,8 +80,9 @@ def test_the_accelerations_of_the_scene_hold_in_tasks(first_scene: First) -> Non
     q, robot = home(scene), scene.robot("left")
     slow = replace(robot, acceleration={robot.planned_joints[0]: 0.2})
     given = replace(scene.context.scene, robots={**scene.context.scene.robots, "left": slow})
+    slowed = TaskScene.of(GeometryServer(given).context(), given.start)
     (fast,) = segments(moved(scene, [q, q + UP]), scene.context.scene, "x")
-    (made,) = segments(moved(scene, [q, q + UP]), given, "x")
+    (made,) = segments(moved(slowed, [q, q + UP]), given, "x")
     assert made.trajectory is not None and fast.trajectory is not None
     assert np.abs(made.trajectory.sampled(1000.0).accelerations[:, 0]).max() == pytest.approx(0.2, abs=1e-3)
     assert np.abs(fast.trajectory.sampled(1000.0).accelerations[:, 0]).max() > 1.0
