@@ -107,9 +107,9 @@ def where(text: str, option: str) -> str | list[float] | dict[str, float]:
 
 
 def _value(text: str, option: str) -> float:
-    number, unit = re.fullmatch(r"\s*(.*?)\s*(deg|rad|m|mm)?\s*", text).groups()  # type: ignore[union-attr]
+    unit = next((each for each in ("deg", "rad", "mm", "m") if text.strip().endswith(each)), "")
     try:
-        value = float(number)
+        value = float(text.strip().removesuffix(unit))
     except ValueError:
         hint = "write numbers, as 0.1, -45deg, 20mm"
         raise InputError([Diagnostic(option, 1, 1, f"{text.strip()!r} is no value of a joint", hint)]) from None

@@ -39,6 +39,7 @@ def test_the_trajectory_is_printed_for_programs(capsys: pytest.CaptureFixture[st
         (["--to", "hoem"], 'did you mean "home"?'),
         (["--to", "1,2"], "plans 7 joints"),
         (["--to", "panda_joint1=x"], "is no value of a joint"),
+        (["--to", "1\n2"], "is no value of a joint"),
         (["--to", "home", "--robot", "arn"], 'did you mean "arm"?'),
         (["--to", "home", "--keep", "upright"], "no motion constraint"),
     ],

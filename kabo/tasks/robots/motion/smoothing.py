@@ -65,6 +65,7 @@ def smoothed(
             held=held,
         )
         found = route.proven(made)
+        # With stops at all corners in question nothing is left to shrink: the straight path itself was proven before.
         if not isinstance(found, list) or not shares[found].any():
             found = made if isinstance(found, list) else found
             return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))

@@ -107,3 +107,19 @@ def test_where_nothing_is_proven_it_stops(monkeypatch: pytest.MonkeyPatch, block
     inner = len(route_of(group(), 0.1 * DEVIATION).corners) - 2
     assert inner > 0
     assert found.stops == (inner if blocked else 0)
+
+
+def test_no_round_takes_a_joint_out_of_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a rounded corner would leave the limits, the motion stops at the corner."""
+    parts = group()
+    robot = parts[0].scene.robot("left")
+    limits = motion_limits(robot, parts[0].joints)
+    free = smoothed(parts, limits, DEVIATION)
+    highest = max(
+        part.trajectory.at(np.linspace(*part.times[:: len(part.times) - 1], 200)).max(axis=0)[0]
+        for part in free.parts
+    )
+    upper = robot.tree.upper.copy()
+    upper[0] = highest - 1e-6
+    monkeypatch.setitem(vars(robot), "tree", robot.tree._replace(upper=upper))
+    assert smoothed(parts, limits, DEVIATION).stops > free.stops
