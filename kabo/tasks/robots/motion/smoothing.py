@@ -12,7 +12,7 @@ import numpy as np
 from kabo.motion import Held, MotionLimits, Timed, timed_path
 from kabo.motion.bernstein import derivative, values
 from kabo.tasks.robots.motion.curves import curves_of
-from kabo.tasks.robots.motion.insertions import insertion_nearness
+from kabo.tasks.robots.motion.insertions import insertion_nearness, inserts
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.routes import Route, route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
@@ -99,13 +99,13 @@ def _stops(made: Timed) -> int:
 
 def nearness_of(parts: Sequence[MotionPart], curves: frozenset[int], within: float) -> float:
     """How far joints may leave chords, and chords the path [rad or m]: curves on which parts are joined have their own."""
-    if len(parts) == 1 and parts[0].joins and curves:
+    if len(parts) == 1 and curves and inserts(parts[0]):
         return insertion_nearness(parts[0])
     return max(within, LEAST_TOLERANCE)
 
 
 def deviation_of(part: MotionPart, deviation: float) -> float:
     """How far the motion of a part may pass by its way points [rad, L2]."""
-    if part.joins:
+    if inserts(part):
         return min(deviation, JOINING_DEVIATION)
     return min(deviation, EXACT_DEVIATION) if part.stretch.exact else deviation
