@@ -74,6 +74,9 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
         with suppress(CutOff):
             _refine(stretch, server)
     time_motion(stops, server)
+    for stretch in stretches:
+        if found.is_faster(stretch):
+            found.time(stretch)
     if longest(stops, seconds_of) > found.seconds + BETTER or longest(stops, length_of) > found.length + BETTER:
         found.time()
     overlap = sum(let_overlap(stops, server).values())
@@ -109,9 +112,20 @@ class FoundMotion:
         """Gives the plan the motion that was found, as paths without times."""
         self._keep(self._untimed)
 
-    def time(self) -> None:
-        """Gives the plan the motion that was found, with its times."""
-        self._keep(self._timed)
+    def time(self, stops: Sequence[Stop] | None = None) -> None:
+        """Gives the plan the motion that was found, with its times; only that of some stops, if they are given."""
+        self._keep({stop: self._timed[stop] for stop in self.stops if stops is None or stop in stops})
+
+    def is_faster(self, stretch: Sequence[Stop]) -> bool:
+        """Whether a stretch was faster as it was found, and can be so again: what follows it begins in the same state."""
+        answers = [self._timed[stop][1] for stop in stretch]
+        seconds = sum(duration(answer.motion) for answer in answers if answer is not None)
+        same = all(
+            after.situation.key == self._timed[after][0].key
+            for after in (stretch[0], *stretch[-1].following)
+            if not after.is_goal
+        )
+        return same and sum(map(seconds_of, stretch)) > seconds + BETTER
 
     def _keep(self, kept: Mapping[Stop, tuple[Situation, Success | None]]) -> None:
         for stop, (situation, answer) in kept.items():
