@@ -12,8 +12,8 @@ from kabo.motion.kernels.grids import grid_of, sampled_speeds
 from kabo.motion.kernels.limit_rows import limit_rows
 from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
 from kabo.motion.limits import Held, MotionLimits
+from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import LIMIT_ROUNDING, LIMIT_SHARE, MAX_LIMIT
-from kabo.motion.trajectory import DECIMALS, short_pieces
 
 SAMPLES_PER_PIECE = 24  # of a path, for its grid
 STEP_OF_RAMP = 0.55  # a cell of the grid takes this share of the time in which acceleration is built up
@@ -105,9 +105,7 @@ def _pieces(law: _Law, full: Array, factor: float, tolerance: float, held: Held 
     knots, kept = knots_of(law.times, law.owner, law.curved, factor, gap)
     states = states_at(knots, law.times, law.pieces, law.owner, law.path, law.borders, factor)
     ends, pieces = few_pieces(knots, kept, states, full, tolerance, LONGEST_PIECE)
-    times, pieces = short_pieces(ends / 1e6, pieces)
-    ends = np.asarray(np.round(times * 1e6), np.int64)
-    pieces = np.round(pieces, DECIMALS) + 0.0
+    pieces = rounded_coefficients(pieces, np.diff(ends) / 1e6)
     used = used_shares(ends, pieces, full)
     slower = float(max(used[0], np.sqrt(used[1]), np.cbrt(used[2])))
     if held is not None:

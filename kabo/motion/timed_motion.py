@@ -13,9 +13,10 @@ from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
+from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
 from kabo.motion.section import LEAST_SPARE, Section, held_share, section
-from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
+from kabo.motion.trajectory import Trajectory
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
 SAME_CORNER = 2e-9  # [rad or m, L2]: corners that are closer differ by rounding
@@ -33,7 +34,7 @@ class Timed:
         passing: when the motion passes each way point (m,) [s]; whole microseconds, not decreasing.
         corners: for each corner that was given its index in `waypoints`; of a rounded corner, the middle of the round.
         times: the ends of the motion's pieces (k + 1,) [s], whole microseconds.
-        coefficients: the pieces (k, n, 6), as in `Trajectory`, rounded to 12 decimals.
+        coefficients: the pieces (k, n, 6), as in `Trajectory`, rounded as plans keep them.
     """
 
     waypoints: Array
@@ -74,8 +75,9 @@ class Timed:
         high = int(np.searchsorted(self.times, end, side="left"))
         times, pieces = self.times[low : high + 1].copy(), self.coefficients[low:high].copy()
         if times[0] < begin:
-            pieces[0] = np.round(recentred(pieces[0], np.full(pieces.shape[1], begin - times[0])), DECIMALS)
+            pieces[0] = recentred(pieces[0], np.full(pieces.shape[1], begin - times[0]))
         times[0], times[-1] = begin, end
+        pieces = rounded_coefficients(pieces, np.diff(times))
         return Trajectory.of_arrays(
             joints,
             self.waypoints[first : last + 1],
@@ -166,8 +168,8 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
     for each in found:
         indices += [before + index for index in each.corners[1:]]
         before += len(each.passing) - 1
-    times, padded = short_pieces(ends / 1e6, np.concatenate([each.coefficients for each in found]))
-    padded = np.round(padded, DECIMALS) + 0.0
+    times = ends / 1e6
+    padded = rounded_coefficients(np.concatenate([each.coefficients for each in found]), np.diff(times))
     waypoints = _places(times, padded, passing / 1e6)
     stopped = [indices[number] for number in stops]
     waypoints[stopped] = points[stops]
