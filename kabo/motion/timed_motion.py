@@ -15,7 +15,7 @@ from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
-from kabo.motion.section import Section, section
+from kabo.motion.section import LEAST_SPARE, Section, held_share, section
 from kabo.motion.trajectory import Trajectory
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
@@ -159,7 +159,7 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
         slow = [
             corner
             for each, first in zip(found, stops, strict=False)
-            for corner in _not_worth(each, first, points, limits)
+            for corner in _not_worth(each, first, points, limits, rounding)
             if path.trims[corner] > 0.0
         ]
         if not slow:
@@ -185,22 +185,31 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
 def _section(path: Blended, first: int, last: int, limits: MotionLimits, rounding: _Rounding) -> Section:
     """The motion from one corner where it stops to the next."""
     own = path.between(first, last)
-    if last == first + 1 and rounding.held is None and not own.curved.any():
+    if last == first + 1 and not own.curved.any():
         spans, pieces = line_pieces(path.corners[first], path.corners[last], limits)
         ends = np.cumsum([0, *spans])
-        return Section(ends, pieces, ends[[0, -1]], [0, 1])
+        if rounding.held is None or (
+            rounding.held.spare > LEAST_SPARE and held_share(ends, pieces, rounding.held) <= 1.0
+        ):
+            return Section(ends, pieces, ends[[0, -1]], [0, 1])
     for row in zip(own.corners, own.corners[1:], strict=False):
         line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
 
 
-def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits) -> list[int]:
+def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits, rounding: _Rounding) -> list[int]:
     """Corners where the motion should stop, as all in all it is slower than with stops: the slowest quarter of them."""
     count = len(found.corners) - 2
     if count < 1:
         return []
-    if found.ends[-1] < stopping_ticks(points[first : first + count + 2], limits):
+    between = points[first : first + count + 2]
+    if found.ends[-1] < stopping_ticks(between, limits):
         return []
+    if rounding.held is not None:  # with stops it is slower than that, too
+        stopping = blended(between, 0.0, [0.0] * len(between))
+        ways = [_section(stopping, k, k + 1, limits, rounding) for k in range(count + 1)]
+        if found.ends[-1] < sum(int(each.ends[-1]) for each in ways):
+            return []
     inner = found.passing[found.corners[1:-1]]
     k = np.clip(np.searchsorted(found.ends, inner, side="right") - 1, 0, len(found.coefficients) - 1)
     local = np.asarray((inner - found.ends[k])[:, None] * TICK, np.float64)
