@@ -23,7 +23,21 @@ def _is_curve(part: MotionPart) -> bool:
     if part.stretch.group != "arm" or part.stretch.exact or len(path) < 3:
         return False
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    return float(lengths.sum()) > LEAST_LENGTH and tool_line(part, backward=False) is not None
+    return (
+        float(lengths.sum()) > LEAST_LENGTH
+        and tool_line(part, backward=False) is not None
+        and _within_limits(part)
+    )
+
+
+def _within_limits(part: MotionPart) -> bool:
+    """Whether the curve keeps the limits of joints: way points on a limit leave it no room. Control points are its hull."""
+    knots = np.concatenate([np.array(part.rows)[:1], knots_of(part)])
+    slopes = natural_slopes(knots)
+    thirds = np.linalg.norm(np.diff(knots, axis=0), axis=1)[:, None] / 3.0
+    hull = np.concatenate([knots, knots[:-1] + thirds * slopes[:-1], knots[1:] - thirds * slopes[1:]])
+    tree = part.scene.robot(part.stretch.robot).tree
+    return bool((hull >= tree.lower[part.columns]).all() and (hull <= tree.upper[part.columns]).all())
 
 
 def knots_of(part: MotionPart) -> Array:

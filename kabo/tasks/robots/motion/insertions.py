@@ -19,24 +19,31 @@ LEAST_NEARNESS = 1e-6  # rad
 MOVED = 0.05  # m by which what is held may get farther from a joint during its insertion
 
 
+def inserts(part: MotionPart) -> bool:
+    """Whether parts may be put together on a stroke: bodies may touch, and it is as straight as a mate wants it.
+
+    Mates speak of models, which bodies of a scene do not name; so all such strokes count where a scene has mates. Most
+    lifts do not: their lines are not that straight, so no mate would grant their contacts.
+    """
+    if not part.touches or not part.scene.context.scene.mates:
+        return False
+    return _offset(part, part.stretch.path, 0.0) <= _tolerance(part)
+
+
 def insertion_nearness(part: MotionPart) -> float:
     """How far any joint may leave its path on an insertion [rad or m]: together they use a share of the tolerance."""
     return max(LEAST_NEARNESS, NEARNESS_SHARE * _tolerance(part) / float(_reaches(part).sum()))
 
 
 def keeps_insertion(part: MotionPart, rows: Array, deviations: Array) -> bool:
-    """Whether a motion that stays near other way points keeps to the line of an insertion, if the part kept to one.
+    """Whether a motion that stays near other way points keeps to the line of an insertion.
 
     Args:
-        part: it may be another stroke on which bodies touch: then nothing is asked.
+        part: the insertion.
         rows: way points (m, n) over all joints of the robot.
         deviations: (m - 1, k) how far each joint that moves may leave each piece [rad or m].
     """
-    tolerance = _tolerance(part)
-    if _offset(part, part.stretch.path, 0.0) > tolerance:
-        return True
-    strays = deviations @ _reaches(part)
-    return _offset(part, rows, strays) <= KEPT_SHARE * tolerance
+    return _offset(part, rows, deviations @ _reaches(part)) <= KEPT_SHARE * _tolerance(part)
 
 
 def _tolerance(part: MotionPart) -> float:
@@ -93,7 +100,7 @@ def _offset(part: MotionPart, rows: Array, strays: Array | float) -> float:
     ends = np.array([places(q) for q in rows])
     middles = np.array([places((a + b) / 2) for a, b in zip(rows, rows[1:], strict=False)])
     way = places(part.stretch.path[-1])[0] - places(part.stretch.path[0])[0]
-    unit = way / np.linalg.norm(way)
+    unit = way / max(float(np.linalg.norm(way)), 1e-12)
 
     def aside(found: Array) -> Array:
         moved = found - ends[0]

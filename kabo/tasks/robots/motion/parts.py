@@ -69,15 +69,6 @@ class MotionPart:
         return any(not any("." in name for name in pair) for pair in self.stretch.permitted)
 
     @cached_property
-    def joins(self) -> bool:
-        """Whether parts may be put together here: nothing of such a stroke may leave its line.
-
-        Mates speak of models, which bodies of a scene do not name; so every stroke on which bodies touch counts where a
-        scene has mates.
-        """
-        return self.touches and bool(self.scene.context.scene.mates)
-
-    @cached_property
     def _keep(self) -> Keep | None:
         return keep_of(self.scene, self.stretch.robot, self.stretch.constraint)
 

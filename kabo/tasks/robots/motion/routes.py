@@ -17,7 +17,7 @@ from kabo.motion import Timed, thinned
 from kabo.motion.bernstein import ranges, values
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
 from kabo.tasks.robots.motion.curves import knots_of, slopes_of
-from kabo.tasks.robots.motion.insertions import keeps_insertion
+from kabo.tasks.robots.motion.insertions import inserts, keeps_insertion
 from kabo.tasks.robots.motion.parts import JOINT_DECIMALS, MOVING, MotionPart
 from kabo.tasks.robots.motion.resting_strokes import RestingStroke, resting_stroke
 from kabo.tasks.robots.scenes import configuration
@@ -142,7 +142,7 @@ class Route:
 
     def _inserted(self, made: Timed, stroke: RestingStroke, number: int) -> bool:
         """Whether a curve on which parts may be put together keeps to its line, as mates want it."""
-        if number not in self.curves or not stroke.part.joins:
+        if number not in self.curves or not inserts(stroke.part):
             return True
         low, high = sorted(made.corners[stroke.corners[k]] for k in (0, -1))
         rows = np.array([self.whole(q) for q in made.waypoints[low : high + 1]])
