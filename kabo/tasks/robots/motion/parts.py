@@ -14,6 +14,7 @@ from kabo.tasks.robots.timed_paths import TimedPath
 
 MAX_SPLITS = 3  # how often a piece whose proof fails is halved
 MOVING = 1e-6  # rad or m: less is no motion
+JOINT_DECIMALS = 9  # of joint values in plans
 KEPT_DEVIATION = 2.5e-4  # rad or m: how far joints may be from a path that keeps a constraint
 
 
