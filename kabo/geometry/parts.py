@@ -92,6 +92,11 @@ class Enclosure:
         return np.array(self.children or [(0, 0)] * len(self.parts), np.int64).reshape(-1, 2)
 
     @cached_property
+    def within(self) -> dict[float, Integers]:
+        """What `children_within` has found for each deviation that was asked for [m]."""
+        return {}
+
+    @cached_property
     def deviation_of_roots(self) -> float:
         """How far points of the roots may be from the body [m]."""
         return max((self.deviation_of(part) for part in self.root_parts), default=0.0)

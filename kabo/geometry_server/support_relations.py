@@ -103,15 +103,18 @@ def _stands(
 
 
 def _boxes_meet(surroundings: SceneSurroundings, body: Body, pose: Array, under: Body, under_pose: Array) -> bool:
-    low, high = _box(body, pose)
-    key = "box", under.name, under_pose.tobytes()
-    other_low, other_high = surroundings.remembered(key, lambda: _box(under, under_pose))
-    return bool(np.all(low <= other_high + 1e-3) and np.all(other_low <= high + 1e-3))
+    low, high = _box(surroundings, body, pose)
+    other_low, other_high = _box(surroundings, under, under_pose)
+    return bool((low <= other_high + 1e-3).all() and (other_low <= high + 1e-3).all())
 
 
-def _box(body: Body, pose: Array) -> tuple[Array, Array]:
-    points = body.mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-    return points.min(axis=0), points.max(axis=0)
+def _box(surroundings: SceneSurroundings, body: Body, pose: Array) -> tuple[Array, Array]:
+    def made() -> tuple[Array, Array]:
+        points = body.mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+        return points.min(axis=0), points.max(axis=0)
+
+    found: tuple[Array, Array] = surroundings.remembered(("box", body.name, pose.tobytes()), made)
+    return found
 
 
 def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:

@@ -21,6 +21,10 @@ def _matrices(degree: int) -> tuple[Array, Array, Array]:
 
 
 _OF_DEGREE = [_matrices(degree) for degree in range(MAX_DEGREE + 1)]
+_QUARTERS = [
+    np.concatenate([(after @ before).T for before in each[1:] for after in each[1:]], axis=1)
+    for each in _OF_DEGREE
+]
 _SHIFTS = np.array([[comb(i, k) for i in range(MAX_DEGREE + 1)] for k in range(MAX_DEGREE + 1)], np.float64)
 _STEPS = np.arange(MAX_DEGREE + 1)[None, :] - np.arange(MAX_DEGREE + 1)[:, None]
 
@@ -44,6 +48,13 @@ def halved(controls: Array) -> Array:
     """Bernstein coefficients (2, …, k) of the first and the second half of polynomials (…, k) [de Casteljau]."""
     _, first, second = _OF_DEGREE[controls.shape[-1] - 1]
     return np.stack([controls @ first.T, controls @ second.T])
+
+
+def quartered(controls: Array) -> Array:
+    """Bernstein coefficients (4, …, k) of the quarters of polynomials (…, k)."""
+    k = controls.shape[-1]
+    found = controls @ _QUARTERS[k - 1]
+    return np.moveaxis(found.reshape(*found.shape[:-1], 4, k), -2, 0)
 
 
 def ranges(coefficients: Array, durations: Array, *, halvings: int = 3) -> tuple[Array, Array]:

@@ -9,9 +9,8 @@ with, which is farther by the excess of λ.
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.motion.bernstein import bernstein, derivative, halved, recentred, values
+from kabo.motion.bernstein import bernstein, derivative, quartered, recentred, values
 
-HALVINGS = 2  # of the time on a piece of the path, for tighter bounds
 SNAPPED = 1e-9  # [rad or m]: a place on the path that is closer to a way point is this way point
 BACKWARDS = 1e-3  # [rad or m]: how far a motion against the direction of a piece counts as being from it
 INNER_SAMPLES = 3  # inside each piece of a motion, where places on the path are looked for
@@ -63,11 +62,8 @@ def _parts(times: Array, passing: Array) -> tuple[Array, Array, Integers, Intege
 
 
 def _controls(coefficients: Array, spans: Array) -> Array:
-    """Bernstein coefficients (parts, …, k) of polynomials on equal parts of their spans."""
-    controls = bernstein(coefficients, spans)[None]
-    for _ in range(HALVINGS):
-        controls = halved(controls).reshape(-1, *controls.shape[1:])
-    return controls
+    """Bernstein coefficients (4, …, k) of polynomials on quarters of their spans, for tighter bounds."""
+    return quartered(bernstein(coefficients, spans))
 
 
 def place_on_path(padded: Array, times: Array, waypoints: Array, time: float) -> tuple[int, Array]:

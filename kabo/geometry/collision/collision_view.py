@@ -7,7 +7,7 @@ arguments only.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from kabo.geometry.collision.kernels.bundles import (
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
-from kabo.geometry.collision.part_trees import deviation_within, refine
+from kabo.geometry.collision.part_trees import deviation_within, refine, require_fine
 from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
 from kabo.geometry.collision.view_arrays import (
     bodies_of,
@@ -42,6 +42,9 @@ from kabo.geometry.collision.view_arrays import (
 )
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
+
+
+SweepArguments = tuple[Any, ...]
 
 
 @dataclass
@@ -108,10 +111,16 @@ class CollisionView:
         self._moving, self._fixed, self._pairs = moving, fixed, np.asarray(pairs).reshape(-1, 2)
         self._groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
         self._counts = np.zeros(COUNTER_PLACES, np.int64)
-        self._build()
+        self._careful = True  # until the first check, after which the kernel takes rows alone
+        self._memory: Array | None = None
         coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
         self._coarse = None if coarse is None else CollisionView(tree, moving, fixed, self._pairs, coarse)
         self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
+        if self._coarse is None:
+            self._build()
+        else:  # roots mostly decide, so the arrays of all parts are made when they are first asked
+            for group in self._groups:
+                require_fine(group.enclosure, budget.geometry)
 
     def _build(self) -> None:
         """Makes the arrays of all parts that are known."""
@@ -120,15 +129,29 @@ class CollisionView:
         deviations = np.array([deviation_within(g.enclosure, budget.geometry) for g in self._groups], np.float64)
         # The rest of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts are tighter.
         slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
-        tracks = tracks_of(chain, made, slack)
         self._memory, hulls, tree, search = memory_of(budget.margin, chain, made)
         search.counters[:] = self._counts
         self._counts, self._starts = search.counters, made.bodies.groups[PARTS]
         self._open = bool((made.children[:, CHILD_COUNT] == OPEN).any())
-        self._careful = True  # until the first check, after which the kernel takes rows alone
+        self._careful = True
+        self._sweep: SweepArguments | None = None  # made for the first sweep: many views are asked for none
         scene = Scene(chain, made.bodies.groups, hulls, made.extents, tree)
-        sweep = sweep_of(chain, made, tracks)
-        self._sweep = (budget.margin, budget.clearance, made.bodies.pairs, scene, sweep, search)
+        self._made_sweep = lambda: (
+            budget.margin,
+            budget.clearance,
+            made.bodies.pairs,
+            scene,
+            sweep_of(chain, made, tracks_of(chain, made, slack)),
+            search,
+        )
+
+    def _sweep_arguments(self) -> SweepArguments:
+        """The arguments of `first_swept_hit` behind both ends of a segment."""
+        if self._memory is None:
+            self._build()
+        if self._sweep is None:
+            self._sweep = self._made_sweep()
+        return self._sweep
 
     def configuration_hit(self, q: Array) -> int:
         """-1 if all pairs are proven free at q (n,) with the budget's clearance, else the index of the first that is not.
@@ -156,6 +179,8 @@ class CollisionView:
         return self._by_parts(row) if decided is None else decided
 
     def _by_parts(self, row: Array) -> int:
+        if self._memory is None:
+            self._build()
         found = self._decided(lambda: call_first(first_hit, row, self._memory))
         self._careful = self._open or self._roots is not None  # whose answers do not depend on what is known
         if found < FREE:
@@ -207,10 +232,11 @@ class CollisionView:
 
     def _swept(self, first: Array, last: Array, deviation: Array | None) -> int:
         """The answer of the kernel, with the parts that are known."""
-        strays = self._sweep[4].way.strays
+        sweep = self._sweep_arguments()
+        strays = sweep[4].way.strays
         if deviation is not None:
             strays[:] = usable_deviation(deviation, self._size)
-        found: int = first_swept_hit(first, last, *self._sweep)
+        found: int = first_swept_hit(first, last, *sweep)
         if deviation is not None:
             strays[:] = 0.0
         return found
@@ -234,9 +260,11 @@ class CollisionView:
     def kernel_checks(self) -> KernelChecks:
         """What other kernels need to make these checks themselves: of the roots, where parts may have to be divided."""
         decided_by = self if self._coarse is None else self._coarse
+        sweep, memory = decided_by._sweep_arguments(), decided_by._memory
+        assert memory is not None  # sweeps need it
         return KernelChecks(
-            decided_by._memory,
-            decided_by._sweep,
+            memory,
+            sweep,
             free_counts=True,
             hit_counts=self._coarse is None,
             configurations_hit=self.configurations_hit,

@@ -74,8 +74,11 @@ def is_flat(enclosure: Enclosure, geometry: float) -> bool:
 
 def children_within(enclosure: Enclosure, geometry: float) -> Integers:
     """The first child and the number of children (B, 2) of every part; of those near enough none, OPEN if not known."""
-    found = np.where(enclosure.every_child[:, 1:] > 0, enclosure.every_child, (0, OPEN))
-    found[enclosure.every_deviation <= geometry] = 0
+    found = enclosure.within.get(geometry)
+    if found is None:
+        found = np.where(enclosure.every_child[:, 1:] > 0, enclosure.every_child, (0, OPEN))
+        found[enclosure.every_deviation <= geometry] = 0
+        enclosure.within[geometry] = found
     return found
 
 

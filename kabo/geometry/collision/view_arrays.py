@@ -1,6 +1,7 @@
 """The arrays of a collision view for kernels, made once from groups, pairs and a kinematic tree."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -53,6 +54,7 @@ from kabo.scene import PRISMATIC, KinematicTree
 ROUNDING_BOUND = 2e-10  # [m] of one evaluated gap; Budget.margin relies on it
 SWEEP_POOL_ROWS = 1024  # placed parts kept during one sweep; configuration checks use the last one
 PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
+MAX_STACKED = 32  # lists of enclosures whose stacked parts are kept: situations of a scene have the same bodies
 
 
 class Arrays(NamedTuple):
@@ -126,8 +128,8 @@ def bodies_of(
     given = [group.enclosure for group in given_groups]
     for enclosure in given:
         require_fine(enclosure, geometry)
-    enclosures = [known(enclosure) for enclosure in given]
-    source = stacked([enclosure.packed for enclosure in enclosures])
+    enclosures = tuple(known(enclosure) for enclosure in given)
+    source, own_cores = _stacked(enclosures)
     groups, order = _groups(chain, moving, enclosures, pairs)
     count, parts = len(enclosures), len(source.sizes)
     hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
@@ -135,27 +137,41 @@ def bodies_of(
         Extents(np.zeros((parts, EXTENT_COLUMNS)), np.zeros((count, EXTENT_COLUMNS))),
         np.empty((count, 2)),
     )
-    place_groups(
-        Hulls(source.blocks, source.sizes, source.rounds), groups, poses_of(moving, fixed), hulls, extents, radii
-    )
+    poses = poses_of(moving, fixed)
+    place_groups(Hulls(source.blocks, source.sizes, source.rounds), groups, poses, hulls, extents, radii)
     trees = [not is_flat(enclosure, geometry) for enclosure in enclosures]
     # Parts that are not roots may lie a little outside them; by how much does not depend on which are known.
     far = [e.deviation_of_roots if tree else 0.0 for e, tree in zip(enclosures, trees, strict=True)]
     greatest = float((reach(chain)[groups[JOINT, :-1]] + radii[:, 1] + far).max(initial=0.0))
-    children = [children_within(e, geometry) for e in enclosures]
-    for own, first in zip(children, groups[PARTS, :-1], strict=True):
-        own[own[:, CHILD_COUNT] > 0, FIRST_CHILD] += first
+    children = np.concatenate([np.empty((0, 2), np.int64), *(children_within(e, geometry) for e in enclosures)])
+    owner = np.repeat(np.arange(count), np.diff(groups[PARTS]))
+    children[:, FIRST_CHILD] += np.where(children[:, CHILD_COUNT] > 0, groups[PARTS, owner], 0)
     bodies = Bodies(groups, np.array([pairs[order, 1], order]), _allowed(groups, pairs[order], len(moving)))
     return Arrays(
         bodies,
         Packed(hulls.blocks, hulls.sizes, source.diameters, hulls.rounds),
         extents,
-        cores_of(hulls),
-        np.concatenate([np.empty((0, 2), np.int64), *children]),
+        _placed_cores(own_cores, poses[owner]),
+        children,
         offset_for(greatest),
         radii[:, 0] + np.where(trees, geometry, 0.0),
         np.array([[g.kept for g in given_groups], [g.hand for g in given_groups]], np.float64),
     )
+
+
+@lru_cache(maxsize=MAX_STACKED)
+def _stacked(enclosures: tuple[Enclosure, ...]) -> tuple[Packed, Array]:
+    """The parts of several enclosures in their own frames, and their cores."""
+    source = stacked([enclosure.packed for enclosure in enclosures])
+    return source, cores_of(Hulls(source.blocks, source.sizes, source.rounds))
+
+
+def _placed_cores(cores: Array, poses: Array) -> Array:
+    """The cores (B, 9) of parts at poses (B, 12): means are moved, spreads are turned."""
+    rotations = poses[:, :9].reshape(-1, 3, 3)
+    means = (rotations @ cores[:, :3, None])[..., 0] + poses[:, 9:]
+    spreads = rotations @ cores[:, [[3, 4, 5], [4, 6, 7], [5, 7, 8]]] @ rotations.transpose(0, 2, 1)
+    return np.column_stack([means, spreads[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]])
 
 
 def cores_of(hulls: Hulls) -> Array:

@@ -7,8 +7,10 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Keep, Workspace
+from kabo.motion import Held
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.held_bodies import held_by
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 from kabo.tasks.robots.timed_paths import TimedPath
 
@@ -55,6 +57,11 @@ class MotionPart:
     def moves(self) -> bool:
         """Whether any joint moves."""
         return bool(np.ptp(np.array(self.rows), axis=0).max() > MOVING)
+
+    @cached_property
+    def held(self) -> Held | None:
+        """What the arm carries, if that limits its acceleration; None for motion of the gripper."""
+        return held_by(self.scene, self.stretch.robot) if self.columns.start == 0 else None
 
     @cached_property
     def touches(self) -> bool:

@@ -65,7 +65,7 @@ def timed_group(
     own = motion_limits(robot, first.joints) if limits is None else limits
     if not first.moves:
         return tuple(cut(timed_path(first.rows, own), first.joints, ()))
-    return smoothed(group, own, deviation_of(first, deviation)).parts
+    return smoothed(group, own, deviation_of(first, deviation), first.held).parts
 
 
 def timed_segments(given: Sequence[tuple[MotionPart, Segment]], deviation: float = DEVIATION) -> list[Segment]:
