@@ -129,7 +129,7 @@ def test_without_a_deviation_it_rests_at_every_way_point(across: bool) -> None:
 def test_the_deviation_is_used_at_borders_of_phases() -> None:
     before, after = dict(stretches(solved())), timed(made(deviation=0.05))
     used = [distance(before[group[-1]].path[0], path_of(after, group)) for group in GROUPS]
-    assert min(used) > 0.02
+    assert min(used) > 0.005  # a stroke keeps to its line at its border, so its round is smaller
     assert max(used) > 0.04
 
 
