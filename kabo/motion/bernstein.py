@@ -21,8 +21,6 @@ def _matrices(degree: int) -> tuple[Array, Array, Array]:
 
 
 _OF_DEGREE = [_matrices(degree) for degree in range(MAX_DEGREE + 1)]
-_SHIFTS = np.array([[comb(i, k) for i in range(MAX_DEGREE + 1)] for k in range(MAX_DEGREE + 1)], np.float64)
-_STEPS = np.arange(MAX_DEGREE + 1)[None, :] - np.arange(MAX_DEGREE + 1)[:, None]
 
 
 def derivative(coefficients: Array, order: int) -> Array:
@@ -62,8 +60,11 @@ def ranges(coefficients: Array, durations: Array, *, halvings: int = 3) -> tuple
 
 def recentred(coefficients: Array, delays: Array) -> Array:
     """The same polynomials (…, 6) in powers of a local time that begins `delays` (…) later."""
-    powers = np.asarray(delays)[..., None, None] ** np.maximum(_STEPS, 0) * _SHIFTS
-    return np.asarray((powers @ coefficients[..., None])[..., 0])
+    found, delay = np.array(coefficients, np.float64), np.asarray(delays)
+    for level in range(MAX_DEGREE):  # as in Horner's scheme, which is quicker than powers
+        for k in range(MAX_DEGREE - 1, level - 1, -1):
+            found[..., k] += delay * found[..., k + 1]
+    return found
 
 
 def values(coefficients: Array, local: Array) -> Array:
