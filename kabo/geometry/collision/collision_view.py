@@ -43,7 +43,6 @@ from kabo.geometry.collision.view_arrays import (
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
-
 SweepArguments = tuple[Any, ...]
 
 
@@ -123,7 +122,9 @@ class CollisionView:
         coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
         self._coarse = None if coarse is None else CollisionView(tree, moving, fixed, self._pairs, coarse)
         self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
-        if self._coarse is None:  # else roots mostly decide; the arrays of all parts are made when they are first asked
+        if (
+            self._coarse is None
+        ):  # else roots mostly decide; the arrays of all parts are made when they are first asked
             self._build()
 
     def _build(self) -> None:
@@ -140,7 +141,7 @@ class CollisionView:
         self._careful = True
         self._sweep: SweepArguments | None = None  # made for the first sweep: many views are asked for none
         scene = Scene(chain, made.bodies.groups, hulls, made.extents, tree)
-        self._made_sweep = lambda: (
+        self._make_sweep: Callable[[], SweepArguments] = lambda: (
             budget.margin,
             budget.clearance,
             made.bodies.pairs,
@@ -154,7 +155,7 @@ class CollisionView:
         if self._memory is None:
             self._build()
         if self._sweep is None:
-            self._sweep = self._made_sweep()
+            self._sweep = self._make_sweep()
         return self._sweep
 
     def configuration_hit(self, q: Array) -> int:
