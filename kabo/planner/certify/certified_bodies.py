@@ -10,6 +10,7 @@ from kabo.geometry import Budget, Enclosure
 from kabo.geometry.collision.part_trees import Cover, divided_larger
 from kabo.geometry.collision.separation_proofs import (
     Course,
+    Parts,
     ProofArrays,
     Prover,
     Unproven,
@@ -82,6 +83,11 @@ class CertifiedBodies:
         self._prover = Prover(self._parts, near, budget.clearance)
         self._known: dict[tuple[object, ...], tuple[Integers, PairProofs]] = {}
 
+    def prove_again(self, course: Course) -> PairProofs | None:
+        """The proofs of a course with the parts as they are; None if one is not found any more."""
+        found = self._prover.arrays(course, self._near)
+        return None if isinstance(found, Unproven) else PairProofs.of(found)
+
     def prove(self, course: Course) -> PairProofs | Unproven:
         """The proofs of a course, with the greatest margins up to `near` that are found; parts divided until they decide.
 
@@ -140,6 +146,17 @@ class CertifiedBodies:
         self._prover = Prover(self._parts, self._near, self._budget.clearance)
         self._known.clear()
         return True
+
+    @property
+    def parts(self) -> Mapping[str, Parts]:
+        """The parts of every mesh, by its hash."""
+        return self._parts
+
+    def replace_parts(self, cut: Mapping[str, Parts]) -> None:
+        """Replaces the parts of some meshes by as many that lie within them: proofs that were found still hold."""
+        self._parts.update(cut)
+        self._prover = Prover(self._parts, self._near, self._budget.clearance)
+        self._known.clear()
 
     def given(self) -> dict[str, BodyParts]:
         """The parts of every mesh for a certificate, by `sha256:` and its hash."""

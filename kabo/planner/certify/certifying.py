@@ -25,6 +25,7 @@ from kabo.plan import (
     Plan,
     topological_order,
 )
+from kabo.planner.certify.best_margins import sharpen
 from kabo.planner.certify.certified_bodies import CertifiedBodies
 from kabo.planner.certify.certified_pairs import PairChoice, Thing, kept_distances
 from kabo.planner.certify.component_values import ComponentValues
@@ -151,6 +152,8 @@ class _Certifying:
                 step()
         if self.gaps:
             return self.gaps
+        if not self.bodies.divided:  # else all is proven once more, with the divided parts
+            sharpen(proven, self.bodies, self.things.cuttable(), self.near, self.look)
         proofs = tuple(each.proof() for each in proven)
         segments = [each for name in self.order for each in self._clearances(name, proven)]
         return Certificate(

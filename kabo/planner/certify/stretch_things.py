@@ -13,7 +13,7 @@ from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.planner.certify.certified_pairs import Thing
 from kabo.planner.certify.component_values import ComponentValues
 from kabo.planner.certify.motion_situation import MotionSituation
-from kabo.scene import Robot, link_poses
+from kabo.scene import Mesh, Robot, link_poses
 from kabo.scene.transforms import flat
 
 
@@ -44,6 +44,21 @@ class StretchThings:
             if digest not in made:
                 made[digest] = self._surroundings.enclosure(name)
         return made
+
+    def cuttable(self) -> dict[str, Mesh]:
+        """The meshes of bodies that are nothing but this mesh, by their hashes: their parts may be cut closer to them."""
+        names = [f"{r.name}.{link}" for r in self._scene.robots.values() for link in r.links]
+        found: dict[str, Mesh] = {}
+        others: set[str] = set()
+        for name in [*names, *self._scene.bodies]:
+            mesh, elements = self._surroundings.mesh(name), self._surroundings.elements(name)
+            if mesh is not None:
+                alone = (
+                    len(elements) == 1 and elements[0].corners is None and elements[0].mesh.digest == mesh.digest
+                )
+                others |= set() if alone else {mesh.digest}
+                found[mesh.digest] = mesh
+        return {digest: mesh for digest, mesh in found.items() if digest not in others}
 
     def of(
         self, node: str, situation: MotionSituation, first: Mapping[str, int]

@@ -37,7 +37,8 @@ GAINED_SHARE = 0.1  # of a margin: not worth halving for
 JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `Things.rows`
 DEVIATION, PATH, STRAY = 0, 1, 2  # columns of `bounds` and `over`
 # Places of `limits`: boxes farther apart need no axis; halving for less is never worth it; no stretch of FINEST or less
-# is halved; the nodes of a proof after which no more than NEEDED is wanted; the share of a gap that may be lost.
+# is halved; the nodes of a proof after which half as much is wanted, and again after each quarter of as many; the share
+# of a gap that may be lost.
 NEAR, DECIDED, FINEST, EFFORT, LOSS = 0, 1, 2, 3, 4
 WANTED, NEEDED = 0, 1  # rows of `Proofs.targets`
 
@@ -260,7 +261,8 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
         grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
         single = ends[0, HIGH] - ends[0, LOW] == 1 and ends[1, HIGH] - ends[1, LOW] == 1
         rest = grow - over[0, STRAY] - over[1, STRAY] + moved  # what halving can gain
-        wanted = needed if row > last_row else wanted
+        if row > last_row:
+            wanted, last_row = max(needed, 0.5 * wanted), row + np.int64(0.25 * limits[EFFORT])
         small = single and (rest <= SMALL_SHARE * wanted or s1 - s0 <= limits[FINEST])
         least = grow + (needed if small else wanted)
         if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
