@@ -43,7 +43,6 @@ from kabo.geometry.collision.view_arrays import (
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
-
 SweepArguments = tuple[Any, ...]
 
 
