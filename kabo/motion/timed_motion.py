@@ -101,6 +101,7 @@ def timed_path(
     chord: float = 1e-3,
     tolerance: float = 1e-4,
     held: Held | None = None,
+    slopes: Array | None = None,
 ) -> Timed:
     """The fastest motion along corners (m, n) within the limits, from rest to rest.
 
@@ -116,6 +117,8 @@ def timed_path(
         chord: how far way points on blends may leave the straight pieces between them from the blend [rad, L2].
         tolerance: how far a joint may leave the blend, so that pieces are few [rad or m].
         held: what the robot holds, and how hard it may be accelerated.
+        slopes: (m - 1, 2, n) the derivatives of the path where each piece begins and ends, as of `Blended`; corners then
+            differ from their neighbours. Corners without a turn are passed exactly, and never stopped at.
 
     Raises:
         ValueError: a joint that moves has a limit of zero, or shapes do not fit.
@@ -131,7 +134,8 @@ def timed_path(
     wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
     chosen = points[different]
     chosen[-1] = points[-1]  # the end is reached exactly
-    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
+    curved = slopes if slopes is not None and different.all() else None
+    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held, curved), numbers)
 
 
 class _Rounding(NamedTuple):
@@ -140,14 +144,15 @@ class _Rounding(NamedTuple):
     chord: float
     tolerance: float
     held: Held | None
+    slopes: Array | None
 
 
 def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
     """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
     shares = np.where(_reversals(points) | (rounding.deviation <= 0.0), 0.0, rounding.shares)
     while True:
-        path = blended(points, max(rounding.deviation, 0.0), shares.tolist())
-        stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
+        path = blended(points, max(rounding.deviation, 0.0), shares.tolist(), rounding.slopes)
+        stops = path.stops
         found = [
             _section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)
         ]
@@ -155,6 +160,7 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
             corner
             for each, first in zip(found, stops, strict=False)
             for corner in _not_worth(each, first, points, limits, rounding)
+            if path.trims[corner] > 0.0
         ]
         if not slow:
             break
@@ -178,14 +184,14 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
 
 def _section(path: Blended, first: int, last: int, limits: MotionLimits, rounding: _Rounding) -> Section:
     """The motion from one corner where it stops to the next."""
-    if last == first + 1:
+    own = path.between(first, last)
+    if last == first + 1 and not own.curved.any():
         spans, pieces = line_pieces(path.corners[first], path.corners[last], limits)
         ends = np.cumsum([0, *spans])
         if rounding.held is None or (
             rounding.held.spare > LEAST_SPARE and held_share(ends, pieces, rounding.held) <= 1.0
         ):
             return Section(ends, pieces, ends[[0, -1]], [0, 1])
-    own = Blended(path.corners[first : last + 1], path.trims[first : last + 1])
     for row in zip(own.corners, own.corners[1:], strict=False):
         line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
