@@ -273,15 +273,13 @@ class FixedGroup:
     hand: int = 0
 
 
-def poses_of(moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup]) -> Array:
-    """The poses (G, 12) of all groups in their joint's or the world's frame.
+def poses_of(groups: Sequence[MovingGroup | FixedGroup]) -> Array:
+    """The poses (G, 12) of groups in their joint's or the world's frame.
 
     Raises:
         ValueError: a pose is not 12 finite numbers.
     """
-    rows = [np.asarray(g.joint_T_group, float) for g in moving] + [
-        np.asarray(g.world_T_group, float) for g in fixed
-    ]
+    rows = [each.joint_T_group if isinstance(each, MovingGroup) else each.world_T_group for each in groups]
     poses = np.array(rows, dtype=np.float64).reshape(len(rows), 12)
     if not np.isfinite(poses).all():
         raise ValueError("the pose of a group is not finite")

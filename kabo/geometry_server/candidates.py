@@ -96,11 +96,13 @@ class Stream:
         return self._candidates(_distinct(found[~nearest if others else nearest]))
 
     def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
-        """The valid samples among `count` samples from index `first` on, in order, spread along the rows `along`.
-
-        With a closed form each sample gives all branches of the arm (elbow up, wrist flipped) at the hand's pose.
-        """
+        """The valid samples among `count` from index `first` on, in order, along `along`, with all branches of the arm."""
         return self._candidates(self._branches(first, count, along)[0])
+
+    def draws(self, count: int) -> bool | None:
+        """Whether one of the first `count` samples is valid if drawn pose first; None where that is not possible."""
+        made = self._drawn(0, count, None)
+        return None if made is None else len(made[0]) > 0
 
     def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
         """The valid samples (M, n), with all branches if there is a closed form, and each one's sample (M,).

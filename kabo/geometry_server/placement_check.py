@@ -22,6 +22,7 @@ from kabo.scene.transforms import unflat
 from kabo.streams import stream_key
 
 PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
+PLACES_PROJECTED = 3  # poses at which grasps are projected where none could be drawn
 PLACES_MEASURED = 1  # poses at which the distance out of reach is measured
 
 
@@ -56,16 +57,17 @@ def may_place(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> bool:
     """Whether the robot has a grasp of the body at some sampled pose on the target; True if no pose was found."""
-    hand = _open_hand(robot, situation.configuration(robot.name))
-    standing = standing_of(context.surroundings, robot)
-    none = True
-    for pose in places(context, body, target, situation):
-        none = False
-        for family in body.grasps.values():
-            made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
-            if made is not None and made.stream.batch(0, GRASPS_TRIED):
-                return True
-    return none
+    streams: list[Stream] = []
+    undrawn: list[Stream] = []  # those where no pose of the hand can be drawn: all of them are projected
+    found = _nearest_places(context, robot, body, target, situation)
+    for made in _grasps(context, robot, body, found, situation):
+        drawn = made.draws(GRASPS_TRIED)
+        if drawn:
+            return True
+        (undrawn if drawn is None else streams).append(made)
+    # Projection seldom finds a grasp where none was drawn, and is slow: it is tried at a few distances.
+    few = streams[:: -(-len(streams) // PLACES_PROJECTED)] if streams else []
+    return not found or any(made.batch(0, GRASPS_TRIED) for made in (*undrawn, *few))
 
 
 def grasps_there(
@@ -77,16 +79,31 @@ def grasps_there(
     most: int = PLACES_MEASURED,
 ) -> list[Stream]:
     """The grasp streams of a body at the `most` poses on a target that are nearest to the robot's base."""
-    hand, base = _open_hand(robot, situation.configuration(robot.name)), base_position(robot)
-    near = sorted(
+    near = _nearest_places(context, robot, body, target, situation)[:most]
+    return list(_grasps(context, robot, body, near, situation))
+
+
+def _nearest_places(
+    context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
+) -> list[Array]:
+    """The poses (4, 4) of `places`, those nearest to the robot's base first."""
+    base = base_position(robot)
+    return sorted(
         places(context, body, target, situation), key=lambda pose: float(np.linalg.norm(pose[:3, 3] - base))
     )
-    made = (
-        grasp_stream(robot, body, family, pose, hand, context.seed, standing_of(context.surroundings, robot))
-        for pose in near[:most]
-        for family in body.grasps.values()
-    )
-    return [found.stream for found in made if found is not None]
+
+
+def _grasps(
+    context: ProcedureContext, robot: Robot, body: Body, poses: list[Array], situation: Situation
+) -> Iterator[Stream]:
+    """The streams of grasps by the open hand of a body at each of some poses."""
+    hand = _open_hand(robot, situation.configuration(robot.name))
+    standing = standing_of(context.surroundings, robot)
+    for pose in poses:
+        for family in body.grasps.values():
+            made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
+            if made is not None:
+                yield made.stream
 
 
 def _open_hand(robot: Robot, q: Configuration) -> tuple[float, ...]:

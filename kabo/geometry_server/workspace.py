@@ -125,16 +125,15 @@ class Workspace:
     def counted(self, question: Callable[[], _Answer]) -> _Answer:
         """The answer; counts its checks once for the robot and once for each thing that it carries."""
         view, began = self.checker, perf_counter()
-        before = replace(view.counters)
+        before = view.counters.numbers
         answer = question()
-        counts, groups = view.counters, 1 + len(self.carried)
-        statistics = self.surroundings.statistics
-        checks = (
-            counts.configuration_checks - before.configuration_checks + counts.sweep_checks - before.sweep_checks
+        configurations, sweeps, pairs, positive = (
+            now - then for now, then in zip(view.counters.numbers, before, strict=True)
         )
-        statistics.collision_checks += groups * checks
-        statistics.positive_collision_checks += counts.positive - before.positive
-        statistics.pair_checks += counts.pair_checks - before.pair_checks
+        statistics = self.surroundings.statistics
+        statistics.collision_checks += (1 + len(self.carried)) * (configurations + sweeps)
+        statistics.positive_collision_checks += positive
+        statistics.pair_checks += pairs
         statistics.collision_s += perf_counter() - began
         return answer
 

@@ -21,12 +21,6 @@ def _matrices(degree: int) -> tuple[Array, Array, Array]:
 
 
 _OF_DEGREE = [_matrices(degree) for degree in range(MAX_DEGREE + 1)]
-_QUARTERS = [
-    np.concatenate([(after @ before).T for before in each[1:] for after in each[1:]], axis=1)
-    for each in _OF_DEGREE
-]
-_SHIFTS = np.array([[comb(i, k) for i in range(MAX_DEGREE + 1)] for k in range(MAX_DEGREE + 1)], np.float64)
-_STEPS = np.arange(MAX_DEGREE + 1)[None, :] - np.arange(MAX_DEGREE + 1)[:, None]
 
 
 def derivative(coefficients: Array, order: int) -> Array:
@@ -50,13 +44,6 @@ def halved(controls: Array) -> Array:
     return np.stack([controls @ first.T, controls @ second.T])
 
 
-def quartered(controls: Array) -> Array:
-    """Bernstein coefficients (4, …, k) of the quarters of polynomials (…, k)."""
-    k = controls.shape[-1]
-    found = controls @ _QUARTERS[k - 1]
-    return np.moveaxis(found.reshape(*found.shape[:-1], 4, k), -2, 0)
-
-
 def ranges(coefficients: Array, durations: Array, *, halvings: int = 3) -> tuple[Array, Array]:
     """A lower and an upper bound (…) of polynomials (…, k) on local times from 0 to `durations` (…).
 
@@ -73,8 +60,11 @@ def ranges(coefficients: Array, durations: Array, *, halvings: int = 3) -> tuple
 
 def recentred(coefficients: Array, delays: Array) -> Array:
     """The same polynomials (…, 6) in powers of a local time that begins `delays` (…) later."""
-    powers = np.asarray(delays)[..., None, None] ** np.maximum(_STEPS, 0) * _SHIFTS
-    return np.asarray((powers @ coefficients[..., None])[..., 0])
+    found, delay = np.array(coefficients, np.float64), np.asarray(delays)
+    for level in range(MAX_DEGREE):  # as in Horner's scheme, which is quicker than powers
+        for k in range(MAX_DEGREE - 1, level - 1, -1):
+            found[..., k] += delay * found[..., k + 1]
+    return found
 
 
 def values(coefficients: Array, local: Array) -> Array:

@@ -9,7 +9,7 @@ with, which is farther by the excess of λ.
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.motion.bernstein import bernstein, derivative, quartered, recentred, values
+from kabo.motion.bernstein import derivative, values
 
 SNAPPED = 1e-9  # [rad or m]: a place on the path that is closer to a way point is this way point
 BACKWARDS = 1e-3  # [rad or m]: how far a motion against the direction of a piece counts as being from it
@@ -25,13 +25,10 @@ def path_deviations(times: Array, padded: Array, waypoints: Array, passing: Arra
         waypoints: the path (m, n).
         passing: when the motion passes each way point (m,) [s], not decreasing, from `times[0]` to `times[-1]`.
     """
-    low, high, piece, own = _parts(times, passing)
-    parts = recentred(padded[piece], np.broadcast_to((low - times[piece])[:, None], padded[piece].shape[:2]))
-    parts[..., 0] -= waypoints[own]
-    away = away_from_pieces(parts, np.diff(waypoints, axis=0)[own], high - low)
-    found = np.zeros((len(waypoints) - 1, waypoints.shape[1]))
-    np.maximum.at(found, own, away)
-    return found
+    from kabo.motion.kernels.deviations import distances_of_path  # noqa: PLC0415 - plans are read without kernels
+
+    rows = (np.ascontiguousarray(each, np.float64) for each in (times, padded, waypoints, passing))
+    return np.asarray(distances_of_path(*rows))
 
 
 def away_from_pieces(parts: Array, steps: Array, spans: Array) -> Array:
@@ -42,28 +39,10 @@ def away_from_pieces(parts: Array, steps: Array, spans: Array) -> Array:
         steps: from the first to the last way point of the piece of each (p, n).
         spans: the durations (p,) [s].
     """
-    squares = (steps**2).sum(axis=1)
-    shares = np.einsum("pjk,pj->pk", parts, steps) / np.where(squares > 0.0, squares, 1.0)[:, None]
-    residuals = parts - steps[:, :, None] * shares[:, None, :]
-    rest = np.abs(_controls(residuals, np.broadcast_to(spans[:, None], residuals.shape[:2]))).max(axis=(0, -1))
-    along = _controls(shares, spans)
-    excess = np.maximum(0.0, np.maximum(-along.min(axis=(0, -1)), along.max(axis=(0, -1)) - 1.0))
-    return np.asarray(rest + excess[:, None] * np.abs(steps))
+    from kabo.motion.kernels.deviations import distances_of_parts  # noqa: PLC0415 - plans are read without kernels
 
-
-def _parts(times: Array, passing: Array) -> tuple[Array, Array, Integers, Integers]:
-    """Begin, end, piece of the motion and piece of the path for all parts that lie in one piece of each."""
-    cuts = np.unique(np.concatenate([times, np.clip(passing, times[0], times[-1])]))
-    low, high = cuts[:-1], cuts[1:]
-    middle = (low + high) / 2
-    piece = np.clip(np.searchsorted(times, middle, side="right") - 1, 0, len(times) - 2)
-    own = np.clip(np.searchsorted(passing, middle, side="right") - 1, 0, len(passing) - 2)
-    return low, high, piece, own
-
-
-def _controls(coefficients: Array, spans: Array) -> Array:
-    """Bernstein coefficients (4, …, k) of polynomials on quarters of their spans, for tighter bounds."""
-    return quartered(bernstein(coefficients, spans))
+    rows = (np.ascontiguousarray(each, np.float64) for each in (parts, steps, spans))
+    return np.asarray(distances_of_parts(*rows))
 
 
 def place_on_path(padded: Array, times: Array, waypoints: Array, time: float) -> tuple[int, Array]:

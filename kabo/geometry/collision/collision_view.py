@@ -55,6 +55,11 @@ class Counters:
     pair_checks: int = 0  # narrow-phase calls
     positive: int = 0  # checks that were not proven free
 
+    @property
+    def numbers(self) -> tuple[int, int, int, int]:
+        """All counts, in this order, as they are now."""
+        return self.configuration_checks, self.sweep_checks, self.pair_checks, self.positive
+
 
 class CollisionChecker(Protocol):
     """The interface of collision checks: a `CollisionView` on convex parts, or an `ExactView` on the original meshes."""
@@ -112,14 +117,15 @@ class CollisionView:
         self._counts = np.zeros(COUNTER_PLACES, np.int64)
         self._careful = True  # until the first check, after which the kernel takes rows alone
         self._memory: Array | None = None
+        for group in self._groups:
+            require_fine(group.enclosure, budget.geometry)
         coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
         self._coarse = None if coarse is None else CollisionView(tree, moving, fixed, self._pairs, coarse)
         self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
-        if self._coarse is None:
+        if (
+            self._coarse is None
+        ):  # else roots mostly decide; the arrays of all parts are made when they are first asked
             self._build()
-        else:  # roots mostly decide, so the arrays of all parts are made when they are first asked
-            for group in self._groups:
-                require_fine(group.enclosure, budget.geometry)
 
     def _build(self) -> None:
         """Makes the arrays of all parts that are known."""
@@ -135,7 +141,7 @@ class CollisionView:
         self._careful = True
         self._sweep: SweepArguments | None = None  # made for the first sweep: many views are asked for none
         scene = Scene(chain, made.bodies.groups, hulls, made.extents, tree)
-        self._made_sweep = lambda: (
+        self._make_sweep: Callable[[], SweepArguments] = lambda: (
             budget.margin,
             budget.clearance,
             made.bodies.pairs,
@@ -149,7 +155,7 @@ class CollisionView:
         if self._memory is None:
             self._build()
         if self._sweep is None:
-            self._sweep = self._made_sweep()
+            self._sweep = self._make_sweep()
         return self._sweep
 
     def configuration_hit(self, q: Array) -> int:

@@ -62,7 +62,7 @@ class ExactView:
         hand = np.array([group.hand for group in groups])
         same = (hand[self._first] == hand[self._second]) & (hand[self._first] > 0)
         self._kept = np.where(same, 0.0, kept[self._first] + kept[self._second])
-        self._place(poses_of(moving, fixed))
+        self._place(poses_of([*moving, *fixed]))
         poses = np.column_stack([self._world_R.reshape(-1, 9), self._world_t])
         self._bodies = [placed(surface, pose) for surface, pose in zip(self._surfaces, poses, strict=True)]
         self._placed: set[int] = set()  # moving groups whose fcl body is where the group is

@@ -47,13 +47,14 @@ from kabo.geometry.collision.kernels.layout import (
 )
 from kabo.geometry.collision.kernels.separation import rounding
 from kabo.geometry.collision.kernels.tracks import COARSE_NODES, FRAME_SLOTS
-from kabo.geometry.collision.part_trees import children_within, is_flat, known, require_fine
+from kabo.geometry.collision.part_trees import children_within, is_flat, known
 from kabo.geometry.parts import COLUMNS, Enclosure, FixedGroup, MovingGroup, Packed, poses_of, stacked
 from kabo.scene import PRISMATIC, KinematicTree
 
 ROUNDING_BOUND = 2e-10  # [m] of one evaluated gap; Budget.margin relies on it
 SWEEP_POOL_ROWS = 1024  # placed parts kept during one sweep; configuration checks use the last one
 PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
+MAX_PLACED = 8  # lists of bodies at their places: contacts are permitted and forbidden while nothing moves
 MAX_STACKED = 32  # lists of enclosures whose stacked parts are kept: situations of a scene have the same bodies
 
 
@@ -122,40 +123,69 @@ def bodies_of(
     """The arrays of bodies whose parts decide if they deviate by at most `geometry` [m].
 
     Raises:
-        ValueError: vertices, poses or pairs are not usable, or an enclosure deviates by more and cannot be refined.
+        ValueError: vertices, poses or pairs are not usable.
     """
-    given_groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
-    given = [group.enclosure for group in given_groups]
-    for enclosure in given:
-        require_fine(enclosure, geometry)
-    enclosures = tuple(known(enclosure) for enclosure in given)
-    source, own_cores = _stacked(enclosures)
-    groups, order = _groups(chain, moving, enclosures, pairs)
-    count, parts = len(enclosures), len(source.sizes)
-    hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
-    extents, radii = (
-        Extents(np.zeros((parts, EXTENT_COLUMNS)), np.zeros((count, EXTENT_COLUMNS))),
-        np.empty((count, 2)),
+    given_groups: tuple[MovingGroup | FixedGroup, ...] = (*moving, *fixed)
+    enclosures = tuple(known(group.enclosure) for group in given_groups)
+    placed = _placed(given_groups, enclosures, geometry)
+    groups, order = _groups(chain, moving, placed.parts, pairs)
+    greatest = float((reach(chain)[groups[JOINT, :-1]] + placed.radii[:, 1] + placed.far).max(initial=0.0))
+    return Arrays(
+        Bodies(groups, np.array([pairs[order, 1], order]), _allowed(groups, pairs[order], len(moving))),
+        placed.packed,
+        placed.extents,
+        placed.cores,
+        placed.children,
+        offset_for(greatest),
+        placed.radii[:, 0] + placed.room,
+        placed.kept,
     )
-    poses = poses_of(moving, fixed)
+
+
+class Placed(NamedTuple):
+    """Bodies in the frames of their joints, whatever pairs of them are asked about."""
+
+    parts: Integers  # (2, G + 1) rows PARTS and ROOTS_END of `Bodies.groups`
+    packed: Packed
+    extents: Extents
+    cores: Array  # (B, 9)
+    children: Integers  # (B, 2)
+    radii: Array  # (G, 2)
+    far: Array  # (G,) how far parts that are not roots may be outside them; that does not depend on which are known [m]
+    room: Array  # (G,) what of the budget's share parts that are not known may need [m]
+    kept: Array  # (2, G)
+
+
+@lru_cache(maxsize=MAX_PLACED)
+def _placed(
+    given: tuple[MovingGroup | FixedGroup, ...], enclosures: tuple[Enclosure, ...], geometry: float
+) -> Placed:
+    """Bodies with the enclosures that are known of them, in the frames of their joints."""
+    source, own_cores = _stacked(enclosures)
+    count, parts = len(enclosures), len(source.sizes)
+    groups = np.zeros((4, count + 1), np.int64)
+    np.cumsum([len(enclosure.parts) for enclosure in enclosures], out=groups[PARTS, 1:])
+    groups[ROOTS_END, :-1] = groups[PARTS, :-1] + [len(enclosure.root_parts) for enclosure in enclosures]
+    hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
+    extents = Extents(np.zeros((parts, EXTENT_COLUMNS)), np.zeros((count, EXTENT_COLUMNS)))
+    poses, radii = poses_of(given), np.empty((count, 2))
     place_groups(Hulls(source.blocks, source.sizes, source.rounds), groups, poses, hulls, extents, radii)
     trees = [not is_flat(enclosure, geometry) for enclosure in enclosures]
-    # Parts that are not roots may lie a little outside them; by how much does not depend on which are known.
-    far = [e.deviation_of_roots if tree else 0.0 for e, tree in zip(enclosures, trees, strict=True)]
-    greatest = float((reach(chain)[groups[JOINT, :-1]] + radii[:, 1] + far).max(initial=0.0))
     children = np.concatenate([np.empty((0, 2), np.int64), *(children_within(e, geometry) for e in enclosures)])
     owner = np.repeat(np.arange(count), np.diff(groups[PARTS]))
     children[:, FIRST_CHILD] += np.where(children[:, CHILD_COUNT] > 0, groups[PARTS, owner], 0)
-    bodies = Bodies(groups, np.array([pairs[order, 1], order]), _allowed(groups, pairs[order], len(moving)))
-    return Arrays(
-        bodies,
+    return Placed(
+        groups[[PARTS, ROOTS_END]],
         Packed(hulls.blocks, hulls.sizes, source.diameters, hulls.rounds),
         extents,
         _placed_cores(own_cores, poses[owner]),
         children,
-        offset_for(greatest),
-        radii[:, 0] + np.where(trees, geometry, 0.0),
-        np.array([[g.kept for g in given_groups], [g.hand for g in given_groups]], np.float64),
+        radii,
+        np.array(
+            [e.deviation_of_roots if tree else 0.0 for e, tree in zip(enclosures, trees, strict=True)], np.float64
+        ),
+        np.where(trees, geometry, 0.0),
+        np.array([[g.kept for g in given], [g.hand for g in given]], np.float64),
     )
 
 
@@ -192,16 +222,15 @@ def cores_of(hulls: Hulls) -> Array:
 
 
 def _groups(
-    chain: Chain, moving: Sequence[MovingGroup], enclosures: Sequence[Enclosure], pairs: Integers
+    chain: Chain, moving: Sequence[MovingGroup], parts: Integers, pairs: Integers
 ) -> tuple[Integers, Integers]:
     """`Bodies.groups`, and the order that sorts the pairs by their first group."""
-    count = len(enclosures)
+    count = parts.shape[1] - 1
     groups = np.zeros((4, count + 1), np.int64)
+    groups[[PARTS, ROOTS_END]] = parts
     groups[JOINT, : len(moving)] = [g.joint for g in moving]
     if not (groups[JOINT].min() >= 0 and groups[JOINT].max() < chain.joints.shape[1]):
         raise ValueError("a group hangs on a joint that the tree does not have")
-    np.cumsum([len(enclosure.parts) for enclosure in enclosures], out=groups[PARTS, 1:])
-    groups[ROOTS_END, :-1] = groups[PARTS, :-1] + [len(enclosure.root_parts) for enclosure in enclosures]
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype != np.int64:
         raise ValueError(f"pairs are (P, 2) int64, not {pairs.shape} {pairs.dtype}")
     if len(pairs) and not (pairs.min() >= 0 and pairs[:, 0].max() < len(moving) and pairs[:, 1].max() < count):

@@ -71,8 +71,11 @@ def excess_about(points: Array, axis: Array, upright: Array, directions: Array, 
 def fits_about(points: Array, axis: Array, upright: Array, directions: Array, rooms: Array) -> bool:
     """Whether such a body fits at one of a few turns: then `excess_about` proves nothing."""
     standing = points @ turn_onto(axis, upright).T
-    found = _widths_turned(standing, upright, directions, 2.0 * np.pi * np.arange(FEW) / FEW)
-    return bool((found <= rooms).all(axis=1).any())
+    turns = 2.0 * np.pi * np.arange(FEW) / FEW
+    for some in (turns[:1], turns[1:]):  # most bodies fit as they are
+        if (_widths_turned(standing, upright, directions, some) <= rooms).all(axis=1).any():
+            return True
+    return False
 
 
 def excess_at_any(points: Array, rooms: Array) -> Excess:
