@@ -186,26 +186,39 @@ class Workspace:
             moving, fixed, indices, pairs = self.base._bodies
             kept = [i for i, pair in enumerate(pairs) if frozenset(pair) not in self.permitted]
             if self.surroundings.keeps:
-                fixed = self._grasped(fixed, len(moving), indices, pairs)
+                fixed = self._grasped(moving, fixed, indices, pairs)
             return moving, fixed, [indices[i] for i in kept], [pairs[i] for i in kept]
         moving, moving_names = self._moving()
         fixed, fixed_names = self._fixed()
         return moving, fixed, *self._pairs(moving_names, fixed_names)
 
     def _grasped(
-        self, fixed: list[FixedGroup], count: int, indices: list[tuple[int, int]], pairs: list[Pair]
+        self,
+        moving: list[MovingGroup],
+        fixed: list[FixedGroup],
+        indices: list[tuple[int, int]],
+        pairs: list[Pair],
     ) -> list[FixedGroup]:
-        """The fixed bodies, of which those that a hand may touch keep no distance from this hand, as what it holds."""
+        """The fixed bodies, of which some keep no distance from a hand of the robot, nor from what it holds.
+
+        They are those that the hand may touch, and what is attached to a body that something in the hand may touch.
+        """
+        near: dict[str, int] = {}
+        for (i, _), (first, second) in zip(indices, pairs, strict=True):
+            if moving[i].hand and frozenset((first, second)) in self.permitted:
+                touched = self._attached_to(second) if first in self.carried else (second,)
+                near |= dict.fromkeys(touched, moving[i].hand)
         found = list(fixed)
-        for (_, k), (first, second) in zip(indices, pairs, strict=True):
-            if (
-                k >= count
-                and frozenset((first, second)) in self.permitted
-                and first.startswith(self.robot.name + ".")
-            ):
-                hand = self.robot.hand(self.robot.links[first.partition(".")[2]].joint)
-                found[k - count] = replace(fixed[k - count], hand=hand)
+        for (_, k), (_, second) in zip(indices, pairs, strict=True):
+            if k >= len(moving) and second in near:
+                found[k - len(moving)] = replace(fixed[k - len(moving)], hand=near[second])
         return found
+
+    def _attached_to(self, name: str) -> tuple[str, ...]:
+        """The other objects of an object's group, which move with it."""
+        if name not in self.situation.objects:
+            return ()
+        return tuple(other for other in self.situation.group(name) if other != name)
 
     @cached_property
     def _view(self) -> tuple[CollisionChecker, list[Pair]]:

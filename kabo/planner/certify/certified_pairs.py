@@ -1,6 +1,7 @@
 """Chooses the body pairs to be proven apart along a stretch of motion, and the joint frame for each proof."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -83,30 +84,45 @@ class PairChoice:
         return np.array(numbers, np.int64).reshape(-1, 3)
 
 
-def kept_distances(things: Sequence[Thing], pairs: Integers, permitted: frozenset[frozenset[str]]) -> Array | None:
-    """What each pair keeps from each other (P,) [m]; None if no body keeps anything."""
+def kept_distances(
+    things: Sequence[Thing],
+    pairs: Integers,
+    permitted: frozenset[frozenset[str]],
+    roots: Mapping[str, str],
+) -> Array | None:
+    """What each pair keeps from each other (P,) [m]; None if no body keeps anything.
+
+    `roots` has for each object the one that it is attached to at last, itself if to none.
+    """
     if not any(thing.kept for thing in things):
         return None
-    grasped = _grasped(things, permitted)
+    grasped = _grasped(things, permitted, roots)
     return np.array([_kept(things[i], things[k], grasped) for i, k in pairs[:, :2].tolist()])
 
 
-def _grasped(things: Sequence[Thing], permitted: frozenset[frozenset[str]]) -> set[tuple[str, str | None, int]]:
-    """Bodies that a hand may touch, each with the robot and the hand."""
+def _grasped(
+    things: Sequence[Thing], permitted: frozenset[frozenset[str]], roots: Mapping[str, str]
+) -> set[tuple[str, str | None, int]]:
+    """Bodies from which a hand and what it holds keep nothing, each with the robot and the hand.
+
+    They are those that the hand may touch, and what is attached to a body that something in the hand may touch.
+    """
     hands = {thing.name: (thing.robot, thing.hand) for thing in things if thing.robot is not None and thing.hand}
-    return {
-        (other, *hands[link])
-        for pair in permitted
-        if len(pair) == 2
-        for link, other in (tuple(pair), tuple(pair)[::-1])
-        if link in hands and "." in link
-    }
+    found: set[tuple[str, str | None, int]] = set()
+    for pair in permitted:
+        for own, other in permutations(pair, 2):
+            if own in hands and "." in own:
+                found.add((other, *hands[own]))
+            elif own in hands and other in roots:
+                beside = (name for name, root in roots.items() if root == roots[other] and name != other)
+                found |= {(name, *hands[own]) for name in beside}
+    return found
 
 
 def _kept(first: Thing, second: Thing, grasped: set[tuple[str, str | None, int]]) -> float:
     """What two bodies keep from each other [m].
 
-    It is nothing if only a gripper moves one relative to the other, or if one is of a hand that may touch the other.
+    It is nothing if only a gripper moves one relative to the other, or if one is of a hand that may come near the other.
     """
     same = first.robot is not None and (first.robot, first.hand) == (second.robot, second.hand) and first.hand > 0
     taken = (second.name, first.robot, first.hand) in grasped or (first.name, second.robot, second.hand) in grasped

@@ -218,7 +218,7 @@ class _Certifying:
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             pairs = self.choice.pairs(things, len(moving), left_out, tree)
-            course = replace(whole, pairs=pairs, kept=kept_distances(things, pairs, permitted))
+            course = replace(whole, pairs=pairs, kept=kept_distances(things, pairs, permitted, situation.roots))
             found = self.bodies.prove(course)
             if not isinstance(found, Unproven):
                 return ProvenStretch(name, stretch, course, things, pairs, found)
@@ -240,7 +240,7 @@ class _Certifying:
         for cut in CUTS:
             self.look()
             course = every_pair_of_pieces(first.course, second.course, rows, cut)
-            course = replace(course, kept=kept_distances(things, both, frozenset()))
+            course = replace(course, kept=kept_distances(things, both, frozenset(), {}))
             found = self.bodies.prove(course)
             if not isinstance(found, Unproven) or len(course.waypoints) > MAX_WAYPOINTS:
                 break

@@ -103,6 +103,11 @@ class MotionSituation:
             name = self.hung[name][0]
         return name
 
+    @property
+    def roots(self) -> dict[str, str]:
+        """For each object whose place is known, the root of its group."""
+        return {name: self.root(name) for name in self.hung}
+
     def _root_parent(self, name: str) -> str:
         return self.hung[self.root(name)][0]
 

@@ -113,7 +113,7 @@ def explain(why: Why) -> str:
 
 
 _REASON_WORDS = {
-    "out_of_reach": "out of reach",
+    "out_of_reach": "out of reach, or no configuration found",
     "collision": "in collision",
     "constraint": "a constraint does not hold",
     "no_path": "no path found",

@@ -204,6 +204,7 @@ class _Checker:
         things, frames = [*stretch.moving, *stretch.standing], self._frames(stretch.path)
         side = self._sides()
         gaps = self._box_gaps(things, len(stretch.moving), frames, side)
+        spared = self.kept.spared(stretch) if self.kept.greatest else frozenset()
         for i, k in np.argwhere(gaps <= max(self.near, self.kept.greatest)).tolist():
             first, second = things[i], things[k]
             names = first.name, second.name
@@ -217,7 +218,7 @@ class _Checker:
                 finest = POSITIONS_PER_PIECE if stretch.before else 1
                 margin = self._margin(pair, first, second, own, float(gaps[i, k]), frames, finest)
                 self.margins.add(stretch.node, stretch.segments, names, margin)
-                kept = self.kept.between(first, second, things, stretch.permitted) if self.kept.greatest else 0.0
+                kept = self.kept.between(first, second, spared) if self.kept.greatest else 0.0
                 if margin < kept - CLEARANCE_TOLERANCE:
                     least = (
                         f"only {1000 * max(0.0, margin):.4g} mm of the {1000 * kept:.4g} mm that they are to keep"

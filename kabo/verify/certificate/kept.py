@@ -1,11 +1,15 @@
 """What bodies must keep from each other: the clearance that a plan claims, and what the scene says is uncertain."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import permutations
 
 from kabo.plan import Plan
 from kabo.scene import Robot, Scene
+from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.sweep import SweptBody
+
+Hand = tuple[str, int]  # a robot, and the last planned joint that carries what counts as its hand
 
 
 @dataclass(frozen=True)
@@ -25,28 +29,39 @@ class KeptDistances:
         """The greatest distance that any pair keeps, or more [m]."""
         return self.clearance + 4.0 * max(self.scene.uncertain.values(), default=0.0)
 
+    def spared(self, stretch: MotionStretch) -> frozenset[tuple[str, Hand]]:
+        """Bodies from which a hand, and what it holds, keep nothing in a stretch, each with the hand.
+
+        They are those that a link of the hand may touch; and where something in the hand may touch an object, as where it
+        is mated with it, what else is attached to this object.
+        """
+        hands = {thing.name: hand for thing in stretch.moving if (hand := self._hand(thing)) is not None}
+        found: set[tuple[str, Hand]] = set()
+        for own, other in (each for pair in stretch.permitted for each in permutations(pair, 2)):
+            hand = hands.get(own)
+            if hand is not None and "." in own:
+                found.add((other, hand))
+            elif hand is not None and other in stretch.roots:
+                root = stretch.roots[other]
+                found |= {(name, hand) for name, top in stretch.roots.items() if top == root and name != other}
+        return frozenset(found)
+
     def between(
-        self,
-        first: SweptBody,
-        second: SweptBody,
-        things: Sequence[SweptBody],
-        permitted: Collection[frozenset[str]],
+        self, first: SweptBody, second: SweptBody, spared: Collection[tuple[str, Hand]] = frozenset()
     ) -> float:
         """The distance that two bodies keep [m]: the clearance, and how uncertain both are.
 
         A link is as uncertain as its robot, and what a robot carries as both together. Bodies keep nothing where only
-        a gripper moves one relative to the other.
+        a gripper moves one relative to the other, and where one is of a hand that may come near the other (`spared`).
         """
-        if first.mount is not None and second.mount is not None and first.mount.robot == second.mount.robot:
-            robot = self.scene.robots[first.mount.robot]
-            hands = {
-                _last_planned(robot, thing.mount.joint) for thing in (first, second) if thing.mount is not None
-            }
-            if len(hands) == 1 and hands != {0}:
-                return 0.0
+        hands = self._hand(first), self._hand(second)
+        if hands[0] is not None and hands[0] == hands[1]:
+            return 0.0
+        if (second.name, hands[0]) in spared or (first.name, hands[1]) in spared:
+            return 0.0
         return self.clearance + self._uncertain(first) + self._uncertain(second)
 
-    def _hand(self, thing: SweptBody) -> tuple[str, int] | None:
+    def _hand(self, thing: SweptBody) -> Hand | None:
         """The robot that carries a body, and the last planned joint that does; None of what stands."""
         if thing.mount is None:
             return None

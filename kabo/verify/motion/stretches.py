@@ -1,7 +1,7 @@
 """One stretch of a node's motion: the bodies that move along a path, and the bodies that stand still."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from kabo.verify.motion.sweep import Path, SweptBody
 
@@ -13,7 +13,7 @@ class MotionStretch:
     `permitted` are the pairs whose contact was granted, which may be fewer than the plan claims. If the node
     begins early, `before` are the segments of the preceding node that run at the same time. The first `divide`
     moving bodies are then those of the preceding node, and only pairs of one of them and one other moving body are
-    checked.
+    checked. `roots` has for each object the one at the root of all that is attached to each other.
     """
 
     node: str
@@ -24,6 +24,7 @@ class MotionStretch:
     permitted: frozenset[frozenset[str]] = frozenset()
     before: tuple[int, ...] = ()
     divide: int = 0
+    roots: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:

@@ -187,8 +187,9 @@ class Walk:
         granted = Permits()
         for i in window.running:
             granted = granted.joined(self._granted(i, window))
+        roots = {name: self.holding.root(name) for name in self.holding.hung}
         self.tally.stretches.append(
-            MotionStretch(self.node, window.running, path, moving, standing, granted.pairs)
+            MotionStretch(self.node, window.running, path, moving, standing, granted.pairs, roots=roots)
         )
         yield from check_collision(self.node, (path, fine), moving, standing, granted, self.world, self.tally)
 
