@@ -118,6 +118,18 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
         raise InputError([Diagnostic(f"solution {number}", 1, 1, what, "name the scene of the report")]) from None
 
 
+def only_planned(report: Report, number: int) -> str | None:
+    """What planning kept away from and no plan knows, so that nobody verifies it, as a sentence; None if nothing.
+
+    Bodies and padding that stages add are of planning alone: they are neither in the scene nor in plans.
+    """
+    changes = solutions_of(report)[number - 1].get("motion", {}).get("changes", [])
+    names = dict.fromkeys(each["body"]["name"] for each in changes if each["change"] in ("add", "pad"))
+    if not names:
+        return None
+    return f"planning also kept away from what the scene does not have: {', '.join(names)}; no plan tells or proves it"
+
+
 def _certified(plan: Plan, scene: "Scene") -> Plan:
     from kabo.geometry_server import GeometryServer
     from kabo.planner.certify.certifying import certified
@@ -207,8 +219,10 @@ def is_report(path: Path) -> bool:
 
 def plans_of_report(
     path: Path, scene: Path | None = None, solution: int | None = None, *, certificate: bool = False
-) -> "Iterator[tuple[int, Plan, Scene]]":
-    """The plans of the solutions in a report: of one, or of all that move something; each with its number, and the scene.
+) -> "Iterator[tuple[int, Plan, Scene, str | None]]":
+    """The plans of the solutions in a report: of one, or of all that move something.
+
+    Each with its number, the scene, and what `only_planned` says.
 
     Raises:
         InputError: the report, the scene or a motion has errors, or there is no such solution.
@@ -218,13 +232,16 @@ def plans_of_report(
     first = chosen(report, solution, str(path))
     moving = [number for number, whole in enumerate(solutions_of(report), 1) if "motion" in whole]
     for number in [first] if solution is not None else moving:
-        yield number, plan_of_solution(report, number, found, certificate=certificate), found
+        plan = plan_of_solution(report, number, found, certificate=certificate)
+        yield number, plan, found, only_planned(report, number)
 
 
 def plan_of_report(
     path: Path, scene: Path | None = None, solution: int | None = None, *, certificate: bool = True
-) -> "tuple[int, Plan, Scene]":
-    """The plan of one solution in a report, the cheapest if none is given; with its number, and the scene.
+) -> "tuple[int, Plan, Scene, str | None]":
+    """The plan of one solution in a report, the cheapest if none is given.
+
+    With its number, the scene, and what `only_planned` says.
 
     Raises:
         InputError: the report, the scene or the motion has errors, or there is no such solution.
@@ -232,4 +249,5 @@ def plan_of_report(
     """
     report, found = load_report(path, scene)
     number = chosen(report, solution, str(path))
-    return number, plan_of_solution(report, number, found, certificate=certificate), found
+    plan = plan_of_solution(report, number, found, certificate=certificate)
+    return number, plan, found, only_planned(report, number)

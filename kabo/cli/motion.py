@@ -99,8 +99,13 @@ def where(text: str, option: str) -> str | list[float] | dict[str, float]:
     """
     parts = [part.strip() for part in text.split(",")]
     if "=" in text:
-        pairs = [part.partition("=") for part in parts]
-        return {name.strip(): _value(value, option) for name, _, value in pairs}
+        found: dict[str, float] = {}
+        for name, _, value in (part.partition("=") for part in parts):
+            if name.strip() in found:
+                message = f"{name.strip()!r} is given twice"
+                raise InputError([Diagnostic(option, 1, 1, message, "give each joint once")])
+            found[name.strip()] = _value(value, option)
+        return found
     if len(parts) > 1 or re.match(r"[-+.\d]", text):
         return [_value(part, option) for part in parts]
     return text

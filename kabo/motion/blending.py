@@ -8,6 +8,9 @@ several trims overlap the path is still as smooth, so the blend of a sharp corne
 may extend to the nearest corner where the motion stops.
 
 Way points that lie on a line within a small tolerance are dropped first.
+
+Between corners the path may also be cubic, with given slopes at both ends of a piece (`curving.py` makes them). Turns are
+then the differences of slopes; where there is none, and curvature goes on, the path is smooth without a blend.
 """
 
 from collections.abc import Sequence
@@ -39,11 +42,46 @@ class Blended:
 
     corners: Array
     trims: Array
+    slopes: Array | None = (
+        None  # (m - 1, 2, n): derivatives where each piece begins and ends; None: all are straight
+    )
 
     @cached_property
     def directions(self) -> tuple[Array, Array]:
         """Unit vectors (m - 1, n) along the straight pieces between corners, and their lengths (m - 1,)."""
         return _directions(self.corners)
+
+    @cached_property
+    def bases(self) -> Array:
+        """The pieces (m - 1, n, 6) between corners without rounding, in powers of the parameter from each corner."""
+        units, lengths = self.directions
+        found = np.zeros((*units.shape, MAX_DEGREE + 1))
+        found[:, :, 0], found[:, :, 1] = self.corners[:-1], units
+        if self.slopes is not None:
+            first, last = self.slopes[:, 0], self.slopes[:, 1]
+            bent = np.any(self.slopes != units[:, None], axis=(1, 2))[:, None]
+            found[:, :, 1] = first
+            found[:, :, 2] = np.where(bent, (3.0 * units - 2.0 * first - last) / lengths[:, None], 0.0)
+            found[:, :, 3] = np.where(bent, (first + last - 2.0 * units) / lengths[:, None] ** 2, 0.0)
+        return found
+
+    @cached_property
+    def turns(self) -> Array:
+        """The differences (m - 2, n) of the slopes after and before each inner corner; 0 where the path is smooth."""
+        return _turns(self.corners, self.slopes)
+
+    @cached_property
+    def stops(self) -> list[int]:
+        """The corners at which the path stops: its ends, and those with a turn that is not rounded."""
+        rests = self.trims[1:-1] <= 0.0
+        if self.slopes is not None:
+            rests &= np.any(self.turns != 0.0, axis=1)
+        return [0, *(np.flatnonzero(rests) + 1).tolist(), len(self.corners) - 1]
+
+    def between(self, first: int, last: int) -> "Blended":
+        """The part from one corner where the path stops to another."""
+        slopes = None if self.slopes is None else self.slopes[first:last]
+        return Blended(self.corners[first : last + 1], self.trims[first : last + 1], slopes)
 
     @cached_property
     def places(self) -> Array:
@@ -57,9 +95,12 @@ class Blended:
 
     @cached_property
     def borders(self) -> Array:
-        """The parameters where blends begin and end, both ends of the path, and the corners where it stops."""
+        """The parameters where blends and curves begin and end, both ends of the path, and corners where it stops."""
         inner, trims = self.places[1:-1], self.trims[1:-1]
         found = np.concatenate([inner - trims, inner + trims, self.places[[0, -1]]])
+        if self.slopes is not None:
+            bent = np.any(self.bases[:, :, 2:] != 0.0, axis=(1, 2))
+            found = np.concatenate([found, inner[bent[:-1] | bent[1:]]])
         found = np.unique(np.clip(found, 0.0, self.length))
         kept = found[
             np.concatenate([[True], np.diff(found) > MIN_PIECE_LENGTH])
@@ -77,20 +118,18 @@ class Blended:
         On straight pieces all but the first two are exactly 0.
         """
         begins, middles = self.borders[:-1], (self.borders[:-1] + self.borders[1:]) / 2
-        units, _ = self.directions
         last = np.clip(
-            np.searchsorted(self.places, begins + MIN_PIECE_LENGTH, side="right") - 1, 0, len(units) - 1
+            np.searchsorted(self.places, begins + MIN_PIECE_LENGTH, side="right") - 1, 0, len(self.bases) - 1
         )
-        found = np.zeros((len(begins), self.corners.shape[1], MAX_DEGREE + 1))
-        found[:, :, 0] = self.corners[last] + (begins - self.places[last])[:, None] * units[last]
-        found[:, :, 1] = units[last]
+        delays = (begins - self.places[last])[:, None]
+        found = recentred(self.bases[last], np.broadcast_to(delays, (len(begins), self.corners.shape[1])))
         places, trims = self.places[1:-1], self.trims[1:-1]
         low, high = (np.searchsorted(middles, places + side * trims) for side in (-1, 1))
         corner = np.repeat(np.arange(len(places)), high - low)
         piece = np.arange(len(corner)) - np.repeat(np.cumsum(high - low) - (high - low), high - low) + low[corner]
         if len(corner):
             bent = _bends(begins[piece] - places[corner], trims[corner], corner + 1 <= last[piece])
-            np.add.at(found, piece, bent[:, None, :] * np.diff(units, axis=0)[corner][:, :, None])
+            np.add.at(found, piece, bent[:, None, :] * self.turns[corner][:, :, None])
         found[0, :, 0] = self.corners[0]  # what blends that reach to the start leave there by rounding
         return found
 
@@ -107,14 +146,13 @@ class Blended:
 
     def straight(self, places: ArrayLike) -> Array:
         """The points (…, n) of the path without rounding of corners, at the parameters `places`."""
-        units, _ = self.directions
         s = np.asarray(places, np.float64)
-        k = np.clip(np.searchsorted(self.places, s, side="right") - 1, 0, len(units) - 1)
-        return np.asarray(self.corners[k] + (s - self.places[k])[..., None] * units[k])
+        k = np.clip(np.searchsorted(self.places, s, side="right") - 1, 0, len(self.bases) - 1)
+        return np.asarray(values(self.bases[k], (s - self.places[k])[..., None]))
 
     @cached_property
     def deviations(self) -> tuple[Array, Array]:
-        """Parameters (k + 1,), and bounds (k,) of the distance from the straight pieces between adjacent parameters.
+        """Parameters (k + 1,), and bounds (k,) of the distance from the pieces without rounding between adjacent ones.
 
         The difference of both is a polynomial between parameters, so within the hull of its Bernstein coefficients.
         """
@@ -122,12 +160,10 @@ class Blended:
         low, high = cuts[:-1], cuts[1:]
         middles = (low + high) / 2
         k = np.clip(np.searchsorted(self.borders, middles, side="right") - 1, 0, len(self.coefficients) - 1)
-        units, _ = self.directions
-        own = np.clip(np.searchsorted(self.places, middles, side="right") - 1, 0, len(units) - 1)
+        own = np.clip(np.searchsorted(self.places, middles, side="right") - 1, 0, len(self.bases) - 1)
         shape = (len(low), self.corners.shape[1])
         parts = recentred(self.coefficients[k], np.broadcast_to((low - self.borders[k])[:, None], shape))
-        parts[:, :, 0] -= self.corners[own] + (low - self.places[own])[:, None] * units[own]
-        parts[:, :, 1] -= units[own]
+        parts -= recentred(self.bases[own], np.broadcast_to((low - self.places[own])[:, None], shape))
         controls = bernstein(parts, np.broadcast_to((high - low)[:, None], shape))
         return cuts, np.linalg.norm(controls, axis=1).max(axis=1)
 
@@ -150,27 +186,31 @@ def _bends(since: Array, trims: Array, passed: NDArray[np.bool_]) -> Array:
     return found
 
 
-def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None) -> Blended:
-    """The path along corners (m, n) that stays by `deviation` [rad, L2] or less from the straight pieces.
+def blended(
+    corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None, slopes: Array | None = None
+) -> Blended:
+    """The path along corners (m, n) that stays by `deviation` [rad, L2] or less from the pieces between them.
 
     The bound holds for points at the same parameter.
 
     Args:
         corners: at least two corners (m, n), of which adjacent ones differ.
         deviation: the greatest permitted distance of the path from the straight pieces.
-        shares: (m,) the fraction of its greatest trim that each corner gets; at 0 the path stops there.
+        shares: (m,) the fraction of its greatest trim that each corner gets; at 0 the path stops there, if it turns.
+        slopes: (m - 1, 2, n) the derivatives by the length of its chord where each piece begins and ends.
     """
     points = np.array(corners, np.float64)
     if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= MIN_PIECE_LENGTH:
         raise ValueError("a path needs two corners, and neighbours that differ")
-    units, lengths = _directions(points)
-    bend = np.linalg.norm(np.diff(units, axis=0), axis=1)
+    bend = np.linalg.norm(_turns(points, slopes), axis=1)
     wanted = np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
-    places = np.concatenate([[0.0], np.cumsum(lengths)])
-    rests = np.concatenate([[True], wanted <= 0.0, [True]])
+    if slopes is not None:
+        wanted = np.where(bend == 0.0, 0.0, wanted)
+    places = np.concatenate([[0.0], np.cumsum(_directions(points)[1])])
+    rests = np.concatenate([[True], (wanted <= 0.0) & ((bend > 0.0) | (slopes is None)), [True]])
     trims = np.minimum(_room(places, rests), deviation / CORNER_SHARE / np.maximum(bend, GENTLE_TURN)) * wanted
     while True:
-        path = Blended(points, np.concatenate([[0.0], trims, [0.0]]))
+        path = Blended(points, np.concatenate([[0.0], trims, [0.0]]), slopes)
         cuts, away = path.deviations
         over = away > deviation * (1.0 + 1e-9) + POINT_ROUNDING
         if not over.any():
@@ -196,6 +236,11 @@ def _directions(points: Array) -> tuple[Array, Array]:
     ways = np.diff(points, axis=0)
     lengths = np.linalg.norm(ways, axis=1)
     return ways / lengths[:, None], lengths
+
+
+def _turns(points: Array, slopes: Array | None) -> Array:
+    units = _directions(points)[0]
+    return np.diff(units, axis=0) if slopes is None else np.asarray(slopes[1:, 0] - slopes[:-1, 1])
 
 
 def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:

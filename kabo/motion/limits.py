@@ -63,8 +63,15 @@ class Held:
         places: from configurations (k, n), the positions (k, 3) of its origin in the world [m].
         acceleration: the greatest norm of its acceleration minus gravity [m/s²]: friction · force / mass.
         gravity: in the world [m/s²].
+        others: what the robot holds besides, with bounds that are no lower.
     """
 
     places: Callable[[Array], Array]
     acceleration: float
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    others: "tuple[Held, ...]" = ()
+
+    @property
+    def spare(self) -> float:
+        """What the bound leaves beside gravity [m/s²]: a body can be moved if it is positive."""
+        return self.acceleration - float(np.linalg.norm(self.gravity))

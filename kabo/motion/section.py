@@ -12,8 +12,8 @@ from kabo.motion.kernels.grids import grid_of, sampled_speeds
 from kabo.motion.kernels.limit_rows import limit_rows
 from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
 from kabo.motion.limits import Held, MotionLimits
+from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import LIMIT_ROUNDING, LIMIT_SHARE, MAX_LIMIT
-from kabo.motion.trajectory import DECIMALS, short_pieces
 
 SAMPLES_PER_PIECE = 24  # of a path, for its grid
 STEP_OF_RAMP = 0.55  # a cell of the grid takes this share of the time in which acceleration is built up
@@ -29,6 +29,7 @@ LEAST_GAP = 300  # microseconds between knots, less only in short motions
 MAX_ROUNDS = 12  # of making the motion a little slower until all limits are kept
 WORTH_SOLVING = 1.002  # where the motion would be slower than this by a few pieces, the law is found again instead
 MAX_LAWS = 3
+LEAST_SPARE = 1e-6  # [m/s²] beside gravity: what is held with less cannot be moved
 REST_CELL = 0.97  # share of the way with constant jerk from rest that the first cell of the grid takes
 CURVATURE_SAMPLES = 33
 
@@ -104,13 +105,11 @@ def _pieces(law: _Law, full: Array, factor: float, tolerance: float, held: Held 
     knots, kept = knots_of(law.times, law.owner, law.curved, factor, gap)
     states = states_at(knots, law.times, law.pieces, law.owner, law.path, law.borders, factor)
     ends, pieces = few_pieces(knots, kept, states, full, tolerance, LONGEST_PIECE)
-    times, pieces = short_pieces(ends / 1e6, pieces)
-    ends = np.asarray(np.round(times * 1e6), np.int64)
-    pieces = np.round(pieces, DECIMALS) + 0.0
+    pieces = rounded_coefficients(pieces, np.diff(ends) / 1e6)
     used = used_shares(ends, pieces, full)
     slower = float(max(used[0], np.sqrt(used[1]), np.cbrt(used[2])))
     if held is not None:
-        slower = max(slower, _held_share(ends, pieces, held))
+        slower = max(slower, held_share(ends, pieces, held))
     return _Pieces(knots, kept, ends, pieces, slower)
 
 
@@ -184,12 +183,12 @@ def _held_rows(path: Blended, grid: Array, held: Held | None) -> Array:
     """Rows (N + 1, 2, 3) of X'/2 and X'' over the greatest acceleration; gravity in the first; none without a body."""
     if held is None:
         return np.zeros((1, 2, 3))
-    most = 0.98 * held.acceleration
-    if np.linalg.norm(held.gravity) >= most:
+    if held.spare <= LEAST_SPARE:
         raise ValueError(
             f"what is held slips even at rest: {held.acceleration:.3g} m/s² at most, gravity is "
             f"{np.linalg.norm(held.gravity):.3g} m/s²"
         )
+    most = held.acceleration - 0.02 * held.spare
     step = min(1e-3, path.length / 100)
     middle = np.clip(grid, step, path.length - step)
     before, here, after = (held.places(path.at(middle + d)) for d in (-step, 0.0, step))
@@ -198,23 +197,36 @@ def _held_rows(path: Blended, grid: Array, held: Held | None) -> Array:
     return np.ascontiguousarray(rows)
 
 
-def _held_share(ends: Integers, pieces: Array, held: Held) -> float:
-    """The factor of time by which what is held keeps its bound: accelerations by differences, every few milliseconds."""
+def held_share(ends: Integers, pieces: Array, held: Held) -> float:
+    """The factor of time by which all that is held keeps its bound; 1 if it does.
+
+    Accelerations are differences of places every few milliseconds; a hundredth of what is to spare is left for the rest.
+    """
     step = min(1e-3, (ends[-1] - ends[0]) * 1e-6 / 20)
     times = np.arange(step, ends[-1] * 1e-6 - step, 4.0 * step)
     knots = ends * 1e-6
 
-    def places(at: Array) -> Array:
-        k = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(pieces) - 1)
-        local = (at - knots[k])[:, None]
-        return held.places(sum(pieces[k, :, order] * local**order for order in range(6)))
+    def at(moments: Array) -> Array:
+        k = np.clip(np.searchsorted(knots, moments, side="right") - 1, 0, len(pieces) - 1)
+        local = (moments - knots[k])[:, None]
+        return np.asarray(sum(pieces[k, :, order] * local**order for order in range(pieces.shape[2])))
 
-    found = (places(times + step) - 2.0 * places(times) + places(times - step)) / step**2
-    norms = np.linalg.norm(found - np.asarray(held.gravity), axis=1)
-    if norms.max(initial=0.0) <= held.acceleration * (1.0 - 1e-3):
-        return 1.0
-    free = held.acceleration - np.linalg.norm(held.gravity)
-    return float(min(1.2, 1.001 + (norms.max() - held.acceleration) / free))
+    rows = [at(times + d) for d in (-step, 0.0, step)]
+    shares = [1.0]
+    for each in (held, *held.others):
+        before, here, after = (each.places(row) for row in rows)
+        found, gravity = (after - 2.0 * here + before) / step**2, np.asarray(each.gravity)
+        bound = each.acceleration - 0.01 * each.spare
+        shares.append(_slower(found, gravity, bound))
+    return max(shares)
+
+
+def _slower(found: Array, gravity: Array, bound: float) -> float:
+    """The least factor of time by which accelerations (k, 3) differ from gravity by no more than a bound."""
+    along, squares = found @ gravity, (found**2).sum(axis=1)
+    along, squares = along[squares > 0.0], squares[squares > 0.0]
+    most = (along + np.sqrt(along**2 + squares * (bound**2 - float(gravity @ gravity)))) / squares
+    return float(1.0 / np.sqrt(most.min(initial=np.inf)))
 
 
 def _way_points(path: Blended, chord: float) -> tuple[Array, list[int]]:

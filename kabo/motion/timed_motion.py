@@ -13,9 +13,10 @@ from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
 from kabo.motion.limits import Held, MotionLimits
+from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
-from kabo.motion.section import Section, section
-from kabo.motion.trajectory import DECIMALS, Trajectory, short_pieces
+from kabo.motion.section import LEAST_SPARE, Section, held_share, section
+from kabo.motion.trajectory import Trajectory
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
 SAME_CORNER = 2e-9  # [rad or m, L2]: corners that are closer differ by rounding
@@ -33,7 +34,7 @@ class Timed:
         passing: when the motion passes each way point (m,) [s]; whole microseconds, not decreasing.
         corners: for each corner that was given its index in `waypoints`; of a rounded corner, the middle of the round.
         times: the ends of the motion's pieces (k + 1,) [s], whole microseconds.
-        coefficients: the pieces (k, n, 6), as in `Trajectory`, rounded to 12 decimals.
+        coefficients: the pieces (k, n, 6), as in `Trajectory`, rounded as plans keep them.
     """
 
     waypoints: Array
@@ -74,8 +75,9 @@ class Timed:
         high = int(np.searchsorted(self.times, end, side="left"))
         times, pieces = self.times[low : high + 1].copy(), self.coefficients[low:high].copy()
         if times[0] < begin:
-            pieces[0] = np.round(recentred(pieces[0], np.full(pieces.shape[1], begin - times[0])), DECIMALS)
+            pieces[0] = recentred(pieces[0], np.full(pieces.shape[1], begin - times[0]))
         times[0], times[-1] = begin, end
+        pieces = rounded_coefficients(pieces, np.diff(times))
         return Trajectory.of_arrays(
             joints,
             self.waypoints[first : last + 1],
@@ -99,6 +101,7 @@ def timed_path(
     chord: float = 1e-3,
     tolerance: float = 1e-4,
     held: Held | None = None,
+    slopes: Array | None = None,
 ) -> Timed:
     """The fastest motion along corners (m, n) within the limits, from rest to rest.
 
@@ -114,6 +117,8 @@ def timed_path(
         chord: how far way points on blends may leave the straight pieces between them from the blend [rad, L2].
         tolerance: how far a joint may leave the blend, so that pieces are few [rad or m].
         held: what the robot holds, and how hard it may be accelerated.
+        slopes: (m - 1, 2, n) the derivatives of the path where each piece begins and ends, as of `Blended`; corners then
+            differ from their neighbours. Corners without a turn are passed exactly, and never stopped at.
 
     Raises:
         ValueError: a joint that moves has a limit of zero, or shapes do not fit.
@@ -129,7 +134,8 @@ def timed_path(
     wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
     chosen = points[different]
     chosen[-1] = points[-1]  # the end is reached exactly
-    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held), numbers)
+    curved = slopes if slopes is not None and different.all() else None
+    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held, curved), numbers)
 
 
 class _Rounding(NamedTuple):
@@ -138,21 +144,23 @@ class _Rounding(NamedTuple):
     chord: float
     tolerance: float
     held: Held | None
+    slopes: Array | None
 
 
 def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
     """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
     shares = np.where(_reversals(points) | (rounding.deviation <= 0.0), 0.0, rounding.shares)
     while True:
-        path = blended(points, max(rounding.deviation, 0.0), shares.tolist())
-        stops = [0, *(np.flatnonzero(path.trims[1:-1] <= 0.0) + 1).tolist(), len(points) - 1]
+        path = blended(points, max(rounding.deviation, 0.0), shares.tolist(), rounding.slopes)
+        stops = path.stops
         found = [
             _section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)
         ]
         slow = [
             corner
             for each, first in zip(found, stops, strict=False)
-            for corner in _not_worth(each, first, points, limits)
+            for corner in _not_worth(each, first, points, limits, rounding)
+            if path.trims[corner] > 0.0
         ]
         if not slow:
             break
@@ -166,8 +174,8 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
     for each in found:
         indices += [before + index for index in each.corners[1:]]
         before += len(each.passing) - 1
-    times, padded = short_pieces(ends / 1e6, np.concatenate([each.coefficients for each in found]))
-    padded = np.round(padded, DECIMALS) + 0.0
+    times = ends / 1e6
+    padded = rounded_coefficients(np.concatenate([each.coefficients for each in found]), np.diff(times))
     waypoints = _places(times, padded, passing / 1e6)
     stopped = [indices[number] for number in stops]
     waypoints[stopped] = points[stops]
@@ -176,23 +184,32 @@ def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: l
 
 def _section(path: Blended, first: int, last: int, limits: MotionLimits, rounding: _Rounding) -> Section:
     """The motion from one corner where it stops to the next."""
-    if last == first + 1 and rounding.held is None:
+    own = path.between(first, last)
+    if last == first + 1 and not own.curved.any():
         spans, pieces = line_pieces(path.corners[first], path.corners[last], limits)
         ends = np.cumsum([0, *spans])
-        return Section(ends, pieces, ends[[0, -1]], [0, 1])
-    own = Blended(path.corners[first : last + 1], path.trims[first : last + 1])
+        if rounding.held is None or (
+            rounding.held.spare > LEAST_SPARE and held_share(ends, pieces, rounding.held) <= 1.0
+        ):
+            return Section(ends, pieces, ends[[0, -1]], [0, 1])
     for row in zip(own.corners, own.corners[1:], strict=False):
         line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
 
 
-def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits) -> list[int]:
+def _not_worth(found: Section, first: int, points: Array, limits: MotionLimits, rounding: _Rounding) -> list[int]:
     """Corners where the motion should stop, as all in all it is slower than with stops: the slowest quarter of them."""
     count = len(found.corners) - 2
     if count < 1:
         return []
-    if found.ends[-1] < stopping_ticks(points[first : first + count + 2], limits):
+    between = points[first : first + count + 2]
+    if found.ends[-1] < stopping_ticks(between, limits):
         return []
+    if rounding.held is not None:  # with stops it is slower than that, too
+        stopping = blended(between, 0.0, [0.0] * len(between))
+        ways = [_section(stopping, k, k + 1, limits, rounding) for k in range(count + 1)]
+        if found.ends[-1] < sum(int(each.ends[-1]) for each in ways):
+            return []
     inner = found.passing[found.corners[1:-1]]
     k = np.clip(np.searchsorted(found.ends, inner, side="right") - 1, 0, len(found.coefficients) - 1)
     local = np.asarray((inner - found.ends[k])[:, None] * TICK, np.float64)

@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike
 from kabo.arrays import Array
 from kabo.motion.bernstein import MAX_DEGREE, derivative, ranges, recentred, values
 from kabo.motion.following import place_on_path
+from kabo.motion.rounding import rounded_coefficients
 
-DECIMALS = 12  # of coefficients in plans
 TIME_DECIMALS = 9  # of times that are computed from others: whole microseconds stay whole
-# The longest pieces [s] by their degree, such that rounded coefficients change no value by more than 1e-10.
-MAX_SPANS = (256.0, 256.0, 8.0, 4.0, 2.0, 2.0)
 SAME_PLACE = 1e-9  # [rad or m]: two trajectories can be joined if their ends differ by less
 
 Coefficients = tuple[tuple[tuple[float, ...], ...], ...]
@@ -218,30 +216,11 @@ class Trajectory:
         )
 
     def rounded(self) -> "Trajectory":
-        """The motion as plans keep it: coefficients with 12 decimals, in pieces that are short enough for this.
+        """The motion as plans keep it: each coefficient with as many decimals as its effect needs.
 
-        Position, velocity and acceleration at borders of pieces stay equal to about 1e-10.
+        Position, velocity and acceleration at borders of pieces stay equal to 3e-10.
         """
-        times, padded = short_pieces(np.asarray(self.times), self.padded)
-        return replace(self, times=tuple(map(float, times)), coefficients=_trimmed(np.round(padded, DECIMALS)))
-
-
-def short_pieces(times: Array, padded: Array) -> tuple[Array, Array]:
-    """Times (k + 1,) and coefficients (k, n, 6) with long pieces cut: none is longer than its degree permits."""
-    spans = np.diff(times)
-    if spans.max(initial=0.0) <= MAX_SPANS[-1]:
-        return times, padded
-    degrees = np.where(np.any(padded != 0.0, axis=1), np.arange(MAX_DEGREE + 1), 0).max(axis=1)
-    counts = np.ceil(spans / np.asarray(MAX_SPANS)[degrees]).astype(int)
-    if counts.max(initial=1) <= 1:
-        return times, padded
-    inner = [
-        np.round(np.linspace(0.0, span, count + 1)[:-1], 6) for span, count in zip(spans, counts, strict=True)
-    ]
-    which = np.repeat(np.arange(len(spans)), counts)
-    delays = np.concatenate(inner)
-    knots = np.append(np.round(times[which] + delays, TIME_DECIMALS), times[-1])
-    return knots, recentred(padded[which], np.broadcast_to(delays[:, None], (len(which), padded.shape[1])))
+        return replace(self, coefficients=_trimmed(rounded_coefficients(self.padded, self.spans)))
 
 
 def _rows(waypoints: ArrayLike) -> Rows:

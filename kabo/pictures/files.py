@@ -148,7 +148,7 @@ def _of_report(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     """The picture of one solution of a task's report, which is drawn as a plan of one node."""
     _require_ending(ending, "a report", (".png", ".gif"))
     require_pictures(str(path))
-    _, plan, scene = plan_of_report(path, wishes.scene, wishes.solution, certificate=False)
+    _, plan, scene, _ = plan_of_report(path, wishes.scene, wishes.solution, certificate=False)
     return _of_motion(plan, scene, ending, wishes, str(path))
 
 

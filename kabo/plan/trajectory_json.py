@@ -1,7 +1,8 @@
 """Trajectories in files: `times`, `coefficients` and `deviation`, beside the joints and way points of their segment.
 
-Coefficients are rounded to 1e-12, so that values and derivatives on both sides of a border of pieces still agree to
-1e-9; powers whose coefficients are 0 at the end of a list are left out.
+Each coefficient has as many decimals as its effect in its piece needs (`kabo/motion/rounding.py`), so that values and
+derivatives on both sides of a border of pieces still agree to 1e-9; powers whose coefficients are 0 at the end of a list
+are left out.
 """
 
 import math
@@ -12,7 +13,7 @@ from typing import Any
 from kabo.motion import MAX_DEGREE, Trajectory
 from kabo.plan.checked_json import JsonValue
 
-TIME_DECIMALS, COEFFICIENT_DECIMALS, DEVIATION_DECIMALS = 6, 12, 9
+TIME_DECIMALS, DEVIATION_DECIMALS = 6, 9
 
 Row = tuple[float, ...]
 
@@ -26,9 +27,8 @@ def rounded_trajectory(trajectory: Trajectory, waypoints: tuple[Row, ...]) -> Tr
         trajectory,
         waypoints=waypoints,
         times=tuple(round(float(t), TIME_DECIMALS) + 0.0 for t in trajectory.times),
-        coefficients=tuple(tuple(map(_rounded, piece)) for piece in trajectory.coefficients),
         deviation=_rounded_up(float(trajectory.deviation)),
-    )
+    ).rounded()
 
 
 def trajectory_to_json(trajectory: Trajectory) -> dict[str, Any]:
@@ -61,13 +61,6 @@ def trajectory_from_json(
     if deviation < 0.0:
         fields["deviation"].add_finding("a deviation is a distance, never negative")
     return Trajectory(joints, waypoints, times, coefficients, deviation)
-
-
-def _rounded(own: Sequence[float]) -> Row:
-    numbers = [round(float(c), COEFFICIENT_DECIMALS) + 0.0 for c in own]  # + 0.0 turns -0.0 into 0.0
-    while len(numbers) > 1 and numbers[-1] == 0.0:
-        numbers.pop()
-    return tuple(numbers)
 
 
 def _rounded_up(deviation: float) -> float:

@@ -1,7 +1,7 @@
 """The canonical file of a plan: equal plans have equal bytes, so that hashes tell whether two plans are the same.
 
 Keys are sorted; there are no blanks, and one line feed at the end. Numbers are written as by Python's `repr`,
-joint values rounded to 1e-9, times to 1e-6 and coefficients to 1e-12, never as -0.0 or NaN
+joint values rounded to 1e-9, times to 1e-6, coefficients by their effect, never as -0.0 or NaN
 (docs/reference/plans.md). A plan is rounded before it is verified, so that the verifier reads the same numbers as
 executors.
 """
@@ -53,7 +53,7 @@ def canonical(value: Any) -> bytes:
 
 
 def rounded(node: Node) -> Node:
-    """The node with its numbers rounded as in a file: joints to 1e-9, times to 1e-6, coefficients to 1e-12."""
+    """The node with its numbers rounded as in a file: joints to 1e-9, times to 1e-6, coefficients by effect."""
     after = None if node.after is None else rounded_state(node.after)
     arguments = {name: _argument(value) for name, value in node.arguments.items()}
     motion, overlap = tuple(map(_rounded_segment, node.motion)), _number(node.overlap, TIME_DECIMALS)

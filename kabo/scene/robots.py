@@ -23,6 +23,9 @@ from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import KinematicTree
 
+GRAVITY = 9.81  # [m/s2]
+LEAST_SPARE = 1e-6  # share of gravity that a gripper must be able to hold besides
+
 
 @dataclass(frozen=True)
 class Link:
@@ -62,6 +65,17 @@ class Gripper:
     def greatest_acceleration(self, mass: float | None) -> float | None:
         """The greatest norm of acceleration minus gravity with which it holds a mass [kg], in m/s²; None: any."""
         return None if self.force is None or mass is None else self.friction * self.force / mass
+
+    def holds(self, mass: float | None) -> bool:
+        """Whether it can hold a mass [kg] at rest, with something to spare for moving it."""
+        greatest = self.greatest_acceleration(mass)
+        return greatest is None or greatest > GRAVITY * (1.0 + LEAST_SPARE)
+
+    def too_weak_for(self, mass: float | None) -> str:
+        """Why it cannot hold a mass [kg]: the weight beside what friction holds."""
+        weight, force = GRAVITY * (mass or 0.0), self.force or 0.0
+        text = f"{mass or 0.0:g} kg weigh {weight:.3g} N"
+        return f"{text}, friction {self.friction:g} times force {force:g} N holds {self.friction * force:.3g} N"
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ def test_the_trajectory_is_printed_for_programs(capsys: pytest.CaptureFixture[st
         (["--to", "1,2"], "plans 7 joints"),
         (["--to", "panda_joint1=x"], "is no value of a joint"),
         (["--to", "1\n2"], "is no value of a joint"),
+        (["--to", "panda_joint1=1,panda_joint1=2"], "is given twice"),
         (["--to", "home", "--robot", "arn"], 'did you mean "arm"?'),
         (["--to", "home", "--keep", "upright"], "no motion constraint"),
     ],

@@ -69,7 +69,7 @@ def test_a_motion_that_rounds_corners_keeps_limits_and_path(seed, joints, size, 
     made = timed_path(corners, limits, deviation=deviation, shares=shares.tolist())
     judge(made, limits)
     away = [np.linalg.norm(made.waypoints[i] - corner) for i, corner in zip(made.corners, corners, strict=True)]
-    assert max(away) <= deviation + 1e-4
+    assert max(away) <= deviation + 1e-4 * np.sqrt(joints)  # the tolerance is of each joint
     event("faster" if made.duration < 0.99 * timed_path(corners, limits).duration else "not faster")
 
 

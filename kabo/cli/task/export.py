@@ -6,7 +6,7 @@ from pathlib import Path
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import output_file, whole
 from kabo.cli.limits import add_limits
-from kabo.cli.terminal import clean_standard_output, tell
+from kabo.cli.terminal import clean_standard_output, tell, warn
 
 NAME = "export"
 HELP = "make a plan of one node of a solution in a report, with what grants its contacts and proves it free"
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Writes the plan, and says which solution it is."""
     with clean_standard_output():
-        number, plan, _ = rooms.plan_of_report(
+        number, plan, _, unknown = rooms.plan_of_report(
             options.report, options.scene, options.solution, certificate=options.certificate
         )
         plan.save(options.output)
@@ -51,4 +51,6 @@ def run(options: argparse.Namespace) -> int:
     proven = "certified" if plan.certificate else "without a certificate"
     what = f"solution {number}, {rooms.counted(len(motion), 'segment')}, {seconds:.2f} s, {proven}"
     tell(f"{options.output}: {what}; kabo verify SCENE {options.output}")
+    if unknown is not None:
+        warn(f"{options.output}: {unknown}")
     return exit_codes.DONE

@@ -7,12 +7,14 @@ adjacent parts in the order are close in space, and halves of a range have small
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Hulls, Proofs, Things, Trail, Work
+from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Things, Trail, Work
 from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, POSITIONS_PER_PIECE, SMALL_SHARE, prove_pairs
 from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for, way_of
 from kabo.geometry.collision.view_arrays import reach as reach_of
@@ -24,6 +26,7 @@ _LETTERS = bytes.maketrans(bytes(range(len(CODE_LETTERS))), CODE_LETTERS.encode(
 MAX_PROOF_NODES = 200_000  # in all proofs of one path; far more than any path needs
 STACK_DEPTH = 4096  # rows of the stack
 SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin tried first
+FIRST_ROWS = 64  # of the arrays of bodies
 MIN_MARGIN = 1e-9  # [m] of every proof
 MAX_PAIR_NODES = 4000  # of one proof with a wanted margin, after which any proof does
 QUICK_LOSS, BEST_LOSS = 0.1, 0.02  # share of a gap by which axes may be worse than the best ones
@@ -113,6 +116,58 @@ def _halved(middles: Array, members: list[int]) -> list[int]:
     return _halved(middles, ranked[:half]) + _halved(middles, ranked[half:])
 
 
+@dataclass(frozen=True, eq=False)
+class ProofArrays:
+    """The proofs of a course as the kernel writes them; a `Witness` is made of those that are written."""
+
+    codes: NDArray[np.uint8]  # (N,) nodes of all proofs
+    axes: Array  # (N, 3)
+    where: Integers  # (P + 1,) where the proof of each pair begins
+    margins: Array  # (P,) least margin of each [m]; infinite where no proof is needed, or boxes suffice
+
+    @property
+    def sizes(self) -> Integers:
+        """The number of nodes of each proof (P,); 0 where none is needed."""
+        return np.diff(self.where)
+
+    @cached_property
+    def _written(self) -> tuple[str, Integers, bytes, bytes]:
+        """All nodes as letters, the axes of each kind before each node, and both kinds of axes as bytes."""
+        short, exact = self.codes == AXIS, self.codes == EXACT_AXIS
+        before = np.zeros((2, len(self.codes) + 1), np.int64)
+        np.cumsum([6 * short, 24 * exact], axis=1, out=before[:, 1:])
+        letters = self.codes.tobytes().translate(_LETTERS).decode("ascii")
+        return letters, before, self.axes[short].astype("<i2").tobytes(), self.axes[exact].astype("<f8").tobytes()
+
+    def witness(self, pair: int) -> Witness | None:
+        """The proof of a pair; None if it needs none."""
+        begin, end = self.where[pair : pair + 2].tolist()
+        if begin == end:
+            return None
+        letters, before, short, exact = self._written
+        (a, c), (b, d) = before[:, begin].tolist(), before[:, end].tolist()
+        return Witness(letters[begin:end], short[a:b] + exact[c:d], float(self.margins[pair]))
+
+
+class _Placed:
+    """All bodies that proofs have been about, each in one row of growing arrays."""
+
+    def __init__(self) -> None:
+        self.numbers: dict[tuple[str, int, bytes], int] = {}
+        self.rows = np.zeros((FIRST_ROWS, 3), np.int64)  # joint, first part, part after the last
+        self.reaches, self.joint_T = np.zeros((FIRST_ROWS, 2)), np.zeros((FIRST_ROWS, 12))
+
+    def add(self, key: tuple[str, int, bytes], rows: tuple[int, int, int], reach: Array, joint_T: Array) -> int:
+        """The number of a new body."""
+        number = len(self.numbers)
+        if number == len(self.rows):
+            for name in ("rows", "reaches", "joint_T"):
+                setattr(self, name, np.concatenate([getattr(self, name)] * 2))
+        self.rows[number], self.reaches[number], self.joint_T[number] = rows, reach, joint_T
+        self.numbers[key] = number
+        return number
+
+
 class Prover:
     """Finds proofs for the meshes of one scene; keeps the arrays that all proofs share."""
 
@@ -125,36 +180,69 @@ class Prover:
         made = stacked([parts.packed for parts in meshes.values()])
         self.hulls = Hulls(made.blocks, made.sizes, made.rounds)
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
-        self._reaches: dict[tuple[str, bytes], tuple[float, float]] = {}
+        self._placed, self._seen = _Placed(), dict[int, tuple[int, PlacedBody]]()
+        self._last: tuple[Sequence[PlacedBody], Integers] = (), np.zeros(0, np.int64)
+        self._trees: dict[int, tuple[KinematicTree, Chain, Array]] = {}
         self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
-        self._stack = np.zeros((STACK_DEPTH, 6), np.int64)
+        self._work = _work()
 
-    def reach(self, body: PlacedBody) -> tuple[float, float]:
-        """How far a body's corners and discs, and all of its points, are from the joint that carries it [m]."""
-        key = body.mesh, body.joint_T_body.tobytes()
-        if key not in self._reaches:
-            own = slice(*self.ranges[body.mesh])
-            turn, at = body.joint_T_body[:9].reshape(3, 3), body.joint_T_body[9:]
-            placed = np.einsum("rc,bci->bri", turn, self.hulls.blocks[own]) + at[None, :, None]
-            far = np.linalg.norm(placed, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
-            far += self.hulls.rounds[own, DISC]
-            balls = self.hulls.rounds[own, RADIUS]
-            self._reaches[key] = float(far.max(initial=0.0)), float((far + balls).max(initial=0.0))
-        return self._reaches[key]
+    def number(self, body: PlacedBody) -> int:
+        """The number of a body: equal bodies have equal ones."""
+        known = self._seen.get(id(body))
+        if known is None:
+            key = body.mesh, body.joint, body.joint_T_body.tobytes()
+            found = self._placed.numbers.get(key)
+            if found is None:
+                rows = body.joint, *self.ranges[body.mesh]
+                found = self._placed.add(key, rows, self._reach(body), body.joint_T_body)
+            self._seen[id(body)] = known = found, body  # which keeps the body, hence its id
+        return known[0]
+
+    def numbers(self, bodies: Sequence[PlacedBody]) -> Integers:
+        """The numbers of bodies; of those of the last course at once."""
+        if self._last[0] is not bodies:
+            self._last = bodies, np.array([self.number(body) for body in bodies], np.int64)
+        return self._last[1]
+
+    def _reach(self, body: PlacedBody) -> Array:
+        """How far a body's corners and discs, and all of its points, are from the joint that carries it (2,) [m]."""
+        own = slice(*self.ranges[body.mesh])
+        turn, at = body.joint_T_body[:9].reshape(3, 3), body.joint_T_body[9:]
+        placed = np.einsum("rc,bci->bri", turn, self.hulls.blocks[own]) + at[None, :, None]
+        far = np.linalg.norm(placed, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
+        far += self.hulls.rounds[own, DISC]
+        balls = self.hulls.rounds[own, RADIUS]
+        return np.array([far.max(initial=0.0), (far + balls).max(initial=0.0)])
+
+    def _chain(self, tree: KinematicTree) -> tuple[Chain, Array]:
+        """The arrays of a tree, and how far its joints may be from the world's origin."""
+        if id(tree) not in self._trees:
+            chain = chain_of(tree)
+            self._trees[id(tree)] = tree, chain, reach_of(chain)
+        return self._trees[id(tree)][1:]
 
     def prove(self, course: Course, wanted: Array | None = None) -> list[Witness | None] | Unproven:
         """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
+
+        Args:
+            course: the bodies, their motion, and the pairs.
+            wanted: as of `arrays`.
+        """
+        found = self.arrays(course, wanted)
+        return found if isinstance(found, Unproven) else [found.witness(p) for p in range(len(found.margins))]
+
+    def arrays(self, course: Course, wanted: Array | float | None = None) -> ProofArrays | Unproven:
+        """The proofs of all pairs as arrays, or the first pair that cannot be proven apart.
 
         A pair needs no proof if it does not move, or if the boxes around both swept volumes are apart. Proofs leave
         `wanted` (P,) [m] where they can, else as much as is found with a stated effort; by default 0.9 of the planner's
         clearance.
         """
-        chain = chain_of(course.tree)
+        chain, reaches = self._chain(course.tree)
         rows, count = len(course.waypoints), len(course.pairs)
-        things = np.array([[b.joint, *self.ranges[b.mesh]] for b in course.bodies], np.int64).T.copy()
-        reaches = np.array([self.reach(body) for body in course.bodies])
-        joint_T = np.array([body.joint_T_body for body in course.bodies])
-        search = search_for(offset_for(2.0 * float((reach_of(chain)[things[0]] + reaches[:, 1]).max())))
+        numbers = self.numbers(course.bodies)
+        things, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
+        search = search_for(offset_for(2.0 * float((reaches[things[0]] + far[:, 1]).max())))
         finest, thorough = POSITIONS_PER_PIECE if course.at_any_times else 1.0, wanted is not None
         effort, loss = (MAX_PAIR_NODES, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
         limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss])
@@ -166,40 +254,14 @@ class Prover:
         where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
         way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
         trail = Trail(course.waypoints, strays, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 3)))
-        bodies = Things(things, reaches[:, 0].copy(), joint_T, self.hulls, self.boxes)
+        bodies = Things(things, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes)
         proofs = Proofs(self._codes, self._axes, where, margins, targets)
-        proven = prove_pairs(course.pairs, limits, chain, trail, bodies, self._work(), search, proofs)
+        proven = prove_pairs(course.pairs, limits, chain, trail, bodies, self._work, search, proofs)
         if proven < count:
             return self._unproven(course, int(proven), int(where[proven]))
-        return self._witnesses(where, margins)
-
-    def _work(self) -> Work:
-        return Work(
-            ends=np.zeros((2, 4), np.int64),
-            over=np.zeros((2, 3)),
-            still=np.zeros(2, np.bool_),
-            box=np.zeros(6),
-            swept=np.zeros((2, 6)),
-            size=np.zeros(2),
-            scratch=np.zeros((2, 12)),
-            stack=self._stack,
-        )
-
-    def _witnesses(self, where: Integers, margins: Array) -> list[Witness | None]:
-        """The output of the kernel, split into proofs."""
-        count = int(where[-1]) if len(where) else 0
-        codes, axes = self._codes[:count], self._axes[:count]
-        letters = codes.tobytes().translate(_LETTERS).decode("ascii")
-        short, exact = codes == AXIS, codes == EXACT_AXIS
-        shorts, exacts = axes[short].astype("<i2").tobytes(), axes[exact].astype("<f8").tobytes()
+        end = int(where[-1]) if count else 0
         starts = np.concatenate([np.zeros(1, np.int64), where])
-        before = 6 * np.concatenate([[0], np.cumsum(short)])[starts]
-        before_exact = 24 * np.concatenate([[0], np.cumsum(exact)])[starts]
-        found: list[Witness | None] = [None] * len(where)
-        for p in np.flatnonzero(np.diff(starts)).tolist():
-            own = shorts[before[p] : before[p + 1]] + exacts[before_exact[p] : before_exact[p + 1]]
-            found[p] = Witness(letters[starts[p] : starts[p + 1]], own, float(margins[p]))
-        return found
+        return ProofArrays(self._codes[:end].copy(), self._axes[:end].copy(), starts, margins[:count])
 
     def _unproven(self, course: Course, pair: int, start: int) -> Unproven:
         failed = start + np.flatnonzero(self._codes[start:] == CODE_LETTERS.index("!"))
@@ -211,3 +273,16 @@ class Prover:
             parts = int(rows[1, 0]) - first, int(rows[1, 1]) - second
         start_of, end_of, gap = rows[0].tolist()
         return Unproven(pair, start_of, end_of, gap, parts)
+
+
+def _work() -> Work:
+    return Work(
+        ends=np.zeros((2, 4), np.int64),
+        over=np.zeros((2, 3)),
+        still=np.zeros(2, np.bool_),
+        box=np.zeros(6),
+        swept=np.zeros((2, 6)),
+        size=np.zeros(2),
+        scratch=np.zeros((2, 12)),
+        stack=np.zeros((STACK_DEPTH, 6), np.int64),
+    )

@@ -145,7 +145,9 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
     kind = None if root is None else kind_of(root)
     if root is not None and kind != "problem":
         message = _UNKNOWN_KIND if kind is None else f"a problem is needed here, this is a {kind}"
-        loading.findings.add(_first_key(root), message)
+        of_task = "`kabo task plan` plans a task; what it finds is verified in the scene: kabo verify SCENE PLAN"
+        hint = of_task if kind == "task" else None
+        loading.findings.add(_first_key(root), message, hint)
     elif root is not None:
         problem = loading.problem(root, name)
     if problem is None or loading.findings.errors:

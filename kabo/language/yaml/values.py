@@ -18,6 +18,8 @@ from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
+# Limits of velocity, acceleration and jerk [rad or m, and s]: beyond them times are no whole microseconds, or centuries.
+RATES = 1e-6, 1e5
 _LENGTH = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(mm|cm|m)")
 _RATE = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(rad|deg|m|mm|cm)/s(?:\^?[23]|[²³])?")
 _LARGEST_WHOLE = 10**18
@@ -217,13 +219,16 @@ class Reader:
             return None
         return value
 
-    def above_zero(self, node: YamlNode | None, what: str) -> float | None:
-        """A number greater than zero that may be an angle: in rad, or in degrees with the suffix `deg`."""
+    def rate(self, node: YamlNode | None, what: str) -> float | None:
+        """A limit of velocity, acceleration or jerk, which may be of an angle: in rad, or with the suffix `deg`."""
         value = self.number(node, what, angle=True)
-        if value is not None and value <= 0.0 and node is not None:
+        if value is None or node is None or RATES[0] <= value <= RATES[1]:
+            return value
+        if value <= 0.0:
             self.findings.add(node.place, f"{what} is not above 0")
-            return None
-        return value
+        else:
+            self.findings.add(node.place, f"{what} is not from {RATES[0]:g} to {RATES[1]:g}: {value:g}")
+        return None
 
     def length(self, node: YamlNode | None, what: str) -> float | None:
         """A length above zero [m]: a number of metres, or one with its unit, such as `5mm`."""

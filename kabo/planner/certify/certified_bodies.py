@@ -1,14 +1,69 @@
 """The convex parts of a certificate: as few as its proofs need, the same for all of them."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Integers
 from kabo.geometry import Budget, Enclosure
 from kabo.geometry.collision.part_trees import Cover, divided_larger
-from kabo.geometry.collision.separation_proofs import Course, Prover, Unproven, Witness, order_of, ordered
+from kabo.geometry.collision.separation_proofs import (
+    Course,
+    ProofArrays,
+    Prover,
+    Unproven,
+    Witness,
+    order_of,
+    ordered,
+)
 from kabo.plan import BodyParts
+
+
+@dataclass(frozen=True, eq=False)
+class PairProofs:
+    """The proofs of some pairs, each a row of one of several arrays of proofs."""
+
+    sources: tuple[ProofArrays, ...]
+    source: Integers  # (P,) which of the sources has the proof of each pair
+    row: Integers  # (P,) and as which of its pairs
+    margins: Array  # (P,) [m]
+
+    @classmethod
+    def of(cls, made: ProofArrays) -> "PairProofs":
+        """Those of one array, in its order."""
+        count = len(made.margins)
+        return cls((made,), np.zeros(count, np.int64), np.arange(count), made.margins)
+
+    def joined(self, other: "PairProofs", mine: Integers, theirs: Integers) -> "PairProofs":
+        """Proofs of pairs `mine` from here and `theirs` from other ones, at these places of the result."""
+        count = len(mine) + len(theirs)
+        source, row, margins = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
+        source[mine], row[mine], margins[mine] = self.source, self.row, self.margins
+        source[theirs], row[theirs], margins[theirs] = (
+            other.source + len(self.sources),
+            other.row,
+            other.margins,
+        )
+        return PairProofs(self.sources + other.sources, source, row, margins)
+
+    def only(self, pairs: Integers) -> "PairProofs":
+        """Those of some pairs."""
+        return PairProofs(self.sources, self.source[pairs], self.row[pairs], self.margins[pairs])
+
+    @property
+    def needed(self) -> Integers:
+        """The pairs that have a proof; boxes tell the others apart, or they do not move."""
+        sizes = np.zeros(len(self.row), np.int64)
+        for number, made in enumerate(self.sources):
+            own = self.source == number
+            sizes[own] = made.sizes[self.row[own]]
+        return np.flatnonzero(sizes)
+
+    def witness(self, pair: int) -> Witness | None:
+        """The proof of a pair; None if it needs none."""
+        source: ProofArrays = self.sources[int(self.source[pair])]
+        return source.witness(int(self.row[pair]))
 
 
 class CertifiedBodies:
@@ -25,17 +80,47 @@ class CertifiedBodies:
         self._budget, self._near = budget, near
         self._parts = {digest: ordered(cover.enclosure) for digest, cover in self.covers.items()}
         self._prover = Prover(self._parts, near, budget.clearance)
+        self._known: dict[tuple[object, ...], tuple[Integers, PairProofs]] = {}
 
-    def prove(self, course: Course) -> list[Witness | None] | Unproven:
-        """The result of `Prover.prove`, with parts divided until they decide."""
+    def prove(self, course: Course) -> PairProofs | Unproven:
+        """The proofs of a course, with the greatest margins up to `near` that are found; parts divided until they decide.
+
+        Pairs that have been proven along the same path before are not proven again.
+        """
+        if course.kept is not None or course.at_any_times:
+            return self._proven(course)
+        off = b"" if course.deviations is None else course.deviations.tobytes()
+        path = id(course.tree), course.waypoints.tobytes(), off
+        keys = self._keys(course)
+        if path not in self._known:
+            made = self._proven(course)
+            if not isinstance(made, Unproven):
+                self._known[path] = self._keys(course) if self.divided else keys, made
+            return made
+        before, proofs = self._known[path]
+        order = np.argsort(before, kind="stable")
+        place = order[np.minimum(np.searchsorted(before[order], keys), len(before) - 1)] if len(before) else order
+        same = before[place] == keys if len(before) else np.zeros(len(keys), bool)
+        old, new = np.flatnonzero(same), np.flatnonzero(~same)
+        made = self._proven(replace(course, pairs=np.ascontiguousarray(course.pairs[new])))
+        if isinstance(made, Unproven):
+            return replace(made, pair=int(new[made.pair]))
+        if path not in self._known:  # parts were divided
+            return self.prove(course)
+        return proofs.only(place[old]).joined(made, old, new)
+
+    def _keys(self, course: Course) -> Integers:
+        """A number for each pair of bodies, the same for the same bodies at the same places."""
+        numbers = self._prover.numbers(course.bodies)
+        return np.asarray(numbers[course.pairs[:, 0]] << 32 | numbers[course.pairs[:, 1]])
+
+    def _proven(self, course: Course) -> PairProofs | Unproven:
         while True:
-            found = self._prover.prove(course)
-            if not isinstance(found, Unproven) or not self._divide(course, found):
+            found = self._prover.arrays(course, self._near)
+            if not isinstance(found, Unproven):
+                return PairProofs.of(found)
+            if not self._divide(course, found):
                 return found
-
-    def prove_best(self, course: Course, wanted: Array | None) -> list[Witness | None] | Unproven:
-        """The result of `Prover.prove` for wanted margins, with the parts as they are."""
-        return self._prover.prove(course, wanted)
 
     def _divide(self, course: Course, failed: Unproven) -> bool:
         """Whether the larger of the two parts that were not proven apart could be divided."""
@@ -53,6 +138,7 @@ class CertifiedBodies:
                 self.covers[mesh] = cover
                 self._parts[mesh] = ordered(cover.enclosure)
         self._prover = Prover(self._parts, self._near, self._budget.clearance)
+        self._known.clear()
         return True
 
     def given(self) -> dict[str, BodyParts]:

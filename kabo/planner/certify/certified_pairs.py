@@ -6,20 +6,17 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.geometry.collision.separation_proofs import PlacedBody
 from kabo.scene import KinematicTree
-
-Numbers = list[tuple[int, int]]  # of two things
 
 
 class Thing(NamedTuple):
-    """A body at one of its possible poses; a moving body has the robot and the joint that carry it."""
+    """A body at one of its possible poses; a moving body has the robot that carries it."""
 
     name: str
     place: int
-    mesh: str
+    body: PlacedBody  # with its pose in the frame of the joint that carries it, or in the world
     robot: str | None
-    joint: int
-    pose: Array  # (12,) in the joint's frame, or in the world
     kept: float = 0.0  # [m]: a pair keeps the sum of both from each other
     hand: int = 0  # the last planned joint of the robot that carries it
 
@@ -30,12 +27,12 @@ class PairChoice:
     def __init__(self, never_collide: Callable[[str, str], bool]) -> None:
         """`never_collide` says whether two things, by their names, need no proof."""
         self.never_collide = never_collide
-        self._known: dict[object, tuple[Numbers, Integers, dict[frozenset[str], list[int]]]] = {}
+        self._known: dict[object, Integers] = {}
 
     def pairs(
         self, things: Sequence[Thing], moving: int, permitted: frozenset[frozenset[str]], tree: KinematicTree
-    ) -> tuple[Numbers, Integers]:
-        """The pairs to be proven apart: index pairs, and rows (P, 3) of two indices and the nearest common joint.
+    ) -> Integers:
+        """The pairs to be proven apart: rows (P, 3) of two indices of things and the nearest common joint.
 
         Args:
             things: the moving bodies, then the bodies at rest; the indices refer to this sequence.
@@ -43,44 +40,77 @@ class PairChoice:
             permitted: pairs of names whose contact is allowed; they are left out.
             tree: the kinematic tree whose joints carry the moving bodies.
         """
-        key = moving, len(tree.parent), tuple((thing.name, thing.joint) for thing in things)
+        names = tuple(thing.name for thing in things)
+        key = moving, len(tree.parent), names, tuple(thing.body.joint for thing in things[:moving])
         if key not in self._known:
             self._known[key] = self._comparable(things, moving, tree)
-        numbers, rows, by_names = self._known[key]
-        left_out = [number for pair in permitted for number in by_names.get(pair, ())]
+        rows = self._known[key]
+        left_out = [pair for pair in permitted if len(pair) == 2 and all(name in names for name in pair)]
         if not left_out:
-            return numbers, rows
-        kept = np.ones(len(numbers), bool)
-        kept[left_out] = False
-        return [numbers[i] for i in np.flatnonzero(kept)], rows[kept]
+            return rows
+        numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
+        own = np.array([numbers[name] for name in names], np.int64)[rows[:, :2]]
+        keys = own.min(axis=1) * len(names) + own.max(axis=1)
+        ends = [sorted(numbers[name] for name in pair) for pair in left_out]
+        return rows[~np.isin(keys, [a * len(names) + b for a, b in ends])]
 
-    def _comparable(
-        self, things: Sequence[Thing], moving: int, tree: KinematicTree
-    ) -> tuple[Numbers, Integers, dict[frozenset[str], list[int]]]:
-        """The pairs that may not touch, and the numbers of each by its names."""
-        numbers: Numbers = []
+    def _comparable(self, things: Sequence[Thing], moving: int, tree: KinematicTree) -> Integers:
+        """The pairs that may not touch."""
         rows: list[tuple[int, int, int]] = []
-        by_names: dict[frozenset[str], list[int]] = {}
-        chains = [_chain(tree, thing.joint) for thing in things]
+        chains = [_chain(tree, thing.body.joint) for thing in things[:moving]]
+        never = {
+            (a, b): self.never_collide(a, b)
+            for a in {thing.name for thing in things[:moving]}
+            for b in {thing.name for thing in things}
+        }
         for i in range(moving):
             first, own = things[i].name, chains[i]
             for k in range(i + 1, len(things)):
                 second = things[k].name
-                if first != second and not self.never_collide(first, second):
-                    by_names.setdefault(frozenset((first, second)), []).append(len(numbers))
-                    numbers.append((i, k))
-                    rows.append((i, k, next((joint for joint in chains[k] if joint in own), 0)))
-        return numbers, np.array(rows, np.int64).reshape(-1, 3), by_names
+                if first != second and not never[first, second]:
+                    frame = next((joint for joint in chains[k] if joint in own), 0) if k < moving else 0
+                    rows.append((i, k, frame))
+        return np.array(rows, np.int64).reshape(-1, 3)
 
-    def across(self, first: Sequence[Thing], second: Sequence[Thing]) -> tuple[Numbers, Integers]:
-        """All pairs of a body in `first` and one in `second` that may collide, to be proven apart in the world."""
+    def across(self, first: Sequence[Thing], second: Sequence[Thing]) -> Integers:
+        """All pairs (P, 3) of a body in `first` and one in `second` that may collide, to be proven apart in the world."""
         numbers = [
-            (i, k)
+            (i, k, 0)
             for i, thing in enumerate(first)
             for k, other in enumerate(second)
             if not self.never_collide(thing.name, other.name)
         ]
-        return numbers, np.array([(i, k, 0) for i, k in numbers], np.int64).reshape(-1, 3)
+        return np.array(numbers, np.int64).reshape(-1, 3)
+
+
+def kept_distances(things: Sequence[Thing], pairs: Integers, permitted: frozenset[frozenset[str]]) -> Array | None:
+    """What each pair keeps from each other (P,) [m]; None if no body keeps anything."""
+    if not any(thing.kept for thing in things):
+        return None
+    grasped = _grasped(things, permitted)
+    return np.array([_kept(things[i], things[k], grasped) for i, k in pairs[:, :2].tolist()])
+
+
+def _grasped(things: Sequence[Thing], permitted: frozenset[frozenset[str]]) -> set[tuple[str, str | None, int]]:
+    """Bodies that a hand may touch, each with the robot and the hand."""
+    hands = {thing.name: (thing.robot, thing.hand) for thing in things if thing.robot is not None and thing.hand}
+    return {
+        (other, *hands[link])
+        for pair in permitted
+        if len(pair) == 2
+        for link, other in (tuple(pair), tuple(pair)[::-1])
+        if link in hands and "." in link
+    }
+
+
+def _kept(first: Thing, second: Thing, grasped: set[tuple[str, str | None, int]]) -> float:
+    """What two bodies keep from each other [m].
+
+    It is nothing if only a gripper moves one relative to the other, or if one is of a hand that may touch the other.
+    """
+    same = first.robot is not None and (first.robot, first.hand) == (second.robot, second.hand) and first.hand > 0
+    taken = (second.name, first.robot, first.hand) in grasped or (first.name, second.robot, second.hand) in grasped
+    return 0.0 if same or taken else first.kept + second.kept
 
 
 def _chain(tree: KinematicTree, joint: int) -> dict[int, None]:

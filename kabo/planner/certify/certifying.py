@@ -12,32 +12,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
-from kabo.geometry import Enclosure
 from kabo.geometry.collision.part_trees import Cover
-from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Unproven
+from kabo.geometry.collision.separation_proofs import Course, Unproven
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.phases import phase
 from kabo.plan import (
     Certificate,
     Clearance,
     Node,
-    PairProof,
     Plan,
-    StretchProof,
     topological_order,
 )
-from kabo.planner.certify.best_margins import ProvenStretch, widen
 from kabo.planner.certify.certified_bodies import CertifiedBodies
-from kabo.planner.certify.certified_pairs import PairChoice, Thing
+from kabo.planner.certify.certified_pairs import PairChoice, Thing, kept_distances
 from kabo.planner.certify.component_values import ComponentValues
 from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, joined, stretches
 from kabo.planner.certify.overlapping_pairs import every_pair_of_pieces, from_time_on
-from kabo.scene import Robot, link_poses
-from kabo.scene.transforms import flat
+from kabo.planner.certify.proven_stretches import ProvenStretch
+from kabo.planner.certify.stretch_things import StretchThings
+from kabo.scene import KinematicTree
 
 _LOG = logging.getLogger("kabo.planner")
 DECIMALS = 6  # of a clearance in metres; rounded down
@@ -136,15 +132,11 @@ class _Certifying:
         self.plan, self.order, self.near = plan, order, near
         self.surroundings, self.scene = surroundings, surroundings.scene
         self.values = ComponentValues(plan, self.scene, order)
-        self.bodies = CertifiedBodies(self._enclosures(), covers, surroundings.budget, near)
+        self.things = StretchThings(surroundings, self.values)
+        self.bodies = CertifiedBodies(self.things.enclosures(), covers, surroundings.budget, near)
         self.gaps: list[UnprovenPair] = []
         self.choice = PairChoice(surroundings.never_collide)
-        self._links = {name: self._links_of(robot) for name, robot in self.scene.robots.items()}
-        self._fixed = [
-            Thing(name, 0, self._mesh(name), None, 0, flat(pose), surroundings.kept(name))
-            for name, pose in self.scene.fixed_poses.items()
-        ]
-        self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
+        self._trees: dict[tuple[str, ...], tuple[list[int], KinematicTree]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
         shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
         # Of motions that share time with another one.
@@ -159,9 +151,7 @@ class _Certifying:
                 step()
         if self.gaps:
             return self.gaps
-        if not self.bodies.divided:  # else all is proven once more, with the divided parts
-            widen(proven, frozenset(self.scene.movable), self.near, self.bodies.prove_best, self.look)
-        proofs = tuple(_proof(each) for each in proven)
+        proofs = tuple(each.proof() for each in proven)
         segments = [each for name in self.order for each in self._clearances(name, proven)]
         return Certificate(
             self.surroundings.budget.epsilon, tuple(segments), self.near, self.bodies.given(), proofs
@@ -173,57 +163,13 @@ class _Certifying:
         least: dict[int, tuple[float, tuple[str, str] | None]] = {}
         for each in proven:
             if each.node == name:
-                pair = int(each.margins.argmin()) if len(each.margins) else -1
-                margin = float(each.margins[pair]) if pair >= 0 else np.inf
-                own = margin, each.names(pair) if margin < np.inf else None
                 for i in each.stretch.segments:
-                    least[i] = min(least.get(i, (np.inf, None)), own, key=lambda entry: entry[0])
+                    least[i] = min(least.get(i, (np.inf, None)), each.least, key=lambda entry: entry[0])
         for i in sorted(least):
             margin, between = least[i]
             clearance = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
             permitted = node.motion[i].allowed_contacts
             yield Clearance(name, i, clearance, None if clearance is None else between, permitted)
-
-    # ------------------------------------------------------------------------------------------------ the scene
-    def _enclosures(self) -> dict[str, Enclosure]:
-        """The enclosure of every mesh, by its hash."""
-        names = [
-            f"{robot.name}.{link.name}"
-            for robot in self.scene.robots.values()
-            for link in robot.links.values()
-            if link.mesh is not None
-        ]
-        made: dict[str, Enclosure] = {}
-        for name in [*names, *self.scene.bodies]:
-            digest = self._mesh(name)
-            if digest not in made:
-                made[digest] = self.surroundings.enclosure(name)
-        return made
-
-    def _mesh(self, name: str) -> str:
-        mesh = self.surroundings.mesh(name)
-        assert mesh is not None
-        return mesh.digest
-
-    def _links_of(self, robot: Robot) -> list[Thing]:
-        found = []
-        for link in robot.links.values():
-            if link.mesh is not None:
-                hand = robot.hand(link.joint)
-                name, pose = f"{robot.name}.{link.name}", flat(link.joint_T_link)
-                kept = self.surroundings.kept(name)
-                found.append(Thing(name, 0, link.mesh.digest, robot.name, link.joint, pose, kept, hand))
-        return found
-
-    def _links_at(self, robot: str, q: tuple[float, ...], place: int) -> list[Thing]:
-        if (robot, q) not in self._standing:
-            poses = link_poses(self.scene.robots[robot], q)
-            self._standing[robot, q] = [flat(poses[link.name.partition(".")[2]]) for link in self._links[robot]]
-        poses_at = self._standing[robot, q]
-        return [
-            link._replace(place=place, robot=None, joint=0, pose=pose)
-            for link, pose in zip(self._links[robot], poses_at, strict=True)
-        ]
 
     # ------------------------------------------------------------------------------------------------- a node
     def _node(self, name: str, node: Node) -> Iterator[ProvenStretch]:
@@ -256,57 +202,51 @@ class _Certifying:
     def _stretch(
         self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation
     ) -> ProvenStretch | None:
-        robots = [self.scene.robots[robot] for robot in stretch.waypoints]
-        first_joint, tree = joined([robot.tree for robot in robots])
-        moving, standing = self._things(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
+        first_joint, tree = self._joined(tuple(stretch.waypoints))
+        moving, standing = self.things.of(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
         things = [*moving, *standing]
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
-        waypoints = np.hstack([stretch.waypoints[robot.name] for robot in robots])
-        bodies = [PlacedBody(thing.mesh, thing.joint, thing.pose) for thing in things]
+        waypoints = np.ascontiguousarray(np.hstack(list(stretch.waypoints.values())))
+        bodies, none = [thing.body for thing in things], np.empty((0, 3), np.int64)
+        whole = Course(tree, waypoints, bodies, none, deviations=stretch.together)
         if name in self._moved:
-            alone = Course(
-                tree,
-                np.ascontiguousarray(waypoints),
-                bodies[: len(moving)],
-                np.empty((0, 3), np.int64),
-                deviations=stretch.together,
-            )
+            alone = replace(whole, bodies=bodies[: len(moving)])
             self._moved[name].append(MovingStretch(stretch, alone, moving))
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
-            numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
-            grasped = _grasped(things, permitted)
-            kept = np.array([_kept(things[i], things[k], grasped) for i, k in numbers])
-            course = Course(
-                tree, np.ascontiguousarray(waypoints), bodies, pairs, deviations=stretch.together, kept=kept
-            )
+            pairs = self.choice.pairs(things, len(moving), left_out, tree)
+            course = replace(whole, pairs=pairs, kept=kept_distances(things, pairs, permitted))
             found = self.bodies.prove(course)
             if not isinstance(found, Unproven):
-                break
-        if isinstance(found, Unproven):
-            a, b = (things[i].name for i in numbers[found.pair])
-            self.gaps.append(UnprovenPair(name, stretch.segments, (a, b), found.start, found.gap))
-            return None
-        return ProvenStretch(name, stretch, course, things, numbers, found)
+                return ProvenStretch(name, stretch, course, things, pairs, found)
+        assert isinstance(found, Unproven)
+        a, b = (things[i].name for i in pairs[found.pair, :2].tolist())
+        self.gaps.append(UnprovenPair(name, stretch.segments, (a, b), found.start, found.gap))
+        return None
+
+    def _joined(self, robots: tuple[str, ...]) -> tuple[list[int], KinematicTree]:
+        """The first joint of each of several robots in the tree of all of them, and this tree: made once."""
+        if robots not in self._trees:
+            self._trees[robots] = joined([self.scene.robots[robot].tree for robot in robots])
+        return self._trees[robots]
 
     def _apart_at_any_times(self, name: str, first: MovingStretch, second: MovingStretch) -> ProvenStretch | None:
         things, count = [*first.things, *second.things], len(first.things)
-        pairs, rows = self.choice.across(first.things, second.things)
-        kept = np.array([first.things[i].kept + second.things[k].kept for i, k in pairs])
+        rows = self.choice.across(first.things, second.things)
+        both = rows + np.array([0, count, 0])
         for cut in CUTS:
             self.look()
-            course = replace(every_pair_of_pieces(first.course, second.course, rows, cut), kept=kept)
+            course = every_pair_of_pieces(first.course, second.course, rows, cut)
+            course = replace(course, kept=kept_distances(things, both, frozenset()))
             found = self.bodies.prove(course)
             if not isinstance(found, Unproven) or len(course.waypoints) > MAX_WAYPOINTS:
                 break
         if isinstance(found, Unproven):
-            i, k = pairs[found.pair]
-            names = first.things[i].name, second.things[k].name
+            i, k = both[found.pair, :2].tolist()
+            names = things[i].name, things[k].name
             self.gaps.append(UnprovenPair(name, second.stretch.segments, names, found.start, found.gap))
             return None
-        numbers = [(i, count + k) for i, k in pairs]
-        before = first.stretch.segments
-        return ProvenStretch(name, second.stretch, course, things, numbers, found, before, cut)
+        return ProvenStretch(name, second.stretch, course, things, both, found, first.stretch.segments, cut)
 
     def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
         """Pairs of fingers and bodies not held by them, while no hand moves: these are proven apart even if permitted."""
@@ -318,65 +258,3 @@ class _Certifying:
                 others = [thing.name for thing in things if "." not in thing.name and thing.robot != name]
                 passing |= {frozenset((link, other)) for link in robot.gripper.touch_links for other in others}
         return frozenset(passing)
-
-    def _things(
-        self, name: str, situation: MotionSituation, first: Mapping[str, int]
-    ) -> tuple[list[Thing], list[Thing]]:
-        """The moving bodies, on joints of the joined tree, and the standing ones."""
-        moving: list[Thing] = []
-        standing = list(self._fixed)
-        for robot in self.scene.robots:
-            if robot in first:
-                shift = first[robot]
-                moving.extend(
-                    link._replace(joint=link.joint + shift if link.joint else 0) for link in self._links[robot]
-                )
-            elif robot in situation.q:
-                standing.extend(self._links_at(robot, tuple(situation.q[robot].tolist()), 0))
-            else:
-                for place, q in enumerate(self.values.configurations(name, robot)):
-                    standing.extend(self._links_at(robot, q, place))
-        for body in self.scene.movable:
-            mesh = self.scene.bodies[body].mesh.digest
-            where = situation.mounted(body) if body in situation.hung else None
-            kept = self.surroundings.kept(body, None if where is None else where.robot)
-            if where is not None and where.robot in first:
-                joint = where.joint + first[where.robot] if where.joint else 0
-                hand = self.scene.robots[where.robot].hand(where.joint)
-                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T), kept, hand))
-            else:
-                poses = situation.places[body] if body in situation.places else [situation.pose(body)]
-                standing.extend(Thing(body, p, mesh, None, 0, flat(pose), kept) for p, pose in enumerate(poses))
-        return moving, standing
-
-
-def _proof(proven: ProvenStretch) -> StretchProof:
-    """The proofs of a stretch as the plan has them."""
-    pairs = []
-    for (i, k), witness in zip(proven.numbers, proven.witnesses, strict=True):
-        if witness is not None:
-            first, second = proven.things[i], proven.things[k]
-            pairs.append(PairProof(first.name, second.name, second.place, witness.walk, witness.axes))
-    return StretchProof(proven.node, proven.stretch.segments, tuple(pairs), proven.before, proven.cut)
-
-
-def _grasped(things: Sequence[Thing], permitted: frozenset[frozenset[str]]) -> set[tuple[str, str | None, int]]:
-    """Bodies that a hand may touch, each with the robot and the hand."""
-    hands = {thing.name: (thing.robot, thing.hand) for thing in things if thing.robot is not None and thing.hand}
-    return {
-        (other, *hands[link])
-        for pair in permitted
-        if len(pair) == 2
-        for link, other in (tuple(pair), tuple(pair)[::-1])
-        if link in hands and "." in link
-    }
-
-
-def _kept(first: Thing, second: Thing, grasped: set[tuple[str, str | None, int]]) -> float:
-    """What two bodies keep from each other [m].
-
-    It is nothing if only a gripper moves one relative to the other, or if one is of a hand that may touch the other.
-    """
-    same = first.robot is not None and (first.robot, first.hand) == (second.robot, second.hand) and first.hand > 0
-    taken = (second.name, first.robot, first.hand) in grasped or (first.name, second.robot, second.hand) in grasped
-    return 0.0 if same or taken else first.kept + second.kept

@@ -9,9 +9,11 @@ from kabo.geometry_server import ProcedureContext, Situation
 from kabo.motion import timed_path
 from kabo.plan import Segment
 from kabo.planner.refine.legs import legs_of
-from kabo.scene import Scene, motion_limits
+from kabo.scene import motion_limits
+from kabo.tasks.robots.motion.held_bodies import held_by
 from kabo.tasks.robots.motion.smoothing import DEVIATION
 from kabo.tasks.robots.motion.timing import timed_segments
+from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.timed_paths import TimedPath, cut
 
 
@@ -30,7 +32,7 @@ def timed(
         return tuple(motion)
     legs = legs_of(context, situation, motion)
     if legs is None:
-        return tuple(_rested(motion, context.scene))
+        return tuple(_rested(motion, TaskScene.of(context, situation)))
     return tuple(timed_segments([(leg.part, leg.segment) for leg in legs], deviation))
 
 
@@ -39,14 +41,17 @@ def duration(motion: Sequence[Segment]) -> float:
     return max((segment.times[-1] for segment in motion), default=0.0)
 
 
-def _rested(motion: Sequence[Segment], scene: Scene) -> list[Segment]:
+def _rested(motion: Sequence[Segment], scene: TaskScene) -> list[Segment]:
     """The segments with a rest at every way point, which needs no proof."""
     made: list[Segment] = []
     for segment in motion:
+        robot = scene.context.scene.robots[segment.robot]
         if segment.trajectory is not None:
             own = TimedPath(segment.times, segment.trajectory)
         else:
-            limits = motion_limits(scene.robots[segment.robot], segment.joints)
-            (own,) = cut(timed_path(segment.waypoints, limits), segment.joints, ())
+            arm = segment.joints == robot.planned_joints
+            held = held_by(scene, robot.name) if arm else None
+            limits = motion_limits(robot, segment.joints)
+            (own,) = cut(timed_path(segment.waypoints, limits, held=held), segment.joints, ())
         made.append(own.beginning(made[-1].times[-1] if made else 0.0).of(segment))
     return made

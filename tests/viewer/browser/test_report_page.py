@@ -41,7 +41,7 @@ def test_every_film_ends_where_the_report_says(report: Path, shown: Any) -> None
     for number, solution in enumerate(solutions):
         shown.page.select_option("select[aria-label=Solution]", str(number))
         shown.run("kabo.player.scrub(kabo.player.film.duration)")
-        wanted = solution["film"]["after"]["objects"]["object"]["position"]
+        wanted = solution["motion"]["after"]["objects"]["object"]["position"]
         pose = shown.run("Array.from(kabo.stage.poseOf('object'))")
         assert np.allclose([pose[3], pose[7], pose[11]], wanted, atol=SAME_M)
     shown.require_clean()

@@ -49,7 +49,7 @@ def _read_rate(reader: Reader, rate: str, node: YamlNode | None, found: _Found) 
         text = f"`{rate}` is a number for all joints, or a mapping of joints to numbers"
         reader.findings.add(node.place, text, f"write {rate}: {{joint: number}}")
     elif isinstance(node, Scalar) and not node.empty:
-        value = reader.above_zero(node, f"the {rate} of a robot")
+        value = reader.rate(node, f"the {rate} of a robot")
         if value is not None:
             found.every[rate] = RateLimit(value, node.place)
     else:
@@ -58,7 +58,7 @@ def _read_rate(reader: Reader, rate: str, node: YamlNode | None, found: _Found) 
 
 
 def _read_joint(reader: Reader, rate: str, joint: str, place: Place, node: YamlNode, found: _Found) -> None:
-    value = reader.above_zero(node, f'the {rate} of "{joint}"')
+    value = reader.rate(node, f'the {rate} of "{joint}"')
     if value is not None:
         found.joints[rate][joint] = RateLimit(value, place, node.place)
 

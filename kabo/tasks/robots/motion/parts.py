@@ -7,13 +7,16 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Keep, Workspace
+from kabo.motion import Held
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.held_bodies import held_by
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 from kabo.tasks.robots.timed_paths import TimedPath
 
 MAX_SPLITS = 3  # how often a piece whose proof fails is halved
 MOVING = 1e-6  # rad or m: less is no motion
+JOINT_DECIMALS = 9  # of joint values in plans
 KEPT_DEVIATION = 2.5e-4  # rad or m: how far joints may be from a path that keeps a constraint
 
 
@@ -56,18 +59,14 @@ class MotionPart:
         return bool(np.ptp(np.array(self.rows), axis=0).max() > MOVING)
 
     @cached_property
+    def held(self) -> Held | None:
+        """What the arm carries, if that limits its acceleration; None for motion of the gripper."""
+        return held_by(self.scene, self.stretch.robot) if self.columns.start == 0 else None
+
+    @cached_property
     def touches(self) -> bool:
         """Whether bodies may touch during the stretch, as where one is lifted; such a stroke keeps its shape."""
         return any(not any("." in name for name in pair) for pair in self.stretch.permitted)
-
-    @cached_property
-    def joins(self) -> bool:
-        """Whether parts may be put together here: nothing of such a stroke may leave its line.
-
-        Mates speak of models, which bodies of a scene do not name; so every stroke on which bodies touch counts where a
-        scene has mates.
-        """
-        return self.touches and bool(self.scene.context.scene.mates)
 
     @cached_property
     def _keep(self) -> Keep | None:

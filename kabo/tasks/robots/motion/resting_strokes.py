@@ -17,6 +17,7 @@ from kabo.tasks.robots.motion.tool_lines import STRAIGHT_SHARE, ToolLine, tool_l
 CLOSENESS = 0.01  # rad by which a joint may leave the path, for each rad of the way from the rest
 INNER_DEVIATION = 3e-4  # rad, L2, by which the motion passes by corners of the stroke's path
 ROUNDING = 1e-8  # rad
+CURVED = 5e-6  # rad by which the motion may leave the chords of a curve where it rests
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,11 @@ class RestingStroke:
         if 0 < self.corners[-1] < len(bends) - 1:
             yield self.corners[-1], (1.0 - STRAIGHT_SHARE) * whole
 
-    def steady(self, ends: Array, away: float) -> bool:
+    def steady(self, ends: Array, away: float, *, curved: bool = False) -> bool:
         """Whether the motion is near enough to a piece of the stroke's path with the given ends (2, n)."""
         start = np.array(self.part.stretch.path[-1 if self.backward else 0, self.part.columns])
         nearest = min(float(np.linalg.norm(q - start)) for q in ends)
-        return away <= CLOSENESS * nearest + ROUNDING
+        return away <= CLOSENESS * nearest + (CURVED if curved else ROUNDING)
 
     @property
     def backward(self) -> bool:

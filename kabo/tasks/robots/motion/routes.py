@@ -8,6 +8,7 @@ permitted on that stroke only; motion that leaves the stroke is proven without i
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,9 @@ from kabo.arrays import Array
 from kabo.motion import Timed, thinned
 from kabo.motion.bernstein import ranges, values
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
-from kabo.tasks.robots.motion.parts import MOVING, MotionPart
+from kabo.tasks.robots.motion.curves import knots_of, slopes_of
+from kabo.tasks.robots.motion.insertions import inserts, keeps_insertion
+from kabo.tasks.robots.motion.parts import JOINT_DECIMALS, MOVING, MotionPart
 from kabo.tasks.robots.motion.resting_strokes import RestingStroke, resting_stroke
 from kabo.tasks.robots.scenes import configuration
 from kabo.tasks.robots.timed_paths import TIME_DECIMALS
@@ -26,19 +29,30 @@ ON_PATH = 1e-8  # rad or m: deviations of straight pieces; they are proven alrea
 MARGIN = 4.0
 AT_LIMIT = 1e-10  # rad or m by which rounding may take a joint out of its limits
 MAX_HALVINGS = 4  # of a chord that is not proven with its margin; the last ones are proven without
-JOINT_DECIMALS = 9  # of joint values in plans
 LINE_PLACES = np.linspace(0.0, 1.0, 9)  # shares of the time of a stroke at which its line is compared
 STROKE_TOLERANCE = 1e-9  # rad of the distance of a point from a stroke
 
 
+class Refused(NamedTuple):
+    """What is not proven of a motion: the corners whose rounds are part of it, and the parts that are curves there."""
+
+    corners: list[int]
+    curves: frozenset[int]
+
+
 @dataclass(frozen=True)
 class Route:
-    """The corners (m, n) of a motion; piece i, from corner i to corner i + 1, belongs to part `owners[i]`."""
+    """The corners (m, n) of a motion; piece i, from corner i to corner i + 1, belongs to part `owners[i]`.
+
+    The path through corners of a part that is a curve is a spline without turns; all of it is proven with the motion.
+    """
 
     parts: Sequence[MotionPart]
     corners: Array
     owners: tuple[int, ...]
     stroke: float  # rad, L2: distance from which the motion has left a stroke on which bodies may touch
+    curves: frozenset[int] = frozenset()  # numbers of parts
+    slopes: Array | None = None  # (m - 1, 2, n) where each piece begins and ends; None without curves
 
     @property
     def borders(self) -> list[int]:
@@ -55,10 +69,18 @@ class Route:
         found[self.parts[0].columns] = q
         return np.array(configuration(found))
 
-    def proven(self, made: Timed) -> "Timed | list[int]":
-        """A motion with as many way points on its blends as their proofs need, or the corners of blends that have none."""
+    @cached_property
+    def bends(self) -> Array:
+        """The norm (m,) of the turn at each corner; 0 at both ends, and inside of curves."""
+        if self.slopes is None:
+            return turns(self.corners)
+        inner = np.linalg.norm(self.slopes[1:, 0] - self.slopes[:-1, 1], axis=1)
+        return np.concatenate([[0.0], inner, [0.0]])
+
+    def proven(self, made: Timed) -> Timed | Refused:
+        """A motion with as many way points on its blends as their proofs need, or what has none."""
         if beyond := self._beyond(made):
-            return beyond
+            return self._refused(made, beyond)
         waiting = list(range(len(made.passing) - 1))
         for level in range(MAX_HALVINGS + 1):
             margin = MARGIN if level < MAX_HALVINGS else 1.0
@@ -67,7 +89,18 @@ class Route:
                 return self._bent(made) or made
             if level < MAX_HALVINGS:
                 made, waiting = halved(made, refused)
-        return sorted({corner for i in refused for corner in self._corners_by(made, i)})
+        return self._refused(made, refused)
+
+    def _refused(self, made: Timed, pieces: Sequence[int]) -> Refused:
+        owners = {self._owner(made, piece) for piece in pieces}
+        return Refused(
+            sorted({corner for i in pieces for corner in self._corners_by(made, i)}),
+            frozenset(owners & self.curves),
+        )
+
+    def _owner(self, made: Timed, piece: int) -> int:
+        at = int(np.searchsorted(made.corners, piece, side="right")) - 1
+        return self.owners[min(at, len(self.owners) - 1)]
 
     @cached_property
     def _strokes(self) -> tuple[RestingStroke, ...]:
@@ -83,8 +116,8 @@ class Route:
 
     def greatest_shares(self, deviation: float) -> Array:
         """The greatest share (m,) of each corner's trim with which strokes keep their shape."""
-        found = np.ones(len(self.corners))
-        bends = turns(self.corners)
+        bends = self.bends
+        found = np.where(bends > 0.0, 1.0, 0.0) if self.curves else np.ones(len(self.corners))
         for stroke in self._strokes:
             for number, most in stroke.greatest_trims(bends):
                 room = min(
@@ -93,18 +126,30 @@ class Route:
                 found[number] = min(found[number], most / room)
         return found
 
-    def _bent(self, made: Timed) -> list[int]:
-        """The corners of strokes whose lines are not kept."""
+    def _bent(self, made: Timed) -> Refused | None:
+        """The corners of strokes whose lines are not kept, and those strokes that are curves."""
         found: set[int] = set()
+        curves: set[int] = set()
         for stroke in self._strokes:
             near, far = (made.passing[made.corners[stroke.corners[k]]] for k in (0, -1))
             rows = [self.whole(q) for q in at_times(made, near + (far - near) * LINE_PLACES)]
-            if not stroke.kept(np.array(rows)):
-                found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
-        return sorted(found)
+            number = 0 if stroke.part is self.parts[0] else len(self.parts) - 1
+            if stroke.kept(np.array(rows)) and self._inserted(made, stroke, number):
+                continue
+            found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
+            curves.update({number} & self.curves)
+        return Refused(sorted(found), frozenset(curves)) if found or curves else None
+
+    def _inserted(self, made: Timed, stroke: RestingStroke, number: int) -> bool:
+        """Whether a curve on which parts may be put together keeps to its line, as mates want it."""
+        if number not in self.curves or not inserts(stroke.part):
+            return True
+        low, high = sorted(made.corners[stroke.corners[k]] for k in (0, -1))
+        rows = np.array([self.whole(q) for q in made.waypoints[low : high + 1]])
+        return keeps_insertion(stroke.part, rows, made.deviations[low:high])
 
     def _beyond(self, made: Timed) -> list[int]:
-        """The inner corners by which a joint leaves its limits: way points on a limit leave no room for a round."""
+        """The pieces of the path on which a joint leaves its limits: way points on a limit leave no room for a round."""
         first = self.parts[0]
         tree = first.scene.robot(first.stretch.robot).tree
         low, high = ranges(
@@ -114,23 +159,22 @@ class Route:
         found: set[int] = set()
         for k in np.flatnonzero(out.any(axis=1)):
             ends = np.searchsorted(made.passing, made.times[k : k + 2], side="right") - 1
-            found.update(corner for piece in ends for corner in self._corners_by(made, int(piece)))
+            found.update(range(max(0, int(ends[0])), min(int(ends[1]), len(made.deviations) - 1) + 1))
         return sorted(found)
 
     def _proven(self, made: Timed, piece: int, margin: float) -> bool:
         """Whether a piece of the path is proven for a motion that stays near it."""
-        away = made.deviations[piece]
-        if away.max() <= ON_PATH:
+        away, owner = made.deviations[piece], self._owner(made, piece)
+        if away.max() <= ON_PATH and owner not in self.curves:
             return True
         ends = made.waypoints[piece : piece + 2]
-        owner = self.owners[min(int(np.searchsorted(made.corners, piece, side="right")) - 1, len(self.owners) - 1)]
-        if not all(
-            stroke.steady(ends, float(away.max())) for stroke in self._strokes if stroke.part is self.parts[owner]
-        ):
+        strokes = [stroke for stroke in self._strokes if stroke.part is self.parts[owner]]
+        if not all(stroke.steady(ends, float(away.max()), curved=owner in self.curves) for stroke in strokes):
             return False
         part, strays = self.parts[owner], np.zeros(len(self._resting))
         strays[part.columns] = margin * away
-        apart = part.touches and max(map(self._distance, ends, (owner, owner))) > self.stroke + STROKE_TOLERANCE
+        near = self.stroke + self._bulge(owner) + STROKE_TOLERANCE
+        apart = part.touches and max(map(self._distance, ends, (owner, owner))) > near
         return part.proven_near(self.whole(ends[0]), self.whole(ends[1]), strays, apart=apart)
 
     def _distance(self, q: Array, owner: int) -> float:
@@ -141,10 +185,27 @@ class Route:
         shares = np.clip(((q - a) * steps).sum(axis=1) / (steps**2).sum(axis=1), 0.0, 1.0)
         return float(np.linalg.norm(q - a - shares[:, None] * steps, axis=1).min())
 
+    def _bulge(self, owner: int) -> float:
+        """How far the curve that a part is may be from the straight pieces between its corners [rad, L2]."""
+        if self.slopes is None or owner not in self.curves:
+            return 0.0
+        own = np.flatnonzero(np.asarray(self.owners) == owner)
+        steps = self.corners[own + 1] - self.corners[own]
+        lengths = np.linalg.norm(steps, axis=1)
+        # Of a cubic with slopes a, b off its chord the greatest distance is 4/27 of both, or less.
+        slopes = self.slopes[own] - (steps / lengths[:, None])[:, None]
+        return float((4.0 / 27.0 * lengths * np.linalg.norm(slopes, axis=2).sum(axis=1)).max())
+
     def _corners_by(self, made: Timed, piece: int) -> list[int]:
-        """The inner corners before and after a piece of the path."""
+        """The inner corners before and after a piece of the path, next to it or at the ends of its curve."""
         after = int(np.searchsorted(made.corners, piece, side="right"))
-        return [i for i in (after - 1, after) if 0 < i < len(self.corners) - 1]
+        before, last = after - 1, len(self.corners) - 1
+        if self.curves:
+            while before > 0 and self.bends[before] == 0.0:
+                before -= 1
+            while after < last and self.bends[after] == 0.0:
+                after += 1
+        return [i for i in (before, after) if 0 < i < last]
 
 
 def halved(made: Timed, pieces: Sequence[int]) -> tuple[Timed, list[int]]:
@@ -182,20 +243,32 @@ def at_times(made: Timed, times: Array) -> Array:
     return values(made.coefficients[k], (times - made.times[k])[:, None])
 
 
-def route_of(parts: Sequence[MotionPart], tolerance: float) -> Route:
-    """The route through the way points that are needed, with every straight piece proven."""
+def route_of(parts: Sequence[MotionPart], tolerance: float, curves: frozenset[int] = frozenset()) -> Route:
+    """The route through the way points that are needed, with every straight piece proven.
+
+    The parts with the numbers `curves` become splines, which are not proven yet.
+    """
     columns, path = parts[0].columns, parts[0].stretch.path
     corners: list[Array] = [path[0, columns]]
     owners: list[int] = []
     for number, part in enumerate(parts):
         path = part.stretch.path
-        keeps_shape = part.touches or part.stretch.exact
-        kept = thinned(path[:, columns], 0.0 if keeps_shape else tolerance)
-        for a, b in zip(kept, kept[1:], strict=False):
-            direct = b == a + 1 or part.proven(path[a], path[b])
-            for k in (b,) if direct else range(a + 1, b + 1):
-                if np.linalg.norm(path[k, columns] - corners[-1]) > MOVING:
-                    corners.append(path[k, columns])
-                    owners.append(number)
+        for q in knots_of(part) if number in curves else path[_needed(part, tolerance), columns]:
+            if np.linalg.norm(q - corners[-1]) > MOVING:
+                corners.append(q)
+                owners.append(number)
     corners[-1] = path[-1, columns]  # the end is reached exactly
-    return Route(parts, np.array(corners), tuple(owners), tolerance)
+    found = np.array(corners)
+    slopes = slopes_of(found, owners, curves) if curves else None
+    return Route(parts, found, tuple(owners), tolerance, curves, slopes)
+
+
+def _needed(part: MotionPart, tolerance: float) -> list[int]:
+    """The way points after the first that are needed, so that every straight piece is proven."""
+    path, found = part.stretch.path, list[int]()
+    keeps_shape = part.touches or part.stretch.exact
+    kept = thinned(path[:, part.columns], 0.0 if keeps_shape else tolerance)
+    for a, b in zip(kept, kept[1:], strict=False):
+        direct = b == a + 1 or part.proven(path[a], path[b])
+        found += [b] if direct else range(a + 1, b + 1)
+    return found

@@ -11,15 +11,18 @@ import numpy as np
 
 from kabo.motion import Held, MotionLimits, Timed, timed_path
 from kabo.motion.bernstein import derivative, values
+from kabo.tasks.robots.motion.curves import curves_of
+from kabo.tasks.robots.motion.insertions import insertion_nearness, inserts
 from kabo.tasks.robots.motion.parts import MotionPart
-from kabo.tasks.robots.motion.routes import route_of
+from kabo.tasks.robots.motion.routes import Route, route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
 
-DEVIATION = 0.05  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
+DEVIATION = 0.2  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
 EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
-LEAST_SHARE = 1.0 / 16  # of the greatest blend, below which the motion stops at the corner
+MAX_THINNING = 5e-3  # rad, L2: the same, at most
+LEAST_SHARE = 1.0 / 64  # of the greatest blend, below which the motion stops at the corner
 TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pieces of a motion are few
 LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
 AT_REST = 1e-6  # rad/s or m/s
@@ -50,27 +53,40 @@ def smoothed(
     Raises:
         ValueError: a joint that moves has no limits above 0, or what is held slips even at rest.
     """
-    route = route_of(parts, THINNING_SHARE * deviation)
-    within = (1.0 - THINNING_SHARE) * deviation
-    greatest = route.greatest_shares(within) if deviation > 0.0 else np.zeros(len(route.corners))
-    shares = greatest.copy()
+    thinning = min(THINNING_SHARE * deviation, MAX_THINNING)
+    within = deviation - thinning
+    curves = curves_of(parts) if deviation > 0.0 else frozenset()
+    while True:
+        route = route_of(parts, thinning, curves)
+        found = _rounded(route, limits, within, held)
+        if isinstance(found, Timed):
+            return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))
+        curves -= found
+
+
+def _rounded(route: Route, limits: MotionLimits, within: float, held: Held | None) -> Timed | frozenset[int]:
+    """The motion along a route with corners rounded as far as it is proven, or the curves of which it is not."""
+    greatest = route.greatest_shares(within) if within > 0.0 else np.zeros(len(route.corners))
+    shares, near = greatest.copy(), nearness_of(route.parts, route.curves, within)
     while True:
         made = timed_path(
             route.corners,
             limits,
             deviation=within,
             shares=shares.tolist(),
-            chord=min(COARSEST_CHORD, max(within, LEAST_TOLERANCE)),
-            tolerance=min(TOLERANCE, max(within, LEAST_TOLERANCE)),
+            chord=min(COARSEST_CHORD, near),
+            tolerance=min(TOLERANCE, near),
             held=held,
+            slopes=route.slopes,
         )
         found = route.proven(made)
-        # With stops at all corners in question nothing is left to shrink: the straight path itself was proven before.
-        if not isinstance(found, list) or not shares[found].any():
-            found = made if isinstance(found, list) else found
-            return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))
-        less = 0.5 * shares[found]
-        shares[found] = np.where(less >= LEAST_SHARE * greatest[found], less, 0.0)
+        if isinstance(found, Timed):
+            return found
+        if not shares[found.corners].any():
+            # With stops at all corners in question nothing is left to shrink: the straight path was proven before.
+            return found.curves or route.curves or made
+        less = 0.5 * shares[found.corners]
+        shares[found.corners] = np.where(less >= LEAST_SHARE * greatest[found.corners], less, 0.0)
 
 
 def _stops(made: Timed) -> int:
@@ -81,8 +97,15 @@ def _stops(made: Timed) -> int:
     return int((np.abs(speeds).max(axis=1, initial=0.0) < AT_REST).sum())
 
 
+def nearness_of(parts: Sequence[MotionPart], curves: frozenset[int], within: float) -> float:
+    """How far joints may leave chords, and chords the path [rad or m]: curves on which parts are joined have their own."""
+    if len(parts) == 1 and curves and inserts(parts[0]):
+        return insertion_nearness(parts[0])
+    return max(within, LEAST_TOLERANCE)
+
+
 def deviation_of(part: MotionPart, deviation: float) -> float:
     """How far the motion of a part may pass by its way points [rad, L2]."""
-    if part.joins:
+    if inserts(part):
         return min(deviation, JOINING_DEVIATION)
     return min(deviation, EXACT_DEVIATION) if part.stretch.exact else deviation

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from kabo.motion import MotionLimits, Trajectory, timed_path
 from kabo.plan import Segment
 from kabo.scene import Configuration, motion_limits
+from kabo.tasks.robots.motion.insertions import inserts
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.smoothing import DEVIATION, deviation_of, smoothed
 from kabo.tasks.robots.timed_paths import TIME_DECIMALS, TimedPath, cut
@@ -32,7 +33,7 @@ def passing(part: MotionPart) -> bool:
     """Whether a part may follow another, or be followed, without a stop."""
     each = part.stretch
     settled = each.attach or each.detach or each.seconds or each.exact or each.timed is not None
-    return each.group == "arm" and not settled and not part.joins and part.moves
+    return each.group == "arm" and not settled and part.moves and not inserts(part)
 
 
 def _follows(first: MotionPart, second: MotionPart) -> bool:
@@ -64,7 +65,7 @@ def timed_group(
     own = motion_limits(robot, first.joints) if limits is None else limits
     if not first.moves:
         return tuple(cut(timed_path(first.rows, own), first.joints, ()))
-    return smoothed(group, own, deviation_of(first, deviation)).parts
+    return smoothed(group, own, deviation_of(first, deviation), first.held).parts
 
 
 def timed_segments(given: Sequence[tuple[MotionPart, Segment]], deviation: float = DEVIATION) -> list[Segment]:

@@ -24,6 +24,7 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, RobotStage
 from kabo.tasks.robots.motion.groups import hung
+from kabo.tasks.robots.motion.held_bodies import too_heavy
 from kabo.tasks.robots.motion.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
@@ -46,9 +47,12 @@ class Attach(RobotStage, Propagator):
     }
 
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """A proof that the object never moves: it is part of the scene."""
-        name = self.known("object")
-        return _immovable(name) if name in context.scene.bodies and name not in situation.objects else None
+        """A proof that the object is part of the scene, or too heavy for the gripper."""
+        name, (robot, _, _) = self.known("object"), str(self.known("to")).partition(".")
+        if name in context.scene.bodies and name not in situation.objects:
+            return _immovable(name)
+        known = name in situation.objects and robot in context.scene.robots
+        return too_heavy(context.scene, situation, robot, name) if known else None
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the object in the hand; everything attached to the object moves with it."""
@@ -58,6 +62,9 @@ class Attach(RobotStage, Propagator):
         if scene.holder(name) not in (None, properties["of"]):
             return [Refusal("constraint", f"{scene.holder(name)} holds {name} already", reads=frozenset({name}))]
         after = hung(scene, name, f"{robot}.{link}", _link_pose(scene, robot, link))
+        heavy = too_heavy(scene.context.scene, after.situation, robot)
+        if heavy is not None:
+            return [heavy]
         motion = (_still(scene, robot, attach=((name, f"{robot}.{link}"),)),)
         return _checked(_standing(after, name), [robot], Result(after, motion=motion))
 
@@ -131,6 +138,10 @@ class Join(RobotStage, Propagator):
             text = f"nobody brings {name} to {onto}"
             return [Refusal("constraint", text, reads=frozenset({name, onto}))]
         after = hung(scene, name, onto, scene.pose(onto))
+        holder = after.holder(onto)
+        heavy = None if holder is None else too_heavy(scene.context.scene, after.situation, holder)
+        if heavy is not None:
+            return [heavy]
         still = _still(scene, robot, attach=((name, onto),), detach=(name,))
         return _checked(after, [robot], Result(after, motion=(still,)))
 

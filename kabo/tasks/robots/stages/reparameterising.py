@@ -70,7 +70,7 @@ class Reparameterise(RobotStage, Wrapper):
                 motion += [replace(part.stretch, stage=part.stage) for part in group]
                 continue
             try:
-                made = smoothed(group, _limits(group[0], properties), properties["deviation"])
+                made = smoothed(group, _limits(group[0], properties), properties["deviation"], group[0].held)
             except ValueError as error:
                 return [Refusal("timing", str(error))]
             motion += [part.along(timed.beginning(0.0)) for part, timed in zip(group, made.parts, strict=True)]

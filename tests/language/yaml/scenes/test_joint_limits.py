@@ -11,6 +11,8 @@ from tests.language.conftest import SCENE, Kitchen
 URDF = "    urdf: arm.urdf\n"
 WRONG_LIMITS = [
     ("acceleration: «0»", "the acceleration of a robot is not above 0", None),
+    ("velocity: «1e-32»", "the velocity of a robot is not from 1e-06 to 100000: 1e-32", None),
+    ("jerk: {a: 4, b: «1e300»}", 'the jerk of "b" is not from 1e-06 to 100000: 1e+300', None),
     ("jerk: {a: 4, b: «-1»}", 'the jerk of "b" is not above 0', None),
     ("velocity: «[1, 2]»", "`velocity` is a number for all joints, or a mapping of joints to numbers",
      "write velocity: {joint: number}"),

@@ -1,0 +1,63 @@
+"""Strokes as curves: a straight way of the tool is a smooth curve of the joints, of which way points are samples."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.motion import natural_slopes, smooth_knots
+from kabo.tasks.robots.motion.parts import JOINT_DECIMALS, MotionPart
+from kabo.tasks.robots.motion.tool_lines import tool_line
+
+LEAST_KNOTS, MOST_KNOTS = 6, 16  # pieces of a curve
+LEAST_LENGTH = 1e-3  # [rad, L2] of a curve
+
+
+def curves_of(parts: Sequence[MotionPart]) -> frozenset[int]:
+    """The numbers of the parts that are straight strokes of the tool, and curves of the joints."""
+    return frozenset(number for number, part in enumerate(parts) if _is_curve(part))
+
+
+def _is_curve(part: MotionPart) -> bool:
+    path = np.array(part.rows)
+    if part.stretch.group != "arm" or part.stretch.exact or len(path) < 3:
+        return False
+    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    return (
+        float(lengths.sum()) > LEAST_LENGTH
+        and tool_line(part, backward=False) is not None
+        and _within_limits(part)
+    )
+
+
+def _within_limits(part: MotionPart) -> bool:
+    """Whether the curve keeps the limits of joints: way points on a limit leave it no room. Control points are its hull."""
+    knots = np.concatenate([np.array(part.rows)[:1], knots_of(part)])
+    slopes = natural_slopes(knots)
+    thirds = np.linalg.norm(np.diff(knots, axis=0), axis=1)[:, None] / 3.0
+    hull = np.concatenate([knots, knots[:-1] + thirds * slopes[:-1], knots[1:] - thirds * slopes[1:]])
+    tree = part.scene.robot(part.stretch.robot).tree
+    return bool((hull >= tree.lower[part.columns]).all() and (hull <= tree.upper[part.columns]).all())
+
+
+def knots_of(part: MotionPart) -> Array:
+    """The knots (k, n) of the curve that a part is, after its beginning."""
+    path = np.array(part.rows)
+    count = min(max(2 * (len(path) - 1), LEAST_KNOTS), MOST_KNOTS)
+    return np.round(smooth_knots(path, count)[1:], JOINT_DECIMALS) + 0.0
+
+
+def slopes_of(corners: Array, owners: Sequence[int], curves: frozenset[int]) -> Array:
+    """The slopes (m - 1, 2, n) of a path with corners (m, n) where each piece begins and ends: splines on curves.
+
+    `owners` are the numbers of the parts to which pieces belong.
+    """
+    steps = np.diff(corners, axis=0)
+    units = steps / np.linalg.norm(steps, axis=1)[:, None]
+    found = np.stack([units, units], axis=1)
+    for number in curves:
+        own = np.flatnonzero(np.asarray(owners) == number)
+        if len(own) > 1:
+            slopes = natural_slopes(corners[own[0] : own[-1] + 2])
+            found[own, 0], found[own, 1] = slopes[:-1], slopes[1:]
+    return found
