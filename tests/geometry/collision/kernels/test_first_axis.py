@@ -6,7 +6,8 @@ import pytest
 from kabo.geometry.collision.kernels.bundles import EXTENT_COLUMNS, Outlines
 from kabo.geometry.collision.kernels.first_axis import first_axis
 from kabo.geometry.collision.kernels.separation import posed_apart
-from kabo.geometry.collision.view_arrays import cores_of, search_for
+from kabo.geometry.collision.placed_bodies import cores_of
+from kabo.geometry.collision.view_arrays import search_for
 from kabo.meshes import Rounding
 from tests.geometry.collision.kernels.test_separation import OFFSET, PLACEMENT, hulls_of
 from tests.support.strategies import IDENTITY, KINDS, touching
