@@ -188,7 +188,7 @@ def followed(before: TaskScene, robot: str, way: Sequence[tuple[Sequence[float],
 
 
 @pytest.mark.slow
-@settings(max_examples=max(12, round(300 * PROPERTY_SCALE)), suppress_health_check=list(HealthCheck))
+@settings(max_examples=max(12, round(150 * PROPERTY_SCALE)), suppress_health_check=list(HealthCheck))
 @given(team=TEAMS, ways=st.tuples(WAYS, WAYS, WAYS), hands=st.sets(st.sampled_from(["left", "right", "far"])))
 def test_what_is_merged_is_apart_and_what_is_refused_comes_near(team: Any, ways: Any, hands: Any) -> None:
     """Both sides of the bound, against pinocchio and coal; and every motion keeps the times that it has alone."""

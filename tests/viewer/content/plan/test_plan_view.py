@@ -71,7 +71,7 @@ def test_sweeps_contain_every_moving_link_at_every_moment(stacked):
     view = plan_view(plan, problem, scene, arrays, margins=False, sweeps=True)
     node = next(node for node in view["nodes"] if node["sweeps"])
     segment, sweep = plan.nodes[node["id"]].motion[0], node["sweeps"][0]
-    solids = corners_of(sweep, arrays)
+    solids = [Delaunay(corners) for corners in corners_of(sweep, arrays)]
     robot = scene.robots[segment.robot]
     q = dict(zip(robot.joint_names, scene.start.robots[robot.name], strict=True))
     for values in [*segment.waypoints, *segment.at(np.linspace(segment.times[0], segment.times[-1], 200))]:
@@ -93,9 +93,9 @@ def corners_of(sweep, arrays) -> list[np.ndarray]:
     return np.split(corners, np.cumsum(sweep["sizes"])[:-1])
 
 
-def inside(points: np.ndarray, corners: np.ndarray) -> bool:
-    """Whether all points lie in the hull of some corners."""
-    return bool((Delaunay(corners).find_simplex(points, tol=1e-6) >= 0).all())
+def inside(points: np.ndarray, solid: Delaunay) -> bool:
+    """Whether all points lie in a convex solid."""
+    return bool((solid.find_simplex(points, tol=1e-6) >= 0).all())
 
 
 def test_a_plan_whose_scene_lacks_what_it_moves_is_still_shown(stacked):
