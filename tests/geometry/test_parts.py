@@ -102,14 +102,14 @@ def test_a_vertex_that_is_not_finite_is_refused_by_its_number(value):
         Enclosure((TRIANGLE, part), 0.0).packed  # noqa: B018
 
 
-def test_poses_are_those_of_moving_groups_and_then_of_fixed_ones():
+def test_poses_are_those_of_the_groups_in_their_order():
     enclosure = Enclosure((TRIANGLE,), 0.0)
-    poses = poses_of([MovingGroup(1, IDENTITY + 1, enclosure)], [FixedGroup(IDENTITY, enclosure)])
+    poses = poses_of([MovingGroup(1, IDENTITY + 1, enclosure), FixedGroup(IDENTITY, enclosure)])
     assert np.array_equal(poses, [IDENTITY + 1, IDENTITY])
-    assert poses_of([], []).shape == (0, 12)
+    assert poses_of([]).shape == (0, 12)
 
 
 @pytest.mark.parametrize("pose", [IDENTITY * np.nan, IDENTITY + np.inf, IDENTITY[:11], np.eye(4)])
 def test_a_pose_that_is_not_twelve_finite_numbers_is_refused(pose):
     with pytest.raises(ValueError):
-        poses_of([], [FixedGroup(pose, Enclosure((TRIANGLE,), 0.0))])
+        poses_of([FixedGroup(pose, Enclosure((TRIANGLE,), 0.0))])

@@ -55,6 +55,7 @@ class Follower:
     def __init__(self, config: zenoh.Config, where: str, port: int = 0) -> None:
         self._where, self._ended, self._lock = where, threading.Event(), threading.Lock()
         self._now: Followed | None = None
+        self._answered: Followed | None = None
         with ExitStack() as opened:
             self._client = opened.enter_context(Client(config))
             self._wait_for_server()
@@ -135,9 +136,13 @@ class Follower:
         answer = self._client.join(now.server, now.raw)
         if self._ended.is_set() or self._now is not now:
             return
+        with (
+            self._lock
+        ):  # the page of an earlier plan, which takes seconds to make, must not come after the answer
+            self._answered = now
         if isinstance(answer, Reply):
             if answer.plan is not None:
-                self._show(now, answer.plan, _said(answer))
+                self._show(now, answer.plan, _said(answer), last=True)
             reason = answer.body.get("reason") or {}
             self._live.tell("state", {"text": _said(answer), "details": reason.get("details", []), "done": True})
         else:
@@ -156,12 +161,12 @@ class Follower:
             self._live.tell(told.kind, told.body)
 
     # ------------------------------------------------------------------------------------------------------ pages
-    def _show(self, now: Followed, plan: bytes, text: str) -> None:
-        """Shows the page of a request, with its plan if there is one."""
+    def _show(self, now: Followed, plan: bytes, text: str, *, last: bool = False) -> None:
+        """Shows the page of a request, with its plan if there is one; after its answer, only the `last` page."""
         version = hashlib.sha256(now.raw + plan).hexdigest()[:16]
         page = page_of(self._document(now, plan, version))
         with self._lock:
-            if self._now is now:
+            if self._now is now and (last or self._answered is not now):
                 self._live.show(page, version)
                 self._live.tell("state", {"text": text, "done": False})
 
