@@ -42,9 +42,7 @@ class Blended:
 
     corners: Array
     trims: Array
-    slopes: Array | None = (
-        None  # (m - 1, 2, n): derivatives where each piece begins and ends; None: all are straight
-    )
+    slopes: Array | None = None  # (m - 1, 2, n): derivatives where each piece begins and ends; None: straight
 
     @cached_property
     def directions(self) -> tuple[Array, Array]:

@@ -26,9 +26,7 @@ LEAST_SHARE = 1.0 / 64  # of the greatest blend, below which the motion stops at
 TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pieces of a motion are few
 LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
 AT_REST = 1e-6  # rad/s or m/s
-COARSEST_CHORD = (
-    4e-3  # rad, L2: deviation of a blend from straight pieces between its way points, before any proof
-)
+COARSEST_CHORD = 4e-3  # rad, L2: how far chords of a blend may be from it, before any proof
 
 
 @dataclass(frozen=True)

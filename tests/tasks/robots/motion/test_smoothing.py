@@ -7,9 +7,11 @@ import pytest
 
 from kabo.geometry_server import GeometryServer, Situation, Success
 from kabo.language.formulas import GroundCall
+from kabo.motion import timed_path
 from kabo.planner.refine.legs import legs_of
 from kabo.scene import motion_limits
 from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.robots.motion.curves import curves_of
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.resting_strokes import CURVED
 from kabo.tasks.robots.motion.routes import route_of
@@ -63,6 +65,16 @@ def test_parts_follow_each_other_without_a_stop_and_end_at_rest() -> None:
 def test_rounded_corners_are_faster_than_stops() -> None:
     rounded, stopping = (sum(timed.seconds for timed in made(d).parts) for d in (DEVIATION, 0.0))
     assert rounded < 0.95 * stopping
+
+
+def test_a_straight_stroke_of_the_tool_is_passed_without_a_stop() -> None:
+    """Its way points sample a curve; between chords the motion would have to slow down at each of them."""
+    part = group()[-1]
+    limits = motion_limits(part.scene.robot("left"), part.joints)
+    assert len(part.rows) > 3 and curves_of([part]) == {0}
+    curve = smoothed([part], limits, DEVIATION)
+    chords = timed_path(route_of([part], 0.0).corners, limits)
+    assert curve.stops == 0 and curve.parts[0].seconds < 0.6 * chords.passing[-1]
 
 
 def test_the_motion_is_proven_where_it_really_is() -> None:
