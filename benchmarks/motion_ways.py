@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument(
         "--peer-every", type=int, default=0, metavar="N", help="OMPL on each N-th of these; 0: never"
     )
-    parser.add_argument("--output", type=Path, default=Path("benchmarks/results"), metavar="FOLDER")
+    parser.add_argument("--output", type=Path, default=Path("benchmarks/results/motion_ways"), metavar="FOLDER")
     options = parser.parse_args()
     table = Table(f"Ways among obstacles: {options.problems.parent.name}")
     sets: dict[str, tuple[int, list[Outcome]]] = {}
@@ -136,7 +136,8 @@ def main() -> None:
         sum(asked for asked, _ in sets.values()),
         [one for _, found in sets.values() for one in found],
     )
-    output = options.output / f"motion_ways_{options.problems.parent.name}.json"
+    options.output.mkdir(parents=True, exist_ok=True)
+    output = options.output / f"{options.problems.parent.name}.json"
     finish([table], output, epsilon=EPSILON, samples=SAMPLES, every=options.every, peer_every=options.peer_every)
 
 

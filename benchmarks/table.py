@@ -45,6 +45,9 @@ def interleave(
     return seconds, answers
 
 
+ROOT = Path(__file__).resolve().parents[1]
+
+
 @dataclass
 class Table:
     """Rows of named figures under a title; a figure may be a number, a text or None."""
@@ -96,7 +99,7 @@ def surroundings() -> dict[str, Any]:
     )
     load = [round(value, 2) for value in os.getloadavg()]
     return {
-        "command": " ".join(["python", os.path.relpath(sys.argv[0], Path(__file__).parents[1]), *sys.argv[1:]]),
+        "command": " ".join(["python", os.path.relpath(sys.argv[0], ROOT), *map(_told, sys.argv[1:])]),
         "date": datetime.now(timezone.utc).date().isoformat(),
         "commit": commit.stdout.strip() or None,
         "python": platform.python_version(),
@@ -105,6 +108,14 @@ def surroundings() -> dict[str, Any]:
         "load": load,
         "versions": found,
     }
+
+
+def _told(argument: str) -> str:
+    """An argument of the command without the folders of this machine: relative to the repository, or only its name."""
+    path = Path(argument)
+    if not path.is_absolute():
+        return argument
+    return str(path.relative_to(ROOT)) if path.is_relative_to(ROOT) else path.name
 
 
 def _processor() -> str:
