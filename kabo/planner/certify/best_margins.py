@@ -135,7 +135,7 @@ def _cut_across(made: CutParts, node: Node, e: int, direction: Array, poses: Arr
     own, any_cut = reaches[:, at] - along[at], False
     for _ in range(MAX_CUTS):
         part = int(own.argmax())
-        height = made.needed(low + part, turned[at])
+        height = made.needed(low + part, turned[at], own[part] - worth)
         if own[part] - height <= worth or not made.cut(low + part, turned[at]):
             break
         own[part], any_cut = height, True

@@ -14,10 +14,9 @@ from kabo.arrays import Array, Integers
 from kabo.geometry import Enclosure
 from kabo.geometry.collision.separation_proofs import Parts, ordered_as_given
 from kabo.geometry.parts import COLUMNS
-from kabo.geometry.triangles.kernels.clipping import clipped_triangles
+from kabo.geometry.triangles.kernels.clipping import clipped_reach, triangles_at
 
 SLACK = 1e-7  # [m] by which a cut stays away from the mesh: far more than verifiers move faces inwards
-FIRST_ROOM = 4096  # corners of clipped triangles that there is room for at first
 
 
 class Hull(NamedTuple):
@@ -28,8 +27,16 @@ class Hull(NamedTuple):
     planes: Array  # (F, 4)
 
 
+class Held(NamedTuple):
+    """What a part has to hold: the triangles near it, as far as they are between the planes that it had at first."""
+
+    triangles: Array  # (T, 3, 3) [m]
+    planes: Array  # (F, 4)
+    polygons: Array  # (2, F + 4, 3) room for clipping
+
+
 class CutParts:
-    """The parts of one mesh, in their order, and the points of the mesh that each has to hold."""
+    """The parts of one mesh, in their order, and what of the mesh each has to hold."""
 
     def __init__(self, parts: Parts, vertices: Array, faces: Integers) -> None:
         """`vertices` (V, 3) and `faces` (F, 3) of the mesh that the parts cover."""
@@ -37,16 +44,27 @@ class CutParts:
         self._vertices, self._faces = np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int64)
         self._full: set[int] = set()  # parts that cannot be cut without too many corners
         self._hulls: dict[int, Hull | None] = {}
-        self._held: dict[int, Array | None] = {}
+        self._holding: dict[int, Held | None] = {}
+        self._room = np.empty((len(faces), 3, 3))
 
     def reach(self, part: int, direction: Array) -> float:
         """How far a part reaches along a direction of length 1 (3,) [m]."""
         return float((self.parts[part] @ direction).max())
 
-    def needed(self, part: int, direction: Array) -> float:
-        """How far a part has to reach: as far as what it holds of triangles, if it is not flat [m]."""
-        held = self._points(part)
-        return self.reach(part, direction) if held is None else float((held @ direction).max()) + SLACK
+    def needed(self, part: int, direction: Array, enough: float = np.inf) -> float:
+        """How far a part has to reach [m]: as far as what it holds of triangles, if it is not flat.
+
+        If that is `enough`, a lower bound of it that is as much.
+        """
+        if part not in self._holding:
+            hull = self._hull(part)
+            self._holding[part] = None if hull is None else self._held_by(hull)
+        held = self._holding[part]
+        if held is None:
+            return self.reach(part, direction)
+        n = np.ascontiguousarray(direction)
+        found = clipped_reach(held.triangles, held.planes, SLACK, n, enough, held.polygons)
+        return self.reach(part, direction) if found == -np.inf else float(found) + SLACK
 
     def cut(self, part: int, direction: Array) -> bool:
         """Whether a part could be cut to what it has to hold along a direction, with as many corners as it may have."""
@@ -71,24 +89,11 @@ class CutParts:
             self._hulls[part] = _hull_of(self.parts[part])
         return self._hulls[part]
 
-    def _points(self, part: int) -> Array | None:
-        """Points whose hull holds what of the mesh is in a part; None if the part is flat, or touches none."""
-        if part not in self._held:
-            hull = self._hull(part)
-            held = None if hull is None else self._touching(hull)
-            self._held[part] = None if held is None or not len(held) else held
-        return self._held[part]
-
-    def _touching(self, hull: Hull) -> Array:
-        """The corners (N, 3) of what of the triangles is in a part."""
-        box = np.concatenate([hull.corners.min(axis=0), hull.corners.max(axis=0)])
-        polygons, room = np.empty((2, len(hull.planes) + 4, 3)), FIRST_ROOM
-        while True:
-            found = np.empty((room, 3))
-            count = clipped_triangles(self._vertices, self._faces, hull.planes, box, SLACK, polygons, found)
-            if count >= 0:
-                return found[:count].copy()
-            room *= 4
+    def _held_by(self, hull: Hull) -> "Held":
+        """What a part has to hold of the mesh."""
+        box = np.concatenate([hull.corners.min(axis=0) - SLACK, hull.corners.max(axis=0) + SLACK])
+        count = triangles_at(self._vertices, self._faces, box, self._room)
+        return Held(self._room[:count].copy(), hull.planes, np.empty((2, len(hull.planes) + 4, 3)))
 
 
 def _hull_of(points: Array) -> Hull | None:

@@ -1,5 +1,7 @@
 """Triangles clipped by a convex part: what of a mesh is inside [Sutherland and Hodgman 1974]."""
 
+import numpy as np
+
 from kabo.compilation import kernel
 
 
@@ -32,39 +34,52 @@ def clip(polygons, own, size, plane, slack):
     return count
 
 
-@kernel  # (V, 3) f8, (T, 3) i8, (P, 4) f8, (6,) f8, f8, (2, P + 4, 3) f8, (N, 3) f8 -> i8
-def clipped_triangles(vertices, faces, planes, box, slack, polygons, found):
-    """The corners of what of each triangle is within `slack` of a convex part, one after the other in `found`.
-
-    Args:
-        vertices, faces: the triangles.
-        planes: of the part: n·x + d <= 0, of length 1.
-        box: around the part, lower and upper corner.
-        slack: [m].
-        polygons: room to work in.
-        found: room for the corners.
-
-    Returns the number of corners; -1 if there is no room for all of them.
-    """
+@kernel  # (V, 3) f8, (T, 3) i8, (6,) f8, (T, 3, 3) f8 -> i8
+def triangles_at(vertices, faces, box, found):
+    """The triangles whose boxes meet a box, given by its lower and upper corner, one after the other; returns how many."""
     count = 0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        apart = False
+        meets = True
         for k in range(3):
             x, y, z = vertices[a, k], vertices[b, k], vertices[c, k]
-            apart = apart or min(x, y, z) > box[3 + k] + slack or max(x, y, z) < box[k] - slack
-        if apart:
+            meets = meets and min(x, y, z) <= box[3 + k] and max(x, y, z) >= box[k]
+        if meets:
+            found[count, 0], found[count, 1], found[count, 2] = vertices[a], vertices[b], vertices[c]
+            count += 1
+    return count
+
+
+@kernel  # (T, 3, 3) f8, (P, 4) f8, f8, (3,) f8, f8, (2, P + 4, 3) f8 -> f8
+def clipped_reach(triangles, planes, slack, direction, enough, polygons):
+    """How far triangles reach along a direction within `slack` of a convex part; -inf if none of them does.
+
+    Args:
+        triangles: their corners.
+        planes: of the part: n·x + d <= 0, with |n| = 1.
+        slack: [m].
+        direction: of length 1.
+        enough: a reach at which the search ends, with a reach of at least this.
+        polygons: room to work in.
+    """
+    x, y, z = direction[0], direction[1], direction[2]
+    best = -np.inf
+    for t in range(len(triangles)):
+        least = best
+        for i in range(3):
+            least = max(least, triangles[t, i, 0] * x + triangles[t, i, 1] * y + triangles[t, i, 2] * z)
+        if least <= best:
             continue
         own, size = 0, 3
-        polygons[0, 0], polygons[0, 1], polygons[0, 2] = vertices[a], vertices[b], vertices[c]
+        polygons[0, :3] = triangles[t]
         for p in range(len(planes)):
             left = clip(polygons, own, size, planes[p], slack)
             if left >= 0:
                 own, size = 1 - own, left
                 if size == 0:
                     break
-        if count + size > len(found):
-            return -1
-        found[count : count + size] = polygons[own, :size]
-        count += size
-    return count
+        for i in range(size):
+            best = max(best, polygons[own, i, 0] * x + polygons[own, i, 1] * y + polygons[own, i, 2] * z)
+        if best >= enough:
+            break
+    return best
