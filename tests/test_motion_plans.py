@@ -1,5 +1,6 @@
 """Motions planned without a domain: limits, rest at both ends, verified plans, reasons a person can act on."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -87,3 +88,24 @@ def test_values_that_are_not_given_stay_and_limits_are_named(scene: Scene):
         kabo.plan_motion(scene, "arm", "start", {"panda_joint1": float("nan")})
     with pytest.raises(InputError, match="no planned joint"):
         kabo.plan_motion(scene, "arm", "start", {"joint1": 0.0})
+
+
+def test_an_end_that_is_too_near_says_how_much_there_is_and_how_much_is_to_be_kept(tmp_path: Path):
+    """What is uncertain is no matter of epsilon, and the message must not blame it."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(WALL + "uncertain: {wall: 290mm}\n")
+    with pytest.raises(InputError) as found:
+        kabo.plan_motion(kabo.load_scene(path), "arm", "home", "there")
+    (one,) = found.value.diagnostics
+    told = re.fullmatch(
+        r"at the start arm\.\w+ and wall are ([\d.]+) mm apart, but 290 mm are to be kept", one.message
+    )
+    assert told is not None, one.message
+    assert 0.0 < float(told[1]) < 290.0
+
+
+def test_where_no_way_is_found_it_says_how_much_is_to_be_kept(tmp_path: Path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(WALL + "uncertain: {wall: 4mm, arm: 1mm}\n")
+    with pytest.raises(kabo.NoMotionError, match=r"wall \(\d+ times, 5 mm are to be kept\)"):
+        kabo.plan_motion(kabo.load_scene(path), "arm", "home", "there", samples=1)
