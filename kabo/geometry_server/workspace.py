@@ -98,6 +98,10 @@ class Workspace:
         """
         return self._asked(lambda view: view.segment_hit(start, goal, deviation))
 
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The result of `segment_hit` for every row of three arrays (N, n)."""
+        return self._asked(lambda view: view.segments_hit(starts, ends, deviations))
+
     def path_hit(self, waypoints: Sequence[Array], deviations: Array | None = None) -> Pair | None:
         """The first pair not proven free on a path of straight joint segments, or None.
 

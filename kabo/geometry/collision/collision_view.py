@@ -7,6 +7,7 @@ arguments only.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -29,7 +30,7 @@ from kabo.geometry.collision.kernels.bundles import (
     Scene,
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
-from kabo.geometry.collision.kernels.sweep import first_swept_hit
+from kabo.geometry.collision.kernels.sweep import swept_hits
 from kabo.geometry.collision.part_trees import deviation_within, refine, require_fine
 from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
 from kabo.geometry.collision.view_arrays import (
@@ -38,7 +39,7 @@ from kabo.geometry.collision.view_arrays import (
     memory_of,
     sweep_of,
     tracks_of,
-    usable_deviation,
+    usable_deviations,
 )
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
@@ -75,6 +76,9 @@ class CollisionChecker(Protocol):
 
         `deviation` (n,): how far each value may be from the segment [rad or m]; None for zeros.
         """
+
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The result of `segment_hit` for every row of three arrays (N, n)."""
 
     @property
     def kernel_checks(self) -> KernelChecks | None:
@@ -227,24 +231,45 @@ class CollisionView:
         first, last = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
         if not first.ndim == last.ndim == 1:
             raise self._refusal(first if first.ndim != 1 else last)
-        decided = None if self._roots is None else self._roots.segment_hit(first, last, deviation)
-        if decided is not None:
-            return decided
-        found = self._decided(lambda: self._swept(first, last, deviation))
-        if found < FREE:
-            raise self._refusal(last)
-        return found
+        off = np.zeros(self._size) if deviation is None else np.asarray(deviation, np.float64)
+        return int(self.segments_hit(first[None], last[None], off[None])[0])
 
-    def _swept(self, first: Array, last: Array, deviation: Array | None) -> int:
-        """The answer of the kernel, with the parts that are known."""
-        sweep = self._sweep_arguments()
-        strays = sweep[4].way.strays
-        if deviation is not None:
-            strays[:] = usable_deviation(deviation, self._size)
-        found: int = first_swept_hit(first, last, *sweep)
-        if deviation is not None:
-            strays[:] = 0.0
-        return found
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The result of `segment_hit` for every row of three arrays (N, n).
+
+        Raises:
+            ValueError: as `segment_hit`.
+        """
+        first, last = np.ascontiguousarray(starts, np.float64), np.ascontiguousarray(ends, np.float64)
+        off = usable_deviations(deviations, self._size)
+        for rows in (first, last):
+            if rows.shape != off.shape:
+                raise self._refusal(rows[0] if rows.ndim == 2 and len(rows) == len(off) else rows)
+        if self._roots is None:
+            return self._swept(first, last, off)
+        answers, left = self._roots.segments_hit(first, last, off)
+        if left:
+            answers[left] = self._swept(first[left], last[left], off[left])
+        return answers
+
+    def _swept(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The answers of the kernel, with all children that it needs."""
+        answers, done = np.empty(len(starts), np.int64), 0
+        if self._memory is None:
+            self._build()
+        while done < len(starts):
+            step = 1 if self._open else len(starts)  # a row is asked again for each part that it divides
+            rows = slice(done, done + step)
+            given = starts[rows], ends[rows], deviations[rows], answers[rows]
+            if self._decided(partial(self._swept_once, *given)) < FREE:
+                raise self._refusal(ends[done])
+            done += step
+        return answers
+
+    def _swept_once(self, starts: Array, ends: Array, deviations: Array, answers: Integers) -> int:
+        """The last answer of the kernel, which is the first that it cannot decide; it uses the parts that are known."""
+        decided = swept_hits(starts, ends, deviations, answers, *self._sweep_arguments())
+        return int(answers[min(decided, len(answers) - 1)])
 
     def _decided(self, ask: Callable[[], int]) -> int:
         """The answer of a kernel, with all children that it needs.

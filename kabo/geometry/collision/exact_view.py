@@ -18,7 +18,7 @@ from kabo.geometry.collision.collision_view import Counters
 from kabo.geometry.collision.exact_surfaces import Surface, distance, placed, surface_of, surrounds, touch
 from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.geometry.collision.kernels.tracks import motion, turning
-from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints, usable_deviation, way_of
+from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints, usable_deviations, way_of
 from kabo.geometry.parts import FixedGroup, MovingGroup, poses_of
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
@@ -140,6 +140,10 @@ class ExactView:
                 stretches += [(middle, high, left), (low, middle, left)]
         return FREE
 
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The result of `segment_hit` for every row of three arrays (N, n)."""
+        return np.array([self.segment_hit(*row) for row in zip(starts, ends, deviations, strict=True)], np.int64)
+
     def _configuration(self, q: Array) -> Array:
         row = np.ascontiguousarray(q, np.float64)
         if row.shape != self._chain.bound.shape or not np.isfinite(row).all():
@@ -221,7 +225,7 @@ class ExactView:
         way = way_of(self._chain, np.zeros((1, self._chain.joints.shape[1], 12)))
         way.segment[:] = start, end, start
         if deviation is not None:
-            way.strays[:] = usable_deviation(deviation, len(way.strays))
+            way.strays[:] = usable_deviations(np.asarray(deviation)[None], len(way.strays))[0]
         turning(way, self._chain)
 
         @cache

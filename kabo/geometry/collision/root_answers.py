@@ -38,6 +38,9 @@ class Questions(Protocol):
     def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int:
         """-1 if all pairs are free on the whole straight segment, else the index of a pair that is not."""
 
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The result of `segment_hit` for every row of three arrays (N, n)."""
+
 
 @dataclass(frozen=True)
 class RootAnswers:
@@ -60,10 +63,19 @@ class RootAnswers:
         hits = np.flatnonzero(answers >= 0).tolist()
         return answers, [i for i in hits if not self._meets(rows[i], int(answers[i]))]
 
-    def segment_hit(self, start: Array, end: Array, deviation: Array | None = None) -> int | None:
-        """-1 if all pairs are proven free on a segment; a pair whose surfaces meet somewhere on it; else None."""
-        if self.roots.segment_hit(start, end, deviation) < 0:
-            return -1
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> tuple[Integers, list[int]]:
+        """For segments (N, n): -1 where all pairs are proven free, a pair whose surfaces meet; and what is undecided."""
+        answers, left = self.roots.segments_hit(starts, ends, deviations), []
+        for i in np.flatnonzero(answers >= 0).tolist():
+            met = self._met(starts[i], ends[i])
+            if met is None:
+                left.append(i)
+            else:
+                answers[i] = met
+        return answers, left
+
+    def _met(self, start: Array, end: Array) -> int | None:
+        """A pair whose surfaces meet somewhere on a segment; None if none is found."""
         for share in np.linspace(0.0, 1.0, WITNESSES).tolist():
             found = self.configuration_hit(start + share * (end - start))
             if found is not None and found >= 0:

@@ -270,15 +270,15 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
     return last
 
 
-def usable_deviation(deviation: Array, size: int) -> Array:
-    """How far each of `size` values may be from a segment, as an array.
+def usable_deviations(deviations: Array, size: int) -> Array:
+    """How far each of `size` values may be from each of N segments, as an array (N, size).
 
     Raises:
         ValueError: another shape, or a value that is negative or not finite.
     """
-    found = np.asarray(deviation, np.float64)
-    if found.shape != (size,) or not ((found >= 0.0) & (found < np.inf)).all():
-        raise ValueError(f"deviations are {size} finite values of at least 0, not {deviation}")
+    found = np.ascontiguousarray(deviations, np.float64)
+    if found.shape[-1:] != (size,) or found.ndim != 2 or not ((found >= 0.0) & (found < np.inf)).all():
+        raise ValueError(f"deviations are {size} finite values of at least 0, not {deviations}")
     return found
 
 

@@ -48,6 +48,10 @@ class FloorView:
             return self.number
         return self.view.segment_hit(start, end, deviation)
 
+    def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
+        """The result of `segment_hit` for every row of three arrays (N, n)."""
+        return np.array([self.segment_hit(*row) for row in zip(starts, ends, deviations, strict=True)], np.int64)
+
     def _stray(self, deviation: Array) -> float:
         """How far a corner of the footprint can be from where it is, if values are off by at most `deviation` [m]."""
         return float(np.hypot(deviation[0], deviation[1]) + self.drive.radius * deviation[2])

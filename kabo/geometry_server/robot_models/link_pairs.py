@@ -5,16 +5,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Booleans
 from kabo.geometry import CollisionChecker, FixedGroup, MovingGroup
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
 
 LinkPair = tuple[str, str]
-Booleans = npt.NDArray[np.bool_]
 
 
 @dataclass

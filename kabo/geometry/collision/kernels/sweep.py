@@ -282,3 +282,22 @@ def first_swept_hit(start, end, margin, clearance, pairs, scene, sweep, search):
                 search.counters[POSITIVE] += 1
                 return found if found < FREE else pairs[NUMBER, p]
     return FREE
+
+
+@lean_kernel
+def swept_hits(starts, ends, deviations, answers, margin, clearance, pairs, scene, sweep, search):
+    """Writes the result of `first_swept_hit` for each segment, whose values are within its deviations.
+
+    The result is the number of segments, up to the first that is not decided.
+    """
+    strays, count = sweep.way.strays, starts.shape[0]
+    for i in range(count):
+        for j in range(strays.shape[0]):
+            strays[j] = deviations[i, j]
+        answers[i] = first_swept_hit(starts[i], ends[i], margin, clearance, pairs, scene, sweep, search)
+        if answers[i] < FREE:
+            count = i
+            break
+    for j in range(strays.shape[0]):
+        strays[j] = 0.0  # other kernels sweep along segments themselves
+    return count

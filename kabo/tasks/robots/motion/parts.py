@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Booleans
 from kabo.geometry_server import Keep, Workspace
 from kabo.motion import Held
 from kabo.scene import Configuration
@@ -106,14 +106,21 @@ class MotionPart:
             and self._free(workspace, middle, b, splits - 1)
         )
 
-    def proven_near(self, a: Array, b: Array, deviation: Array, *, apart: bool = False) -> bool:
-        """Whether all that is near a straight segment of joint space is proven collision-free, and the segment to be kept.
+    def proven_near(self, starts: Array, ends: Array, deviations: Array, apart: Booleans) -> Booleans:
+        """Whether all that is near straight segments of joint space is proven collision-free, and each to be kept.
 
         Args:
-            a, b: the ends of the segment, configurations (n,) of the robot.
-            deviation: (n,) how far each joint may be from the segment [rad or m].
-            apart: as of `proven`.
+            starts, ends: the ends (N, n) of the segments, configurations of the robot.
+            deviations: (N, n) how far each joint may be from each segment [rad or m].
+            apart: (N,) as of `proven`.
         """
-        if self._keep is not None and (deviation.max() > KEPT_DEVIATION or not self._keep.keeps(a, b)):
-            return False
-        return self._workspaces[apart].segment_hit(a, b, deviation) < 0
+        proven = np.ones(len(starts), bool)
+        if self._keep is not None:
+            proven &= deviations.max(axis=1, initial=0.0) <= KEPT_DEVIATION
+            for i in np.flatnonzero(proven):
+                proven[i] = self._keep.keeps(starts[i], ends[i])
+        for which in (False, True):
+            rows = np.flatnonzero(proven & (apart == which))
+            if len(rows):
+                proven[rows] = self._workspaces[which].segments_hit(starts[rows], ends[rows], deviations[rows]) < 0
+        return proven

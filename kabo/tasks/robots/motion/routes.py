@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Booleans, Integers
 from kabo.motion import Timed, thinned
 from kabo.motion.bernstein import ranges, values
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
@@ -20,7 +20,6 @@ from kabo.tasks.robots.motion.curves import knots_of, slopes_of
 from kabo.tasks.robots.motion.insertions import inserts, keeps_insertion
 from kabo.tasks.robots.motion.parts import JOINT_DECIMALS, MOVING, MotionPart
 from kabo.tasks.robots.motion.resting_strokes import RestingStroke, resting_stroke
-from kabo.tasks.robots.scenes import configuration
 from kabo.tasks.robots.timed_paths import TIME_DECIMALS
 
 ON_PATH = 1e-8  # rad or m: deviations of straight pieces; they are proven already
@@ -63,11 +62,11 @@ class Route:
     def _resting(self) -> Array:
         return np.array(self.parts[0].stretch.start)
 
-    def whole(self, q: Array) -> Array:
-        """The configuration with the values of joints that do not move, as plans store it."""
-        found = self._resting.copy()
-        found[self.parts[0].columns] = q
-        return np.array(configuration(found))
+    def whole(self, rows: Array) -> Array:
+        """Configurations (k, N) for values (k, n) of the joints that move, as plans store them."""
+        found = np.tile(self._resting, (len(rows), 1))
+        found[:, self.parts[0].columns] = np.round(rows, JOINT_DECIMALS) + 0.0
+        return found
 
     @cached_property
     def bends(self) -> Array:
@@ -84,7 +83,7 @@ class Route:
         waiting = list(range(len(made.passing) - 1))
         for level in range(MAX_HALVINGS + 1):
             margin = MARGIN if level < MAX_HALVINGS else 1.0
-            refused = [i for i in waiting if not self._proven(made, i, margin)]
+            refused = self._unproven(made, waiting, margin)
             if not refused:
                 return self._bent(made) or made
             if level < MAX_HALVINGS:
@@ -92,15 +91,15 @@ class Route:
         return self._refused(made, refused)
 
     def _refused(self, made: Timed, pieces: Sequence[int]) -> Refused:
-        owners = {self._owner(made, piece) for piece in pieces}
+        owners = frozenset(self._owners_of(made, pieces).tolist())
         return Refused(
-            sorted({corner for i in pieces for corner in self._corners_by(made, i)}),
-            frozenset(owners & self.curves),
+            sorted({corner for i in pieces for corner in self._corners_by(made, i)}), owners & self.curves
         )
 
-    def _owner(self, made: Timed, piece: int) -> int:
-        at = int(np.searchsorted(made.corners, piece, side="right")) - 1
-        return self.owners[min(at, len(self.owners) - 1)]
+    def _owners_of(self, made: Timed, pieces: Sequence[int]) -> Integers:
+        """The numbers of the parts to which pieces of the path belong."""
+        at = np.searchsorted(made.corners, pieces, side="right") - 1
+        return np.asarray(self.owners)[np.minimum(at, len(self.owners) - 1)]
 
     @cached_property
     def _strokes(self) -> tuple[RestingStroke, ...]:
@@ -132,9 +131,9 @@ class Route:
         curves: set[int] = set()
         for stroke in self._strokes:
             near, far = (made.passing[made.corners[stroke.corners[k]]] for k in (0, -1))
-            rows = [self.whole(q) for q in at_times(made, near + (far - near) * LINE_PLACES)]
+            rows = self.whole(at_times(made, near + (far - near) * LINE_PLACES))
             number = 0 if stroke.part is self.parts[0] else len(self.parts) - 1
-            if stroke.kept(np.array(rows)) and self._inserted(made, stroke, number):
+            if stroke.kept(rows) and self._inserted(made, stroke, number):
                 continue
             found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
             curves.update({number} & self.curves)
@@ -145,7 +144,7 @@ class Route:
         if number not in self.curves or not inserts(stroke.part):
             return True
         low, high = sorted(made.corners[stroke.corners[k]] for k in (0, -1))
-        rows = np.array([self.whole(q) for q in made.waypoints[low : high + 1]])
+        rows = self.whole(made.waypoints[low : high + 1])
         return keeps_insertion(stroke.part, rows, made.deviations[low:high])
 
     def _beyond(self, made: Timed) -> list[int]:
@@ -162,28 +161,43 @@ class Route:
             found.update(range(max(0, int(ends[0])), min(int(ends[1]), len(made.deviations) - 1) + 1))
         return sorted(found)
 
-    def _proven(self, made: Timed, piece: int, margin: float) -> bool:
-        """Whether a piece of the path is proven for a motion that stays near it."""
-        away, owner = made.deviations[piece], self._owner(made, piece)
-        if away.max() <= ON_PATH and owner not in self.curves:
-            return True
-        ends = made.waypoints[piece : piece + 2]
-        strokes = [stroke for stroke in self._strokes if stroke.part is self.parts[owner]]
-        if not all(stroke.steady(ends, float(away.max()), curved=owner in self.curves) for stroke in strokes):
-            return False
-        part, strays = self.parts[owner], np.zeros(len(self._resting))
-        strays[part.columns] = margin * away
-        near = self.stroke + self._bulge(owner) + STROKE_TOLERANCE
-        apart = part.touches and max(map(self._distance, ends, (owner, owner))) > near
-        return part.proven_near(self.whole(ends[0]), self.whole(ends[1]), strays, apart=apart)
+    def _unproven(self, made: Timed, pieces: Sequence[int], margin: float) -> list[int]:
+        """Those pieces of the path that are not proven for a motion that stays near them."""
+        numbers = np.asarray(pieces, np.int64)
+        owners = self._owners_of(made, numbers.tolist())
+        off_path = made.deviations[numbers].max(axis=1) > ON_PATH
+        refused: list[Integers] = []
+        for owner in np.unique(owners).tolist():
+            own = numbers[(owners == owner) & (off_path | (owner in self.curves))]
+            if len(own):
+                refused.append(own[~self._proven(made, own, owner, margin)])
+        return sorted(np.concatenate(refused).tolist()) if refused else []
 
-    def _distance(self, q: Array, owner: int) -> float:
-        """The distance of a point (n,) from the straight pieces of a part [rad, L2]."""
-        own = [i for i, each in enumerate(self.owners) if each == owner]
-        a, b = self.corners[own], self.corners[[i + 1 for i in own]]
-        steps = b - a
-        shares = np.clip(((q - a) * steps).sum(axis=1) / (steps**2).sum(axis=1), 0.0, 1.0)
-        return float(np.linalg.norm(q - a - shares[:, None] * steps, axis=1).min())
+    def _proven(self, made: Timed, pieces: Integers, owner: int, margin: float) -> Booleans:
+        """Whether pieces (k,) of the path of one part are proven for a motion that stays near them."""
+        part, away = self.parts[owner], made.deviations[pieces]
+        starts, ends = made.waypoints[pieces], made.waypoints[pieces + 1]
+        proven = np.ones(len(pieces), bool)
+        for stroke in self._strokes:
+            if stroke.part is part:
+                proven &= stroke.steady(starts, ends, away.max(axis=1), curved=owner in self.curves)
+        starts, ends, away = starts[proven], ends[proven], away[proven]
+        strays = np.zeros((len(away), len(self._resting)))
+        strays[:, part.columns] = margin * away
+        apart = np.zeros(len(away), bool)
+        if part.touches:
+            near = self.stroke + self._bulge(owner) + STROKE_TOLERANCE
+            apart = np.maximum(self._distances(starts, owner), self._distances(ends, owner)) > near
+        proven[proven] = part.proven_near(self.whole(starts), self.whole(ends), strays, apart)
+        return proven
+
+    def _distances(self, rows: Array, owner: int) -> Array:
+        """The distance (k,) of each point (k, n) from the straight pieces of a part [rad, L2]."""
+        own = np.flatnonzero(np.asarray(self.owners) == owner)
+        a, b = self.corners[own], self.corners[own + 1]
+        steps, since = b - a, rows[:, None] - a
+        shares = np.clip((since * steps).sum(axis=2) / (steps**2).sum(axis=1), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(since - shares[..., None] * steps, axis=2).min(axis=1))
 
     def _bulge(self, owner: int) -> float:
         """How far the curve that a part is may be from the straight pieces between its corners [rad, L2]."""

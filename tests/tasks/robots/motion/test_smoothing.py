@@ -116,7 +116,7 @@ def test_where_nothing_is_proven_it_stops(monkeypatch: pytest.MonkeyPatch, block
     """With obstacles everywhere beside the path every blend is refused, and the motion stops at each corner."""
     part = group()[0]
     if blocked:
-        monkeypatch.setattr(MotionPart, "proven_near", lambda *_, **__: False)
+        monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__: np.zeros(len(starts), bool))
     found = smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
     inner = len(route_of(group(), 0.1 * DEVIATION).corners) - 2
     assert inner > 0
