@@ -160,6 +160,7 @@ def find_motion(
     state = scene.start.replace({robot: first})
     task_scene = TaskScene.of(server.context(), state)
     constraint = _constraint(task_scene, robot, keep)
+    _require_held(task_scene, robot)
     for q, name in ((first, "the start"), (last, "the goal")):
         _require_free(task_scene, robot, np.array(q), name)
         broken = None if constraint is None else constraint.broken(np.array(q))
@@ -168,7 +169,7 @@ def find_motion(
     key: tuple[str | int | float, ...] = (seed, PROCEDURE, robot, *first, *last)
     found = way_to(task_scene.workspace(robot), np.array(first), np.array(last), key, samples, constraint)
     if isinstance(found, Refusal):
-        raise NoMotionError(_no_way(robot, found, samples))
+        raise NoMotionError(_no_way(task_scene, robot, found, samples))
     times, trajectory = _timed(task_scene, robot, found, keep)
     return Motion(scene, robot, first, last, times, trajectory, keep, seed)
 
@@ -242,13 +243,26 @@ def _constraint(scene: "TaskScene", robot: str, keep: str | None) -> "Keep | Non
     return found
 
 
+def _require_held(scene: "TaskScene", robot: str) -> None:
+    """Checks that the gripper can hold, at rest, what the robot holds.
+
+    Raises:
+        InputError: it is too heavy; says for what force.
+    """
+    from kabo.tasks.robots.motion.held_bodies import too_heavy
+
+    found = too_heavy(scene.context.scene, scene.situation, robot)
+    if found is not None:
+        raise _fault(robot, found.comment, "let the gripper have more force, or write the true mass and friction")
+
+
 def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     """Checks that a configuration is free of collision.
 
     Raises:
-        InputError: it is not; says which two things meet, and how deep.
+        InputError: it is not; says which two things meet, and how deep, or how much distance is missing.
     """
-    from kabo.geometry_server import ScenePredicates
+    from kabo.geometry_server import ScenePredicates, millimetres
 
     pair = scene.workspace(robot).first_hit(q)
     if pair is None:
@@ -259,18 +273,34 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     bounds = ScenePredicates(scene.context.surroundings, state).distance(*pair)
     if bounds.lower < 0.0:
         how = f"overlap by up to {-1000 * bounds.lower:.1f} mm"
+    elif bounds.lower < (wanted := _kept(scene, pair)):
+        are = f"{pair[0]} and {pair[1]} are {millimetres(bounds.lower)} apart"
+        what = f"at {name} {are}, but {millimetres(wanted)} are to be kept"
+        raise _fault(robot, what, "choose another configuration, or let less of it be uncertain: uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
     what = f"at {name} {pair[0]} and {pair[1]} {how}"
     raise _fault(robot, what, "choose another configuration, or allow the contact: allowed_contacts")
 
 
-def _no_way(robot: str, refusal: "Refusal", samples: int) -> str:
-    """Why no way was found, with the pairs that were most in the way."""
+def _kept(scene: "TaskScene", pair: Sequence[str]) -> float:
+    """The distance that two bodies or links are to keep, because the scene says that they are uncertain [m]."""
+    situation = scene.situation
+    carriers = {name: robot for robot in situation.robots for name in situation.carried(robot)}
+    return sum(scene.context.surroundings.kept(name, carriers.get(name)) for name in pair)
+
+
+def _no_way(scene: "TaskScene", robot: str, refusal: "Refusal", samples: int) -> str:
+    """Why no way was found, with the pairs that were most in the way, and the distance that they are to keep."""
+    from kabo.geometry_server import millimetres
+
     hits = sorted(refusal.pairs, key=lambda one: -one[1])[:3]
     text = f"no way for {robot} was found in {samples} samples"
     if hits:
-        text += "; most in the way: " + ", ".join(f"{a} and {b} ({count} times)" for (a, b), count in hits)
+        text += "; most in the way: " + ", ".join(
+            f"{a} and {b} ({count} times{f', {millimetres(kept)} are to be kept' if kept > 0.0 else ''})"
+            for (a, b), count, kept in ((pair, count, _kept(scene, pair)) for pair, count in hits)
+        )
     elif refusal.comment:
         text += f": {refusal.comment}"
     return text + ". More samples or another seed may find one"

@@ -1,5 +1,7 @@
 """Motions planned without a domain: limits, rest at both ends, verified plans, reasons a person can act on."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 import kabo
 from kabo.errors import InputError
 from kabo.motion_plans import Motion, find_motion
-from kabo.scene import Scene, motion_limits
+from kabo.scene import Attachment, Scene, motion_limits
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 # A box between the two configurations of a Panda: the straight way goes through it.
@@ -87,3 +89,53 @@ def test_values_that_are_not_given_stay_and_limits_are_named(scene: Scene):
         kabo.plan_motion(scene, "arm", "start", {"panda_joint1": float("nan")})
     with pytest.raises(InputError, match="no planned joint"):
         kabo.plan_motion(scene, "arm", "start", {"joint1": 0.0})
+
+
+def test_an_end_that_is_too_near_says_how_much_there_is_and_how_much_is_to_be_kept(tmp_path: Path):
+    """What is uncertain is no matter of epsilon, and the message must not blame it."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(WALL + "uncertain: {wall: 290mm}\n")
+    with pytest.raises(InputError) as found:
+        kabo.plan_motion(kabo.load_scene(path), "arm", "home", "there")
+    (one,) = found.value.diagnostics
+    told = re.fullmatch(
+        r"at the start arm\.\w+ and wall are ([\d.]+) mm apart, but 290 mm are to be kept", one.message
+    )
+    assert told is not None, one.message
+    assert 0.0 < float(told[1]) < 290.0
+
+
+def test_where_no_way_is_found_it_says_how_much_is_to_be_kept(tmp_path: Path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(WALL + "uncertain: {wall: 4mm, arm: 1mm}\n")
+    with pytest.raises(kabo.NoMotionError, match=r"wall \(\d+ times, 5 mm are to be kept\)"):
+        kabo.plan_motion(kabo.load_scene(path), "arm", "home", "there", samples=1)
+
+
+HAND = """    gripper:
+      joints: [panda_finger_joint1]
+      open: {panda_finger_joint1: 0.04}
+      closed: {panda_finger_joint1: 0}
+      touch_links: [panda_leftfinger, panda_rightfinger]
+      force: FORCE
+    allowed_contacts:"""
+BALL = "  ball: {sphere: {radius: 0.02}, mass: 2, movable: true, pose: {position: [2, 2, 2]}}\n"
+
+
+def _carrying(path: Path, force: float) -> Scene:
+    """The scene with the wall, and a ball of 2 kg in a hand of this force [N]."""
+    path.write_text(WALL.replace("    allowed_contacts:", HAND.replace("FORCE", str(force)), 1) + BALL)
+    scene = kabo.load_scene(path)
+    held = Attachment("arm.panda_hand", (0.0, 0.0, 0.16), (1.0, 0.0, 0.0, 0.0))
+    return replace(scene, start=replace(scene.start, objects={**scene.start.objects, "ball": held}))
+
+
+def test_what_is_too_heavy_for_the_hand_is_refused_with_weight_and_force(tmp_path: Path):
+    with pytest.raises(InputError, match=r"arm cannot hold ball, even at rest: .* 5 N"):
+        kabo.plan_motion(_carrying(tmp_path / "scene.yaml", 5.0), "arm", "home", {"panda_joint1": -1.2})
+
+
+def test_a_motion_while_carrying_is_slower_in_a_weaker_hand(tmp_path: Path):
+    goal, path = {"panda_joint1": -1.2}, tmp_path / "scene.yaml"
+    strong, weak = (kabo.plan_motion(_carrying(path, force), "arm", "home", goal) for force in (200.0, 42.0))
+    assert strong.duration < weak.duration

@@ -10,7 +10,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import replace
 
 from kabo.plan.plan import Node, Plan, StateChange
-from kabo.plan.writing import canonical, node_to_json, rounded, rounded_state
+from kabo.plan.writing import canonical, rounded, rounded_state, rounded_to_json
 
 _FIRST = {"false": 0, "true": 1}
 
@@ -45,7 +45,7 @@ class PlanBuilder:
         for successor in node.successors:
             if successor not in self._nodes:
                 raise ValueError(f"add the successor {successor!r} first: plans are built from their leaves")
-        key = hashlib.sha256(canonical(node_to_json(node))).digest(), moved
+        key = hashlib.sha256(canonical(rounded_to_json(node))).digest(), moved
         handle = self._handles.setdefault(key, f"#{len(self._handles)}")
         self._nodes.setdefault(handle, node)
         return handle

@@ -72,7 +72,11 @@ def rounded_state(state: StateChange) -> StateChange:
 
 def node_to_json(node: Node) -> dict[str, Any]:
     """The node as a JSON object that contains only the keys for the kind of the node."""
-    node = rounded(node)
+    return rounded_to_json(rounded(node))
+
+
+def rounded_to_json(node: Node) -> dict[str, Any]:
+    """The JSON object of a node that is `rounded`."""
     result: dict[str, Any] = {"kind": node.kind}
     if node.kind in ("action", "sense"):
         result["action"] = node.action

@@ -113,9 +113,8 @@ def _cut_pair(
         return set()
     changed: set[str] = set()
     counts = [len(bodies.parts[mesh].vertices) for mesh in own]
-    nodes = list(_axes_of(witness, len(course.waypoints), counts[0], counts[1]))
     worth = WORTH * witness.margin
-    for node in nodes[:: max(1, -(-len(nodes) // MAX_NODES))]:
+    for node in _axes_of(witness, len(course.waypoints), counts[0], counts[1]):
         for e, (mesh, number) in enumerate(zip(own, (first, second), strict=True)):
             if mesh in meshes:
                 made = cut.get(mesh) or CutParts(bodies.parts[mesh], meshes[mesh].vertices, meshes[mesh].faces)
@@ -136,7 +135,7 @@ def _cut_across(made: CutParts, node: Node, e: int, direction: Array, poses: Arr
     own, any_cut = reaches[:, at] - along[at], False
     for _ in range(MAX_CUTS):
         part = int(own.argmax())
-        height = made.needed(low + part, turned[at])
+        height = made.needed(low + part, turned[at], own[part] - worth)
         if own[part] - height <= worth or not made.cut(low + part, turned[at]):
             break
         own[part], any_cut = height, True
@@ -144,15 +143,20 @@ def _cut_across(made: CutParts, node: Node, e: int, direction: Array, poses: Arr
 
 
 def _axes_of(witness: Witness, rows: int, first: int, second: int) -> Iterator[Node]:
-    """All axes of a proof along a path of so many way points, of bodies of so many parts."""
-    short = iter(np.frombuffer(witness.axes[: 6 * witness.walk.count("a")], "<i2").reshape(-1, 3))
-    exact = iter(np.frombuffer(witness.axes[6 * witness.walk.count("a") :], "<f8").reshape(-1, 3))
+    """Some axes of a proof along a path of so many way points, of bodies of so many parts: each k-th, at most MAX_NODES."""
+    count, places = {letter: witness.walk.count(letter) for letter in "ae"}, {"a": 0, "e": 0}
+    own = {
+        "a": np.frombuffer(witness.axes, "<i2", 3 * count["a"]).reshape(-1, 3),
+        "e": np.frombuffer(witness.axes, "<f8", offset=6 * count["a"]).reshape(-1, 3),
+    }
+    stride = max(1, -(-sum(count.values()) // MAX_NODES))
     ahead = [(0, (rows - 1) * POSITIONS_PER_PIECE, (0, first), (0, second))]
     for letter in witness.walk:
         begin, end, a, b = ahead.pop()
         if letter in "ae":
-            axis = next(short if letter == "a" else exact)
-            yield Node(begin, end, (a, b), axis)
+            if sum(places.values()) % stride == 0:
+                yield Node(begin, end, (a, b), own[letter][places[letter]])
+            places[letter] += 1
         elif letter == "t":
             middle = (begin + end) >> 1
             if end - begin > POSITIONS_PER_PIECE:

@@ -5,6 +5,8 @@ greatest n·x of what it holds of triangles: the union of the parts covers the m
 old parts holds with the new ones.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
@@ -12,131 +14,108 @@ from kabo.arrays import Array, Integers
 from kabo.geometry import Enclosure
 from kabo.geometry.collision.separation_proofs import Parts, ordered_as_given
 from kabo.geometry.parts import COLUMNS
+from kabo.geometry.triangles.kernels.clipping import clipped_reach, triangles_at
 
 SLACK = 1e-7  # [m] by which a cut stays away from the mesh: far more than verifiers move faces inwards
-TOLERANCE = 1e-6  # share of a triangle's edges by which a point may seem to be outside of it
+
+
+class Hull(NamedTuple):
+    """A convex part: its corners, the triangles of its surface, and the planes n·x + d <= 0 of these."""
+
+    corners: Array  # (V, 3) [m]
+    simplices: Integers  # (F, 3)
+    planes: Array  # (F, 4)
+
+
+class Held(NamedTuple):
+    """What a part has to hold: the triangles near it, as far as they are between the planes that it had at first."""
+
+    triangles: Array  # (T, 3, 3) [m]
+    planes: Array  # (F, 4)
+    polygons: Array  # (2, F + 4, 3) room for clipping
 
 
 class CutParts:
-    """The parts of one mesh, in their order, and the points of the mesh that each has to hold."""
+    """The parts of one mesh, in their order, and what of the mesh each has to hold."""
 
     def __init__(self, parts: Parts, vertices: Array, faces: Integers) -> None:
         """`vertices` (V, 3) and `faces` (F, 3) of the mesh that the parts cover."""
         self.parts = list(parts.vertices)
-        self._vertices, self._faces = vertices, faces
-        corners = vertices[faces]
-        self._boxes = corners.min(axis=1), corners.max(axis=1)  # of the triangles
+        self._vertices, self._faces = np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int64)
         self._full: set[int] = set()  # parts that cannot be cut without too many corners
-        self._held: dict[int, Array | None] = {}
+        self._hulls: dict[int, Hull | None] = {}
+        self._holding: dict[int, Held | None] = {}
+        self._room = np.empty((len(faces), 3, 3))
 
     def reach(self, part: int, direction: Array) -> float:
         """How far a part reaches along a direction of length 1 (3,) [m]."""
         return float((self.parts[part] @ direction).max())
 
-    def needed(self, part: int, direction: Array) -> float:
-        """How far a part has to reach: as far as what it holds of triangles, if it is not flat [m]."""
-        held = self._points(part)
-        return self.reach(part, direction) if held is None else float((held @ direction).max()) + SLACK
+    def needed(self, part: int, direction: Array, enough: float = np.inf) -> float:
+        """How far a part has to reach [m]: as far as what it holds of triangles, if it is not flat.
+
+        If that is `enough`, a lower bound of it that is as much.
+        """
+        if part not in self._holding:
+            hull = self._hull(part)
+            self._holding[part] = None if hull is None else self._held_by(hull)
+        held = self._holding[part]
+        if held is None:
+            return self.reach(part, direction)
+        n = np.ascontiguousarray(direction)
+        found = clipped_reach(held.triangles, held.planes, SLACK, n, enough, held.polygons)
+        return self.reach(part, direction) if found == -np.inf else float(found) + SLACK
 
     def cut(self, part: int, direction: Array) -> bool:
         """Whether a part could be cut to what it has to hold along a direction, with as many corners as it may have."""
         height = self.needed(part, direction)
-        if part in self._full:
+        hull = self._hull(part)
+        if part in self._full or hull is None:
             return False
-        made = _below(self.parts[part], direction, height)
-        if made is None or len(made) > COLUMNS:
+        made = _below(hull, direction, height)
+        if made is None or len(made.corners) > COLUMNS:
             self._full.add(part)
             return False
-        self.parts[part] = made
+        self.parts[part], self._hulls[part] = made.corners, made
         return True
 
     def made(self) -> Parts:
         """The parts as they are now."""
         return ordered_as_given(Enclosure(tuple(self.parts), 0.0))
 
-    def _points(self, part: int) -> Array | None:
-        """Points whose hull holds what of the mesh is in a part; None if the part is flat, or touches none."""
-        if part not in self._held:
-            self._held[part] = self._touching(self.parts[part])
-        return self._held[part]
+    def _hull(self, part: int) -> Hull | None:
+        """The hull of a part as it is now; None if it is flat."""
+        if part not in self._hulls:
+            self._hulls[part] = _hull_of(self.parts[part])
+        return self._hulls[part]
 
-    def _touching(self, corners: Array) -> Array | None:
-        """Points whose hull holds what of the triangles is in a part."""
-        try:
-            hull = ConvexHull(corners)
-        except (QhullError, ValueError):
-            return None
-        faces = np.unique(hull.equations, axis=0)
-        low, high = self._boxes
-        boxed = self._faces[
-            ((low <= corners.max(axis=0) + SLACK) & (high >= corners.min(axis=0) - SLACK)).all(axis=1)
-        ]
-        used = np.zeros(len(self._vertices), bool)
-        used[boxed.ravel()] = True
-        vertices, boxed = self._vertices[used], (np.cumsum(used) - 1)[boxed]
-        heights = np.asarray(vertices @ faces[:, :3].T + faces[:, 3])
-        # Of each vertex the faces that it is outside of, as bits: a triangle is outside if its corners share one.
-        outside = np.packbits(heights > SLACK, axis=1)
-        first, second, third = outside[boxed.T]
-        near = boxed[~(first & second & third).any(axis=1)]
-        inside = np.asarray(~outside.any(axis=1))
-        across = near[~inside[near].all(axis=1)]
-        points = [vertices[np.unique(near[inside[near]])]]
-        if len(across):
-            ends = np.unique(np.sort(across[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-            points.append(_in_part(vertices[ends], heights[ends]))
-            lines = corners[
-                np.unique(np.sort(hull.simplices[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-            ]
-            points.append(_through(lines, vertices[across]))
-        found = np.concatenate(points)
-        return found if len(found) else None
+    def _held_by(self, hull: Hull) -> "Held":
+        """What a part has to hold of the mesh."""
+        box = np.concatenate([hull.corners.min(axis=0) - SLACK, hull.corners.max(axis=0) + SLACK])
+        count = triangles_at(self._vertices, self._faces, box, self._room)
+        return Held(self._room[:count].copy(), hull.planes, np.empty((2, len(hull.planes) + 4, 3)))
 
 
-def _in_part(edges: Array, heights: Array) -> Array:
-    """The ends of what of edges (E, 2, 3) is in a part, above whose faces their ends are (E, 2, F) [m]."""
-    begin, step = heights[:, 0], heights[:, 1] - heights[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = (SLACK - begin) / step
-    low = np.where(step < 0.0, share, 0.0).max(axis=1, initial=0.0)
-    high = np.where(step > 0.0, share, 1.0).min(axis=1, initial=1.0)
-    met = (low <= high) & ~((step == 0.0) & (begin > SLACK)).any(axis=1)
-    start, way = edges[met, 0], edges[met, 1] - edges[met, 0]
-    return np.concatenate([start + low[met, None] * way, start + high[met, None] * way])
+def _hull_of(points: Array) -> Hull | None:
+    """The hull of points, of which those inside are left out; None if they are flat."""
+    try:
+        made = ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
+    places = np.zeros(len(points), np.int64)
+    places[made.vertices] = np.arange(len(made.vertices))
+    return Hull(np.ascontiguousarray(points[made.vertices]), places[made.simplices], made.equations)
 
 
-def _through(lines: Array, triangles: Array) -> Array:
-    """The points at which lines (L, 2, 3) pass through triangles (T, 3, 3)."""
-    start, u, v = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    normals = np.cross(u, v)
-    begin = ((lines[:, None, 0] - start) * normals).sum(axis=2)
-    end = ((lines[:, None, 1] - start) * normals).sum(axis=2)
-    line, number = np.nonzero((begin * end <= 0.0) & (begin != end))
-    share = begin[line, number] / (begin[line, number] - end[line, number])
-    points = lines[line, 0] + share[:, None] * (lines[line, 1] - lines[line, 0])
-    away, n = points - start[number], normals[number]
-    square = (n * n).sum(axis=1)
-    a = (np.cross(away, v[number]) * n).sum(axis=1) / square
-    b = (np.cross(u[number], away) * n).sum(axis=1) / square
-    return np.asarray(points[(a >= -TOLERANCE) & (b >= -TOLERANCE) & (a + b <= 1.0 + TOLERANCE)])
-
-
-def _below(corners: Array, direction: Array, height: float) -> Array | None:
-    """The corners of a convex part where direction · x <= height; None if nothing is cut off, or too much."""
+def _below(hull: Hull, direction: Array, height: float) -> Hull | None:
+    """What of a convex part is where direction · x <= height; None if nothing is cut off, or too much."""
+    corners, triangles = hull.corners, hull.simplices
     heights = corners @ direction
     kept = heights <= height
     if kept.all() or not kept.any():
         return None
-    try:
-        triangles = ConvexHull(corners).simplices
-        edges = np.unique(
-            np.sort(np.concatenate([triangles[:, :2], triangles[:, 1:], triangles[:, ::2]]), axis=1), axis=0
-        )
-        low, high = np.where(kept[edges[:, :1]], edges, edges[:, ::-1]).T
-        crossing = kept[low] & ~kept[high]
-        low, high = low[crossing], high[crossing]
-        share = (height - heights[low]) / (heights[high] - heights[low])
-        points = np.concatenate([corners[kept], corners[low] + share[:, None] * (corners[high] - corners[low])])
-        return np.ascontiguousarray(points[ConvexHull(points).vertices])
-    except (QhullError, ValueError):
-        return None
+    ends = np.concatenate([triangles[:, :2], triangles[:, 1:], triangles[:, ::2]])
+    low, high = ends[kept[ends].sum(axis=1) == 1].T  # edges twice, which is no harm to their hull
+    share = (height - heights[low]) / (heights[high] - heights[low])
+    crossed = corners[low] + share[:, None] * (corners[high] - corners[low])
+    return _hull_of(np.concatenate([corners[kept], crossed]))
