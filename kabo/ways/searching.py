@@ -28,7 +28,7 @@ FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as abov
 
 CHECK_SPACING = 0.4  # [rad, L2] between configurations that are looked at before the proof
 MAX_CONSTRAINED_STEP = 0.15  # [rad, L2] the longest edge under a constraint: a longer chord would leave it
-MAX_EXTENSION, LEAST_EXTENSION = 2.0, 0.5  # [rad, L2] of a tree by one step, and of one that was blocked before
+MAX_EXTENSION, LEAST_EXTENSION = 0.7, 0.5  # [rad, L2] of a tree by one step, and of one that was blocked before
 LOCAL, NEAR = 4, 1.0  # one of so many samples lies near a node, by at most so much along each joint [rad or m]
 RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run times have a heavy tail
 BATCH = 512  # samples, or attempts to shorten, between two looks at the clock

@@ -43,26 +43,27 @@ def _within_limits(part: MotionPart) -> bool:
     return bool((hull >= tree.lower[part.columns]).all() and (hull <= tree.upper[part.columns]).all())
 
 
-def knots_of(part: MotionPart) -> Array:
-    """The knots (k, n) of the curve that a part is, after its beginning."""
-    path = _samples(part)
+def knots_of(part: MotionPart, samples: Array | None = None) -> Array:
+    """The knots (k, n) of the curve that a part is, after its beginning; `samples` (m, n) are its way points by default."""
+    path = np.array(part.rows) if samples is None else samples
     count = min(max(2 * (len(path) - 1), LEAST_KNOTS), MOST_KNOTS)
     return np.round(smooth_knots(path, count)[1:], JOINT_DECIMALS) + 0.0
 
 
-def _samples(part: MotionPart) -> Array:
-    """Samples (m, k) of the curve that a part is: its way points, or finer ones where few way points bend it wrongly.
+def finer_samples(part: MotionPart) -> Array | None:
+    """More samples (m, n) of the curve that a part is than its way points; None if they are enough, or none are found.
 
-    The ends are the part's own. Nothing is assumed of what lies between: the motion along it is proven afterwards.
+    Few way points bend a spline away from the line of the tool. The ends are the part's own. Nothing is assumed of what
+    lies between: the motion along it is proven afterwards.
     """
-    path, whole = np.array(part.rows), np.array(part.stretch.path)
+    path, whole = np.array(part.rows), part.stretch.path
     if len(path) > MOST_KNOTS:
-        return path
+        return None
     for order in (slice(None), slice(None, None, -1)):  # an approach was made from its end
         finer = _followed(part, whole[order])
         if finer is not None and len(finer) > len(path):
             return np.concatenate([path[:1], finer[order][1:-1, part.columns], path[-1:]])
-    return path
+    return None
 
 
 def _followed(part: MotionPart, whole: Array) -> Array | None:
@@ -70,11 +71,15 @@ def _followed(part: MotionPart, whole: Array) -> Array | None:
     robot = part.scene.robot(part.stretch.robot)
     tool = tool_frame(robot)
     first, last = (candidate(robot, q).pose(tool)[:3, 3] for q in whole[[0, -1]])
-    finer = line(robot, whole[0], tool, last - first, LINE_DEVIATION * FINER, LINE_TILT * FINER)
-    if finer is None or np.abs(finer[-1] - whole[-1]).max() > SAME_END:
+    followed = line(robot, whole[0], tool, last - first, LINE_DEVIATION * FINER, LINE_TILT * FINER)
+    if followed is None:
+        return None
+    finer = np.array(followed)
+    missing = whole[-1] - finer[-1]
+    if np.abs(missing).max() > SAME_END:
         return None
     # A redundant arm drifts a little: the difference is spread over the samples.
-    return np.array(finer) + np.linspace(0.0, 1.0, len(finer))[:, None] * (whole[-1] - finer[-1])
+    return finer + np.linspace(0.0, 1.0, len(finer))[:, None] * missing
 
 
 def slopes_of(corners: Array, owners: Sequence[int], curves: frozenset[int]) -> Array:
