@@ -5,11 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, candidate, line, tool_frame
 from kabo.motion import natural_slopes, smooth_knots
 from kabo.tasks.robots.motion.parts import JOINT_DECIMALS, MotionPart
 from kabo.tasks.robots.motion.tool_lines import tool_line
 
 LEAST_KNOTS, MOST_KNOTS = 6, 16  # pieces of a curve
+FINER = 0.1  # share of a line's deviation and tilt within which finer samples stay
+SAME_END = 5e-3  # rad or m by which a line that is followed anew may end elsewhere
 LEAST_LENGTH = 1e-3  # [rad, L2] of a curve
 
 
@@ -40,11 +43,43 @@ def _within_limits(part: MotionPart) -> bool:
     return bool((hull >= tree.lower[part.columns]).all() and (hull <= tree.upper[part.columns]).all())
 
 
-def knots_of(part: MotionPart) -> Array:
-    """The knots (k, n) of the curve that a part is, after its beginning."""
-    path = np.array(part.rows)
+def knots_of(part: MotionPart, samples: Array | None = None) -> Array:
+    """The knots (k, n) of the curve that a part is, after its beginning; `samples` (m, n) are its way points by default."""
+    path = np.array(part.rows) if samples is None else samples
     count = min(max(2 * (len(path) - 1), LEAST_KNOTS), MOST_KNOTS)
     return np.round(smooth_knots(path, count)[1:], JOINT_DECIMALS) + 0.0
+
+
+def finer_samples(part: MotionPart) -> Array | None:
+    """More samples (m, n) of the curve that a part is than its way points; None if they are enough, or none are found.
+
+    Few way points bend a spline away from the line of the tool. The ends are the part's own. Nothing is assumed of what
+    lies between: the motion along it is proven afterwards.
+    """
+    path, whole = np.array(part.rows), part.stretch.path
+    if len(path) > MOST_KNOTS:
+        return None
+    for order in (slice(None), slice(None, None, -1)):  # an approach was made from its end
+        finer = _followed(part, whole[order])
+        if finer is not None and len(finer) > len(path):
+            return np.concatenate([path[:1], finer[order][1:-1, part.columns], path[-1:]])
+    return None
+
+
+def _followed(part: MotionPart, whole: Array) -> Array | None:
+    """Fine samples (m, n) of the tool's line from the first configuration to the last; None if it ends elsewhere."""
+    robot = part.scene.robot(part.stretch.robot)
+    tool = tool_frame(robot)
+    first, last = (candidate(robot, q).pose(tool)[:3, 3] for q in whole[[0, -1]])
+    followed = line(robot, whole[0], tool, last - first, LINE_DEVIATION * FINER, LINE_TILT * FINER)
+    if followed is None:
+        return None
+    finer = np.array(followed)
+    missing = whole[-1] - finer[-1]
+    if np.abs(missing).max() > SAME_END:
+        return None
+    # A redundant arm drifts a little: the difference is spread over the samples.
+    return finer + np.linspace(0.0, 1.0, len(finer))[:, None] * missing
 
 
 def slopes_of(corners: Array, owners: Sequence[int], curves: frozenset[int]) -> Array:

@@ -5,9 +5,10 @@ reach over it are proven with those of its part. Where a body is lifted from ano
 permitted on that stroke only; motion that leaves the stroke is proven without it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -257,17 +258,23 @@ def at_times(made: Timed, times: Array) -> Array:
     return values(made.coefficients[k], (times - made.times[k])[:, None])
 
 
-def route_of(parts: Sequence[MotionPart], tolerance: float, curves: frozenset[int] = frozenset()) -> Route:
+def route_of(
+    parts: Sequence[MotionPart],
+    tolerance: float,
+    curves: frozenset[int] = frozenset(),
+    finer: Mapping[int, Array] = MappingProxyType({}),
+) -> Route:
     """The route through the way points that are needed, with every straight piece proven.
 
-    The parts with the numbers `curves` become splines, which are not proven yet.
+    The parts with the numbers `curves` become splines, which are not proven yet: through their way points, or through
+    the samples (m, n) that `finer` has for them.
     """
     columns, path = parts[0].columns, parts[0].stretch.path
     corners: list[Array] = [path[0, columns]]
     owners: list[int] = []
     for number, part in enumerate(parts):
         path = part.stretch.path
-        for q in knots_of(part) if number in curves else path[_needed(part, tolerance), columns]:
+        for q in knots_of(part, finer.get(number)) if number in curves else path[_needed(part, tolerance), columns]:
             if np.linalg.norm(q - corners[-1]) > MOVING:
                 corners.append(q)
                 owners.append(number)

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.motion import Held, MotionLimits, Timed, timed_path
 from kabo.motion.bernstein import derivative, values
-from kabo.tasks.robots.motion.curves import curves_of
+from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.insertions import insertion_nearness, inserts
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.routes import Route, route_of
@@ -54,12 +55,16 @@ def smoothed(
     thinning = min(THINNING_SHARE * deviation, MAX_THINNING)
     within = deviation - thinning
     curves = curves_of(parts) if deviation > 0.0 else frozenset()
+    finer: dict[int, Array | None] = {}  # samples of curves whose way points were too few
     while True:
-        route = route_of(parts, thinning, curves)
+        samples = {number: found for number, found in finer.items() if found is not None}
+        route = route_of(parts, thinning, curves, samples)
         found = _rounded(route, limits, within, held)
         if isinstance(found, Timed):
             return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))
-        curves -= found
+        tried = {number: finer_samples(parts[number]) for number in sorted(found - finer.keys())}
+        curves -= {number for number in found if tried.get(number) is None}
+        finer |= tried
 
 
 def _rounded(route: Route, limits: MotionLimits, within: float, held: Held | None) -> Timed | frozenset[int]:
