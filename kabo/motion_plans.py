@@ -13,6 +13,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.motion import Trajectory
+from kabo.options import require_clearance
 from kabo.plan import Node, Plan, Segment, node_to_json
 from kabo.task_plans import plan_of_solution
 
@@ -45,6 +46,7 @@ class Motion:
         trajectory: of the planned joints, from time 0.
         keep: the name of the constraint that it keeps, if there is one.
         seed: of the samples.
+        clearance: what bodies keep from each other along it [m].
     """
 
     scene: "Scene"
@@ -55,6 +57,7 @@ class Motion:
     trajectory: Trajectory
     keep: str | None
     seed: int
+    clearance: float = 0.0
 
     def plan(self, *, certificate: bool = True) -> Plan:
         """The plan of one node that makes this motion; `kabo.verify(scene, plan)` judges it.
@@ -81,7 +84,11 @@ class Motion:
             {"robots": {self.robot: {"joints": dict(zip(names, q, strict=True))}}} for q in (self.start, self.goal)
         ]
         motion = {"start": ends[0], "segments": told, "changes": [], "after": ends[1]}
-        report = {"task": PROCEDURE, "runs": [{"seed": self.seed, "solutions": [{"motion": motion, "cost": 0.0}]}]}
+        report = {
+            "task": PROCEDURE,
+            "clearance": self.clearance,
+            "runs": [{"seed": self.seed, "solutions": [{"motion": motion, "cost": 0.0}]}],
+        }
         return plan_of_solution(report, 1, self.scene, certificate=certificate)  # type: ignore[arg-type]
 
 
@@ -94,6 +101,7 @@ def plan_motion(
     seed: int = 0,
     keep: str | None = None,
     epsilon: float | None = None,
+    clearance: float = 0.0,
     samples: int = PATH_SAMPLES,
     stop: Callable[[], bool] = lambda: False,
 ) -> Trajectory:
@@ -110,6 +118,8 @@ def plan_motion(
         seed: of the samples.
         keep: the name of a motion constraint of the scene that is kept throughout, for what the robot holds.
         epsilon: the accuracy of the proofs [m]; None: that of the scene.
+        clearance: the distance that bodies keep from each other, unless their contact is permitted [m]; what the scene
+            says is uncertain is kept besides.
         samples: after so many of them the search gives up.
         stop: asked now and then whether to give up.
 
@@ -117,6 +127,7 @@ def plan_motion(
         InputError: a name is unknown, values do not fit, or an end is outside the limits, in collision, or does not keep
             the constraint; it says which joint or pair, and by how much.
         NoMotionError: no way was found; it says what was in the way.
+        ValueError: `clearance` is negative, or more than any scene has.
         CutOff: `stop` returned True.
 
     Example:
@@ -126,7 +137,16 @@ def plan_motion(
         True
     """
     found = find_motion(
-        scene, robot, start, goal, seed=seed, keep=keep, epsilon=epsilon, samples=samples, stop=stop
+        scene,
+        robot,
+        start,
+        goal,
+        seed=seed,
+        keep=keep,
+        epsilon=epsilon,
+        clearance=clearance,
+        samples=samples,
+        stop=stop,
     )
     return found.trajectory
 
@@ -140,13 +160,14 @@ def find_motion(
     seed: int = 0,
     keep: str | None = None,
     epsilon: float | None = None,
+    clearance: float = 0.0,
     samples: int = PATH_SAMPLES,
     stop: Callable[[], bool] = lambda: False,
 ) -> Motion:
     """As `plan_motion`, with all that a plan needs.
 
     Raises:
-        InputError, NoMotionError, CutOff: as `plan_motion`.
+        InputError, NoMotionError, ValueError, CutOff: as `plan_motion`.
     """
     # Load kernels, which motion needs.
     from kabo.geometry_server import GeometryServer, Refusal, way_to
@@ -155,7 +176,8 @@ def find_motion(
     if robot not in scene.robots:
         raise _fault(robot, "the scene has no robot of this name", _suggested(robot, scene.robots))
     chosen = scene.robots[robot]
-    server = GeometryServer(scene, epsilon, seed, stop=stop)
+    kept = require_clearance(clearance)
+    server = GeometryServer(scene, epsilon, seed, stop=stop, clearance=kept)
     first, last = _ends(scene, chosen, start, goal)
     state = scene.start.replace({robot: first})
     task_scene = TaskScene.of(server.context(), state)
@@ -171,7 +193,7 @@ def find_motion(
     if isinstance(found, Refusal):
         raise NoMotionError(_no_way(task_scene, robot, found, samples))
     times, trajectory = _timed(task_scene, robot, found, keep)
-    return Motion(scene, robot, first, last, times, trajectory, keep, seed)
+    return Motion(scene, robot, first, last, times, trajectory, keep, seed, kept)
 
 
 def _ends(scene: "Scene", robot: "Robot", start: Where, goal: Where) -> "tuple[Configuration, Configuration]":
@@ -276,7 +298,7 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     elif bounds.lower < (wanted := _kept(scene, pair)):
         are = f"{pair[0]} and {pair[1]} are {millimetres(bounds.lower)} apart"
         what = f"at {name} {are}, but {millimetres(wanted)} are to be kept"
-        raise _fault(robot, what, "choose another configuration, or let less of it be uncertain: uncertain")
+        raise _fault(robot, what, "choose another configuration, a smaller clearance, or let less be uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
     what = f"at {name} {pair[0]} and {pair[1]} {how}"
@@ -284,7 +306,7 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
 
 
 def _kept(scene: "TaskScene", pair: Sequence[str]) -> float:
-    """The distance that two bodies or links are to keep, because the scene says that they are uncertain [m]."""
+    """The distance that two bodies or links are to keep: the clearance, and what the scene says is uncertain [m]."""
     situation = scene.situation
     carriers = {name: robot for robot in situation.robots for name in situation.carried(robot)}
     return sum(scene.context.surroundings.kept(name, carriers.get(name)) for name in pair)

@@ -54,6 +54,7 @@ class ExplainOptions(TypedDict, total=False):
 
 SOLVING = ("solve", "request")
 EVERYWHERE = (*SOLVING, "explain")
+WITHOUT_PROBLEM = ("motion", "task plan")  # commands that take a scene alone, in which no problem gives options
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,7 @@ class Options:
         at_least=0.0,
         at_most=LARGEST_CLEARANCE,
         unit="m",
-        commands=EVERYWHERE,
+        commands=(*EVERYWHERE, *WITHOUT_PROBLEM),
         problem_key="clearance",
         in_header="if not default",
         of_geometry=True,
@@ -232,6 +233,17 @@ def _table() -> dict[str, Option]:
 
 OPTIONS: Final[Mapping[str, Option]] = _table()
 SEARCHES: Final[tuple[Search, ...]] = get_args(Search)
+
+
+def require_clearance(clearance: float) -> float:
+    """The clearance [m] that a caller gives, if it is one.
+
+    Raises:
+        ValueError: it is not from 0 to `LARGEST_CLEARANCE`.
+    """
+    if not 0.0 <= clearance <= LARGEST_CLEARANCE:
+        raise ValueError(f"clearance must be a length from 0 to {LARGEST_CLEARANCE:g} m, not {clearance!r}")
+    return float(clearance)
 
 
 def takes_options(function: _Function) -> _Function:

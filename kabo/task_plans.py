@@ -112,7 +112,7 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
     try:
         plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
-        return _certified(plan, scene) if certificate else plan
+        return _certified(plan, scene, report.get("clearance", 0.0)) if certificate else plan
     except (KeyError, ValueError, IndexError) as error:  # joints, links or objects of another scene
         what = f"this motion is none of the scene {scene.name}: {error}"
         raise InputError([Diagnostic(f"solution {number}", 1, 1, what, "name the scene of the report")]) from None
@@ -130,11 +130,11 @@ def only_planned(report: Report, number: int) -> str | None:
     return f"planning also kept away from what the scene does not have: {', '.join(names)}; no plan tells or proves it"
 
 
-def _certified(plan: Plan, scene: "Scene") -> Plan:
+def _certified(plan: Plan, scene: "Scene", clearance: float) -> Plan:
     from kabo.geometry_server import GeometryServer
     from kabo.planner.certify.certifying import certified
 
-    return certified(plan, GeometryServer(scene).surroundings)[0]
+    return certified(plan, GeometryServer(scene, clearance=clearance).surroundings)[0]
 
 
 def _node(task: str, motion: MotionReport, before: State, after: State) -> dict[str, Any]:
@@ -194,9 +194,9 @@ def _files(scene: "Scene", description: SceneDescription) -> dict[str, str]:
 
 
 def _options(report: Report, number: int, scene: "Scene") -> dict[str, Any]:
-    """The options of a plan: the seed of the run that found the solution, and those on which no task depends."""
+    """The options of a plan: the seed of the solution's run, what bodies kept, those on which no task depends."""
     seeds = [run["seed"] for run in report["runs"] for _ in run["solutions"]]
-    return Options(seed=seeds[number - 1], epsilon=scene.epsilon).written()
+    return Options(seed=seeds[number - 1], epsilon=scene.epsilon, clearance=report.get("clearance", 0.0)).written()
 
 
 def _spans(numbers: Sequence[int]) -> str:

@@ -139,3 +139,27 @@ def test_a_motion_while_carrying_is_slower_in_a_weaker_hand(tmp_path: Path):
     goal, path = {"panda_joint1": -1.2}, tmp_path / "scene.yaml"
     strong, weak = (kabo.plan_motion(_carrying(path, force), "arm", "home", goal) for force in (200.0, 42.0))
     assert strong.duration < weak.duration
+
+
+def test_a_clearance_is_kept_told_and_proven(scene: Scene, motion: Motion):
+    found = find_motion(scene, "arm", "home", "there", seed=1, clearance=0.02)
+    plan = found.plan()
+    assert plan.options["clearance"] == 0.02 and "clearance" not in motion.plan(certificate=False).options
+    assert plan.certificate is not None
+    assert all(each.clearance is None or each.clearance >= 0.02 for each in plan.certificate.segments)
+    report = kabo.verify(scene, plan)
+    assert report.ok, str(report)
+    claimed = replace(plan, options={**plan.options, "clearance": 0.2})
+    assert not kabo.verify(scene, claimed).ok
+
+
+def test_a_clearance_that_cannot_be_had_says_for_whom_and_how_much_there_is(scene: Scene):
+    with pytest.raises(
+        InputError, match=r"at the start arm\.\w+ and \S+ are [\d.]+ mm apart, but 290 mm are to be kept"
+    ):
+        kabo.plan_motion(scene, "arm", "home", "there", clearance=0.29)
+    with pytest.raises(kabo.NoMotionError, match=r"wall \(\d+ times, 4 mm are to be kept\)"):
+        kabo.plan_motion(scene, "arm", "home", "there", clearance=0.004, samples=1)
+    for wrong in (-0.001, 0.5, float("nan")):
+        with pytest.raises(ValueError, match=r"clearance must be a length from 0 to 0\.3 m"):
+            kabo.plan_motion(scene, "arm", "home", "there", clearance=wrong)

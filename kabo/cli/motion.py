@@ -9,6 +9,7 @@ from kabo.budgets import StopFlag
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, natural, output_file
 from kabo.cli.limits import add_limits
+from kabo.cli.solving import add_options
 from kabo.cli.terminal import answer, clean_standard_output, complain, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--epsilon", type=accuracy, metavar="E", help="the accuracy in metres (default: the scene's)"
     )
+    add_options(parser, NAME)
     parser.add_argument(
         "--seed", type=natural, default=0, metavar="N", help="the seed of all random samples (default: 0)"
     )
@@ -63,6 +65,7 @@ def run(options: argparse.Namespace) -> int:
                     seed=options.seed,
                     keep=options.keep,
                     epsilon=options.epsilon,
+                    clearance=options.clearance or 0.0,
                     stop=flag,
                     **more,
                 )
@@ -81,11 +84,13 @@ def run(options: argparse.Namespace) -> int:
                 "times": motion.times,
                 "coefficients": motion.coefficients,
                 "deviation": motion.deviation,
+                **({"clearance": found.clearance} if found.clearance else {}),
             }
         )
     else:
+        kept = f", {1000 * found.clearance:g} mm from everything" if found.clearance else ""
         points = rooms.counted(len(motion.waypoints), "way point")
-        answer(f"{robot}: {motion.duration:.2f} s, {points}, proven free of collision")
+        answer(f"{robot}: {motion.duration:.2f} s, {points}, proven free of collision{kept}")
         if options.output is not None:
             tell(f"{options.output}: the motion as a plan; kabo verify {options.scene} {options.output}")
     return exit_codes.DONE

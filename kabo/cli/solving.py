@@ -1,4 +1,4 @@
-"""Arguments and output shared by `solve`, `request` and `explain`."""
+"""Arguments and output shared by `solve`, `request` and `explain`; `motion` and `task plan` take options from here."""
 
 import argparse
 from collections.abc import Callable, Mapping
@@ -11,7 +11,7 @@ from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import answer, print_json, tell, warn
 from kabo.errors import InputError
-from kabo.options import OPTIONS, Option, SolveOptions
+from kabo.options import OPTIONS, WITHOUT_PROBLEM, Option, SolveOptions
 
 SHOWN_DETAILS = 2  # of the reason why there is no plan: the first ones say most
 
@@ -38,7 +38,9 @@ def add_options(parser: argparse.ArgumentParser, command: str, **defaults: objec
     for option in OPTIONS.values():
         if command not in option.commands:
             continue
-        given: dict[str, Any] = {"help": _help(option, defaults.get(option.name, option.default)), "default": None}
+        default = defaults.get(option.name, option.default)
+        text = _help(option, default, from_problem=command not in WITHOUT_PROBLEM)
+        given: dict[str, Any] = {"help": text, "default": None}
         if option.choices:
             given["choices"] = option.choices
         elif option.kind is bool:
@@ -67,10 +69,10 @@ def argument_of(option: Option) -> str:
     return "--" + option.name.replace("_", "-")
 
 
-def _help(option: Option, default: object) -> str:
+def _help(option: Option, default: object, *, from_problem: bool) -> str:
     """The help text of an option: its meaning and its default."""
     last = option.otherwise or ("yes" if default is True else f"{default}")
-    first = "" if option.problem_key is None else "the problem's, else "
+    first = "" if option.problem_key is None or not from_problem else "the problem's, else "
     return f"{option.help} (default: {first}{last})".replace("`", "").replace("%", "%%")
 
 

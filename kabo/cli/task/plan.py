@@ -10,6 +10,7 @@ from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
 from kabo.cli.own_code import add_stages_argument, blamed, execute
+from kabo.cli.solving import add_options
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell, warn
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
@@ -53,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="REPORT",
         help="try the solutions of a report first, proven anew in this scene",
     )
+    add_options(parser, f"task {NAME}")
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
     parser.set_defaults(needs_kernels=lambda options: options.scene is not None)
@@ -74,6 +76,7 @@ def run(options: argparse.Namespace) -> int:
                 max(1, options.repeat),
                 options.workers or None,
                 rooms.known_solutions(options.known),
+                options.clearance or 0.0,
                 StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
                 options.surrounding.preparing,
             )
@@ -81,8 +84,11 @@ def run(options: argparse.Namespace) -> int:
                 runs = rooms.plan_file(file, arguments, scene, settings)
         for why in (each for one in runs for each in one.left_out):
             tell(f"{options.known}, {why}")
+        kept = options.clearance or 0.0
         given = None if options.scene is None else str(options.scene)
-        made = rooms.report(runs, file=str(options.file), arguments=arguments, scene=scene, scene_file=given)
+        made = rooms.report(
+            runs, file=str(options.file), arguments=arguments, scene=scene, scene_file=given, clearance=kept
+        )
         if options.output is not None:
             rooms.write_atomically(options.output, rooms.report_bytes(made))
     if options.json:

@@ -26,9 +26,9 @@ def prepare_geometry(
     prepare_scene(scene, processes=processes, look=look, told=told)
 
 
-def first_scene(scene: Scene, seed: int, stop: Callable[[], bool]) -> TaskScene:
-    """The initial state of a scene, as robot stages see it."""
-    server = GeometryServer(scene, seed=seed, stop=stop)
+def first_scene(scene: Scene, seed: int, stop: Callable[[], bool], clearance: float = 0.0) -> TaskScene:
+    """The initial state of a scene, as robot stages see it; bodies keep `clearance` [m], beside what is uncertain."""
+    server = GeometryServer(scene, seed=seed, stop=stop, clearance=clearance)
     return TaskScene.of(server.context(), scene.start)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import Place
+from kabo.options import require_clearance
 from kabo.tasks.core import Solution, Task
 from kabo.tasks.files.building import TaskFile, load_task_file
 from kabo.tasks.files.describing import describe_report
@@ -92,6 +93,7 @@ def plan_task(
     repeat: int = 1,
     workers: int | None = None,
     from_: "TaskReport | str | Path | None" = None,
+    clearance: float = 0.0,
 ) -> TaskReport:
     """What planning a task finds: solutions, and the failures of each stage.
 
@@ -106,10 +108,13 @@ def plan_task(
         workers: the number of processes; solutions do not depend on it.
         from_: what was found before, perhaps in a scene that has changed since: its solutions are tried first, each piece
             proven anew in `scene`; then planning goes on if more are wanted. A report, or its file.
+        clearance: the distance that bodies keep from each other, unless their contact is permitted [m]; what the scene
+            says is uncertain is kept besides.
 
     Raises:
         InputError: the file, the scene or the arguments have errors, all of which are listed.
         InitialisationError: the stages of a task built in Python do not fit together, or do not fit the scene.
+        ValueError: `clearance` is negative, or more than any scene has; or the task has no robots that could keep it.
 
     Example:
         >>> example = "examples/pick_and_place"
@@ -120,18 +125,20 @@ def plan_task(
     if isinstance(file, str | Path):
         file = load_task_file(file)
     known = _scene(file, scene, given)
-    before = known_solutions(from_)
+    kept, before = require_clearance(clearance), known_solutions(from_)
+    if kept > 0.0 and known is None:
+        raise ValueError("without a scene nothing keeps a clearance")
     if isinstance(file, Task):
         for name, value in given.items():
             file.properties.set(name, value)
-        options = PlanningOptions(max_solutions, timeout, file.seed, 1, workers, before)
+        options = PlanningOptions(max_solutions, timeout, file.seed, 1, workers, before, kept)
         runs, name = [plan_built(file, known, options)], ""
     else:
         limit = file.timeout if timeout is None else timeout
-        options = PlanningOptions(max_solutions or file.max_solutions, limit, seed, repeat, workers, before)
+        options = PlanningOptions(max_solutions or file.max_solutions, limit, seed, repeat, workers, before, kept)
         runs, name = plan_file(file, given, known, options), file.description.source.name
     where = str(scene) if isinstance(scene, str | Path) else None
-    made = report(runs, file=name or None, arguments=given, scene=known, scene_file=where)
+    made = report(runs, file=name or None, arguments=given, scene=known, scene_file=where, clearance=kept)
     return TaskReport(made, tuple(runs), known)
 
 

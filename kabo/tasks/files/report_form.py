@@ -250,6 +250,9 @@ class StageReport(TypedDict):
 
 class _InScene(TypedDict, total=False):
     scene: str  # the file, by the path that was given; only where robots move
+    clearance: (
+        float  # [m]: what bodies keep from each other, beside what is uncertain; only where it was asked for
+    )
 
 
 class Report(_InScene):

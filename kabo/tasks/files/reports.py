@@ -53,8 +53,12 @@ def report(
     arguments: Mapping[str, Any] | None = None,
     scene: "Scene | None" = None,
     scene_file: str | None = None,
+    clearance: float = 0.0,
 ) -> Report:
-    """The report of one or more planning runs of the same task, in a scene that was read from `scene_file`."""
+    """The report of one or more planning runs of the same task, in a scene that was read from `scene_file`.
+
+    Bodies kept `clearance` [m] from each other, beside what is uncertain.
+    """
     task = runs[0].task
     made: Report = {
         "format": "kabo-task/2",
@@ -66,6 +70,8 @@ def report(
     }
     if scene_file is not None:
         made["scene"] = scene_file
+    if scene is not None and clearance > 0.0:
+        made["clearance"] = clearance
     return made
 
 

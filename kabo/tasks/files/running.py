@@ -53,6 +53,7 @@ class PlanningOptions:
     repeat: int = 1
     workers: int | None = None
     known: "KnownSolutions | None" = None  # solutions at hand, which are tried first
+    clearance: float = 0.0  # [m]: what bodies keep from each other, beside what the scene says is uncertain
     stop: Stop = field(default=lambda: False, compare=False)
     preparing: "Callable[[Preparing], None] | None" = field(
         default=None, compare=False
@@ -115,7 +116,7 @@ def _run(
         # Loads the geometry server with its kernels, which tasks without robots do not need.
         from kabo.tasks.files.first_scenes import check_against_scene, first_scene
 
-        first = first_scene(scene, seed, late)
+        first = first_scene(scene, seed, late, settings.clearance)
     try:
         if scene is not None:
             check_against_scene(task, first)
