@@ -222,13 +222,15 @@ def plans_of_report(
 ) -> "Iterator[tuple[int, Plan, Scene, str | None]]":
     """The plans of the solutions in a report: of one, or of all that move something.
 
-    Each with its number, the scene, and what `only_planned` says.
+    Each with its number, the scene, and what `only_planned` says. Where the report tells a clearance, plans have
+    certificates in any case: nothing else proves it.
 
     Raises:
         InputError: the report, the scene or a motion has errors, or there is no such solution.
         OSError: the report cannot be read.
     """
     report, found = load_report(path, scene)
+    certificate = certificate or report.get("clearance", 0.0) > 0.0
     first = chosen(report, solution, str(path))
     moving = [number for number, whole in enumerate(solutions_of(report), 1) if "motion" in whole]
     for number in [first] if solution is not None else moving:

@@ -128,6 +128,18 @@ def test_a_saved_report_gives_the_same_plan(report: TaskReport, plan: Plan, tmp_
     assert kabo.verify(scene, read).ok and number in (1, 2)
 
 
+def test_a_clearance_of_a_report_is_proven(tmp_path: Path):
+    made = kabo.plan_task(EXAMPLE / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1, clearance=0.003)
+    saved = tmp_path / "report.json"
+    made.save(saved)
+    assert made.content["clearance"] == 0.003
+    ((_, read, scene, _),) = plans_of_report(saved)
+    assert read.options["clearance"] == 0.003
+    assert read.certificate is not None
+    assert kabo.verify(scene, read).ok
+    assert min(each.clearance for each in read.certificate.segments if each.clearance is not None) >= 0.003
+
+
 def test_a_scene_that_lacks_what_a_report_moves_is_refused(report: TaskReport, tmp_path: Path):
     saved = tmp_path / "report.json"
     report.save(saved)

@@ -68,6 +68,9 @@ def run(options: argparse.Namespace) -> int:
         file = read_task_file(options)
         arguments = given_arguments(file, options.given)
         scene = _scene(file, arguments, options.scene)
+        if options.clearance and scene is None:
+            hint = "add the scene after the task file"
+            raise InputError([Diagnostic("--clearance", 1, 1, "without a scene nothing has a distance", hint)])
         with interruptible() as stop:
             settings = rooms.PlanningOptions(
                 options.max_solutions or file.max_solutions,

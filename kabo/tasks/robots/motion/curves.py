@@ -79,7 +79,7 @@ def _followed(part: MotionPart, whole: Array) -> Array | None:
     if np.abs(missing).max() > SAME_END:
         return None
     # A redundant arm drifts a little: the difference is spread over the samples.
-    return finer + np.linspace(0.0, 1.0, len(finer))[:, None] * missing
+    return np.asarray(finer + np.linspace(0.0, 1.0, len(finer))[:, None] * missing)
 
 
 def slopes_of(corners: Array, owners: Sequence[int], curves: frozenset[int]) -> Array:

@@ -274,7 +274,8 @@ def route_of(
     owners: list[int] = []
     for number, part in enumerate(parts):
         path = part.stretch.path
-        for q in knots_of(part, finer.get(number)) if number in curves else path[_needed(part, tolerance), columns]:
+        rows = knots_of(part, finer.get(number)) if number in curves else path[_needed(part, tolerance), columns]
+        for q in rows:
             if np.linalg.norm(q - corners[-1]) > MOVING:
                 corners.append(q)
                 owners.append(number)

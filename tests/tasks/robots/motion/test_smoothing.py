@@ -1,17 +1,18 @@
 """Motion through several parts: corners as round as their proofs allow, proven with what the trajectory deviates."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from kabo.geometry_server import GeometryServer, Situation, Success
+from kabo.geometry_server import LINE_DEVIATION, GeometryServer, Situation, Success, candidate, tool_frame
 from kabo.language.formulas import GroundCall
 from kabo.motion import timed_path
 from kabo.planner.refine.legs import legs_of
 from kabo.scene import motion_limits
 from kabo.tasks.procedures import GeometricProcedures
-from kabo.tasks.robots.motion.curves import curves_of
+from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.resting_strokes import CURVED
 from kabo.tasks.robots.motion.routes import route_of
@@ -60,6 +61,21 @@ def test_parts_follow_each_other_without_a_stop_and_end_at_rest() -> None:
     for timed, time in ((found[0], found[0].times[0]), (found[-1], found[-1].times[-1])):
         assert np.abs(timed.trajectory.at(time, 1)).max() < 1e-8
         assert np.abs(timed.trajectory.at(time, 2)).max() < 1e-6
+
+
+def test_a_stroke_of_few_way_points_is_sampled_finer_along_the_line_of_its_tool() -> None:
+    """A spline through few points leaves the line, and would be refused; the robot would stop at each of them."""
+    whole = group()[-1]
+    path = whole.stretch.waypoints
+    part = replace(whole, stretch=replace(whole.stretch, waypoints=(path[0], path[len(path) // 2], path[-1])))
+    found = finer_samples(part)
+    assert found is not None and len(found) > len(part.rows)
+    assert np.array_equal(found[[0, -1]], np.array(part.rows)[[0, -1]])
+    robot = part.scene.robot("left")
+    places = np.array([candidate(robot, q).pose(tool_frame(robot))[:3, 3] for q in found])
+    unit = (places[-1] - places[0]) / np.linalg.norm(places[-1] - places[0])
+    away = places - places[0] - ((places - places[0]) @ unit)[:, None] * unit
+    assert np.linalg.norm(away, axis=1).max() < LINE_DEVIATION
 
 
 def test_rounded_corners_are_faster_than_stops() -> None:
