@@ -132,6 +132,9 @@ def _report_broken(source: SourceFile, findings: Findings, error: Any) -> None:
     offset = 0 if mark is None else min(mark.index, len(source.text))
     before = source.text[max(0, offset - 1) : offset + 1]
     problem = error.problem or error.context or "broken"
+    if "maximum nesting depth" in problem:  # newer libyaml gives up by itself, at a greater depth than ours
+        findings.add(source.place(offset), f"nested deeper than {MAX_DEPTH} levels", None)
+        return
     message = f"the YAML is broken here: {problem}" + (f" ({error.context})" if error.context else "")
     hints = (
         hint for part, signs, hint in _REMEDIES if part in problem and (not signs or set(signs) & set(before))
