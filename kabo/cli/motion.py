@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
             }
         )
     else:
-        kept = f", {1000 * found.clearance:g} mm from everything" if found.clearance else ""
+        kept = f", with a clearance of {1000 * found.clearance:g} mm" if found.clearance else ""
         points = rooms.counted(len(motion.waypoints), "way point")
         answer(f"{robot}: {motion.duration:.2f} s, {points}, proven free of collision{kept}")
         if options.output is not None:

@@ -26,7 +26,7 @@ from kabo.ways.kernels.search import run
 FreeSegment = Callable[[Array, Array], int]  # -1: proven free; else the number of the pair that is hit
 FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as above
 
-CHECK_SPACING = 0.4  # [rad, L2] between configurations that are looked at before the proof
+CHECK_SPACING = 0.2  # [rad, L2] between configurations that are looked at before the proof
 MAX_CONSTRAINED_STEP = 0.15  # [rad, L2] the longest edge under a constraint: a longer chord would leave it
 MAX_EXTENSION, LEAST_EXTENSION = 0.7, 0.5  # [rad, L2] of a tree by one step, and of one that was blocked before
 LOCAL, NEAR = 4, 1.0  # one of so many samples lies near a node, by at most so much along each joint [rad or m]

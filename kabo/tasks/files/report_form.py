@@ -5,11 +5,12 @@ Files of the format `kabo-task/1` are read, too: their solutions have no changes
 
 import math
 from collections.abc import Iterator
-from typing import Any, Literal, TypedDict
+from typing import Annotated, Any, Literal, TypedDict
 
 import msgspec
 
 from kabo.errors import Diagnostic, InputError
+from kabo.options import LARGEST_CLEARANCE
 
 FORMAT, OLD_FORMAT = "kabo-task/2", "kabo-task/1"
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
@@ -250,9 +251,8 @@ class StageReport(TypedDict):
 
 class _InScene(TypedDict, total=False):
     scene: str  # the file, by the path that was given; only where robots move
-    clearance: (
-        float  # [m]: what bodies keep from each other, beside what is uncertain; only where it was asked for
-    )
+    # [m]: what bodies keep from each other, beside what is uncertain; only where it was asked for
+    clearance: Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_CLEARANCE)]
 
 
 class Report(_InScene):

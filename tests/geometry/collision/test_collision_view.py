@@ -174,6 +174,22 @@ def test_answers_do_not_depend_on_earlier_questions():
     assert used.configurations_hit(rows).tolist() == first
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_segments_asked_together_are_answered_as_each_alone(seed):
+    """The deviation of one segment is not that of the next, and none is left behind for later questions."""
+    rows, used = rng_rows(seed, 60, 3), chain_view()
+    off = np.random.default_rng(seed).choice([0.0, 0.01, 0.2], (59, 3))
+    alone = [chain_view().segment_hit(*row) for row in zip(rows, rows[1:], off, strict=False)]
+    plain = [chain_view().segment_hit(*row) for row in zip(rows, rows[1:], strict=False)]
+    assert used.segments_hit(rows[:-1], rows[1:], off).tolist() == alone != plain
+    assert used.segments_hit(rows[:-1], rows[1:], np.zeros((59, 3))).tolist() == plain
+    asked = used.counters.numbers
+    with pytest.raises(ValueError, match="configuration"):
+        used.segments_hit(rows[:-1], np.where(np.arange(59)[:, None] == 30, np.nan, rows[1:]), off)
+    assert used.counters.numbers[1] == asked[1] + 31
+    assert [used.segment_hit(*row) for row in zip(rows, rows[1:], strict=False)] == plain
+
+
 def test_counters_count():
     view = sliding_cube()
     view.configuration_hit([0.0])  # far away: no narrow phase

@@ -83,6 +83,14 @@ def test_what_is_no_report_is_told(content: bytes, message: str) -> None:
     assert told.value.diagnostics[0].message.startswith(message)
 
 
+@pytest.mark.parametrize("clearance", [-0.001, 0.31, "3mm", None])
+def test_a_clearance_that_is_none_is_told(tmp_path: Path, clearance: Any) -> None:
+    content = json.loads(report_bytes(made(tmp_path, [3]))) | {"clearance": clearance}
+    with pytest.raises(InputError) as told:
+        read_report(json.dumps(content).encode(), "r.json")
+    assert told.value.diagnostics[0].message.startswith("this is no report of planning: clearance: Expected `float`")
+
+
 def test_a_report_with_a_missing_stage_or_run_is_told(tmp_path: Path) -> None:
     found = made(tmp_path, [3])
     del found["runs"][0]["stages"]["go"]
