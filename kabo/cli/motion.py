@@ -2,8 +2,10 @@
 
 import argparse
 import re
+from collections.abc import Mapping
 from math import inf, radians
 from pathlib import Path
+from types import MappingProxyType
 
 from kabo.budgets import StopFlag
 from kabo.cli import exit_codes, rooms
@@ -14,6 +16,7 @@ from kabo.cli.terminal import answer, clean_standard_output, complain, interrupt
 from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
+LENGTHS = ("mm", "m")
 NAME = "motion"
 HELP = (
     "plan a motion of a robot from one configuration to another, as a plan for verify, view, picture and executors"
@@ -53,6 +56,7 @@ def run(options: argparse.Namespace) -> int:
     with clean_standard_output():
         scene = rooms.load_scene(options.scene)
         robot = options.robot or _only_robot(scene)
+        slides = _slides(scene, robot)
         more = {} if options.samples is None else {"samples": options.samples}
         with interruptible() as stop:
             flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop)
@@ -60,8 +64,8 @@ def run(options: argparse.Namespace) -> int:
                 found = rooms.find_motion(
                     scene,
                     robot,
-                    where(options.start, "--from"),
-                    where(options.goal, "--to"),
+                    where(options.start, "--from", slides),
+                    where(options.goal, "--to", slides),
                     seed=options.seed,
                     keep=options.keep,
                     epsilon=options.epsilon,
@@ -96,11 +100,17 @@ def run(options: argparse.Namespace) -> int:
     return exit_codes.DONE
 
 
-def where(text: str, option: str) -> str | list[float] | dict[str, float]:
+def where(
+    text: str, option: str, slides: Mapping[str, bool] = MappingProxyType({})
+) -> str | list[float] | dict[str, float]:
     """An end of a motion as it is written: a name, values in the order of joints, or values by names of joints.
 
+    Args:
+        text: what is written. option: where.
+        slides: whether each joint, in their order, has a length as its value; other joints take either unit.
+
     Raises:
-        InputError: a value is no number.
+        InputError: a value is no number, or has the unit of another kind of joint.
     """
     parts = [part.strip() for part in text.split(",")]
     if "=" in text:
@@ -109,21 +119,37 @@ def where(text: str, option: str) -> str | list[float] | dict[str, float]:
             if name.strip() in found:
                 message = f"{name.strip()!r} is given twice"
                 raise InputError([Diagnostic(option, 1, 1, message, "give each joint once")])
-            found[name.strip()] = _value(value, option)
+            found[name.strip()] = _value(value, option, name.strip(), slides)
         return found
     if len(parts) > 1 or re.match(r"[-+.\d]", text):
-        return [_value(part, option) for part in parts]
+        names = [*slides, *[""] * len(parts)]
+        return [_value(part, option, name, slides) for part, name in zip(parts, names, strict=False)]
     return text
 
 
-def _value(text: str, option: str) -> float:
+def _value(text: str, option: str, joint: str, slides: Mapping[str, bool]) -> float:
     unit = next((each for each in ("deg", "rad", "mm", "m") if text.strip().endswith(each)), "")
     try:
         value = float(text.strip().removesuffix(unit))
     except ValueError:
         hint = "write numbers, as 0.1, -45deg, 20mm"
         raise InputError([Diagnostic(option, 1, 1, f"{text.strip()!r} is no value of a joint", hint)]) from None
+    if unit and slides.get(joint, unit in LENGTHS) != (unit in LENGTHS):
+        kinds = ("turns", "an angle, as -45deg") if unit in LENGTHS else ("slides", "a length, as 20mm")
+        message = f"{joint!r} {kinds[0]}, and {text.strip()!r} is no value of it"
+        raise InputError([Diagnostic(option, 1, 1, message, f"write {kinds[1]}")])
     return radians(value) if unit == "deg" else value / 1000.0 if unit == "mm" else value
+
+
+def _slides(scene: "rooms.Scene", robot: str) -> dict[str, bool]:
+    """Whether each joint of a robot slides, by its name; nothing of a robot that the scene does not have."""
+    if robot not in scene.robots:
+        return {}
+    tree, names = scene.robots[robot].tree, scene.robots[robot].joint_names
+    sliding = {
+        int(tree.source[joint]) for joint in range(1, len(tree.kind)) if tree.kind[joint] == rooms.PRISMATIC
+    }
+    return {name: number in sliding for number, name in enumerate(names)}
 
 
 def _only_robot(scene: "rooms.Scene") -> str:

@@ -53,6 +53,7 @@ from kabo.requests import explain_file as explain_file
 from kabo.requests import solve_file as solve_file
 from kabo.requests import verify_file as verify_file
 from kabo.requests import verify_task_report as verify_task_report
+from kabo.scene import PRISMATIC as PRISMATIC
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
 from kabo.service.warming import compile_usual as compile_usual

@@ -50,6 +50,28 @@ def test_what_does_not_fit_is_refused(arguments: list[str], said: str, capsys: p
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("panda_joint1=5mm", "'panda_joint1' turns, and '5mm' is no value of it"),
+        ("0.1, 2m, 0, -2, 0, 2, 0.7", "'panda_joint2' turns"),
+    ],
+)
+def test_a_length_is_no_value_of_a_joint_that_turns(given: str, said: str, capsys: pytest.CaptureFixture[str]):
+    assert main(["motion", str(SCENE), "--to", given]) == exit_codes.BAD_INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_a_unit_must_be_that_of_the_joint():
+    slides = {"lift": True, "turn": False}
+    assert where("20mm, 90deg", "--to", slides) == pytest.approx([0.02, 1.5707963])
+    assert where("turn=1rad, lift=1m", "--to", slides) == {"turn": 1.0, "lift": 1.0}
+    with pytest.raises(InputError, match="'lift' slides"):
+        where("20deg, 90deg", "--to", slides)
+    with pytest.raises(InputError, match="'turn' turns"):
+        where("turn=90mm", "--to", slides)
+
+
 def test_ends_are_names_or_values_in_order_or_by_name():
     assert where("home", "--to") == "home"
     assert where("0.5, -90deg, 20 mm", "--to") == pytest.approx([0.5, -1.5707963, 0.02])

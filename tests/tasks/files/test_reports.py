@@ -88,7 +88,9 @@ def test_a_clearance_that_is_none_is_told(tmp_path: Path, clearance: Any) -> Non
     content = json.loads(report_bytes(made(tmp_path, [3]))) | {"clearance": clearance}
     with pytest.raises(InputError) as told:
         read_report(json.dumps(content).encode(), "r.json")
-    assert told.value.diagnostics[0].message.startswith("this is no report of planning: clearance: Expected `float`")
+    assert told.value.diagnostics[0].message.startswith(
+        "this is no report of planning: clearance: Expected `float`"
+    )
 
 
 def test_a_report_with_a_missing_stage_or_run_is_told(tmp_path: Path) -> None:
