@@ -173,26 +173,52 @@ def colliding(verdict: Verdict, motion: Motion, name: str, collisions: Collision
 def durations(motion: Motion) -> dict[str, float]:
     """How long a node's motion lasts, and bounds: its phases and its motions from rest to rest, and straight lines.
 
-    A phase is a segment; a motion is a row of them without a rest. Robots that move at once count by the slower one.
+    A phase is a segment; a motion is a row of them without a rest. Of robots that move at once the slowest counts;
+    robots that wait for each other add up. Standing still is what a plan asks for (a sensor that takes its time) and
+    no motion can shorten it: it lasts as long as it is stated.
     """
     from motion_durations import least, line  # noqa: PLC0415 - CasADi is not needed for anything else
 
-    found: dict[str, dict[str, float]] = {}
-    for robot in sorted({each.robot for each in motion.curves}):
-        limits, own = motion.scene.robots[robot].limits, [each for each in motion.curves if each.robot == robot]
-        sums = dict.fromkeys(("phases", "phases_without_jerk", "motions", "lines"), 0.0)
-        for row in chains(motion, own):
+    whole = dict.fromkeys(("phases", "phases_without_jerk", "motions", "lines"), 0.0)
+    for together in at_once(motion):
+        found: dict[str, dict[str, float]] = {}
+        for row in together:
+            sums = found.setdefault(row[0].robot, dict.fromkeys(whole, 0.0))
+            limits = motion.scene.robots[row[0].robot].limits
             bounds = {kind: np.array([limits[name][kind] for name in row[0].joints]) for kind in KINDS}
+            stood = sum(each.ends[1] - each.ends[0] for each in row if stands(each))
             for each in row:
                 with_jerk, without = least(each.waypoints, bounds)
                 sums["phases"] += with_jerk
                 sums["phases_without_jerk"] += without
-            whole = np.concatenate([each.waypoints for each in row])
-            sums["motions"] += least(whole, bounds)[0]
-            sums["lines"] += line(whole, bounds)
-        found[robot] = sums
-    slowest = max(found.values(), key=lambda sums: sums["phases"])
-    return {"lasts": motion.end, **slowest}
+            points = np.concatenate([each.waypoints for each in row])
+            sums["motions"] += least(points, bounds)[0]
+            sums["lines"] += line(points, bounds)
+            for kind in sums:
+                sums[kind] += stood
+        slowest = max(found.values(), key=lambda sums: sums["phases"])
+        whole = {kind: whole[kind] + slowest[kind] for kind in whole}
+    return {"lasts": motion.end, **whole}
+
+
+def stands(each: Any) -> bool:
+    """Whether a segment's path stays where it is."""
+    return bool(np.ptp(each.waypoints, axis=0).max() == 0.0)
+
+
+def at_once(motion: Motion) -> list[list[list[Any]]]:
+    """Rows of all robots in groups that follow each other in time: within a group rows overlap."""
+    robots = sorted({each.robot for each in motion.curves})
+    rows = [row for robot in robots for row in chains(motion, [e for e in motion.curves if e.robot == robot])]
+    groups: list[list[list[Any]]] = []
+    until = -np.inf
+    for row in sorted(rows, key=lambda row: row[0].ends[0]):
+        if row[0].ends[0] < until - 1e-9:
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+        until = max(until, row[-1].ends[1])
+    return groups
 
 
 def chains(motion: Motion, own: list[Any]) -> list[list[Any]]:
