@@ -13,7 +13,6 @@ Between corners the path may also be cubic, with given slopes at both ends of a 
 then the differences of slopes; where there is none, and curvature goes on, the path is smooth without a blend.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -185,7 +184,7 @@ def _bends(since: Array, trims: Array, passed: NDArray[np.bool_]) -> Array:
 
 
 def blended(
-    corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None, slopes: Array | None = None
+    corners: ArrayLike, deviation: float, shares: ArrayLike | None = None, slopes: Array | None = None
 ) -> Blended:
     """The path along corners (m, n) that stays by `deviation` [rad, L2] or less from the pieces between them.
 

@@ -90,7 +90,7 @@ def section(path: Blended, limits: MotionLimits, chord: float, tolerance: float,
             break
         factor *= made.slower + 1e-6
         made = _pieces(law, full, factor, tolerance, held)
-    wanted, corners = _way_points(path, chord)
+    wanted, corners = way_points(path, chord)
     ticks = int(made.ends[-1])
     passed = np.round(times_at(law.times, law.pieces, wanted[1:-1]) * (ticks / law.times[-1]))
     inner = _snapped(np.asarray(passed, np.int64), made.knots[made.kept], ticks)
@@ -229,7 +229,7 @@ def _slower(found: Array, gravity: Array, bound: float) -> float:
     return float(1.0 / np.sqrt(most.min(initial=np.inf)))
 
 
-def _way_points(path: Blended, chord: float) -> tuple[Array, list[int]]:
+def way_points(path: Blended, chord: float) -> tuple[Array, list[int]]:
     """Parameters of the way points, and where the corners are among them: few on blends, none between on straights."""
     wanted = [path.places]
     cuts = np.unique(np.concatenate([path.borders, path.places]))

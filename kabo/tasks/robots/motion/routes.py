@@ -34,10 +34,11 @@ STROKE_TOLERANCE = 1e-9  # rad of the distance of a point from a stroke
 
 
 class Refused(NamedTuple):
-    """What is not proven of a motion: the corners whose rounds are part of it, and the parts that are curves there."""
+    """What is not proven of a motion: the corners next to it, the parts that are curves there, and the times (k, 2)."""
 
     corners: list[int]
     curves: frozenset[int]
+    spans: Array
 
 
 @dataclass(frozen=True)
@@ -91,21 +92,28 @@ class Route:
                 made, waiting = halved(made, refused)
         return self._refused(made, refused)
 
-    def _refused(self, made: Timed, pieces: Sequence[int]) -> Refused:
+    def _refused(self, made: Timed, refused: Sequence[int]) -> Refused:
+        pieces = np.asarray(refused, np.int64)
         owners = frozenset(self._owners_of(made, pieces).tolist())
+        corners = sorted({corner for i in pieces for corner in self._corners_by(made, i)})
         return Refused(
-            sorted({corner for i in pieces for corner in self._corners_by(made, i)}), owners & self.curves
+            corners, owners & self.curves, np.stack([made.passing[pieces], made.passing[pieces + 1]], axis=1)
         )
 
-    def _owners_of(self, made: Timed, pieces: Sequence[int]) -> Integers:
+    def _owners_of(self, made: Timed, pieces: Integers) -> Integers:
         """The numbers of the parts to which pieces of the path belong."""
         at = np.searchsorted(made.corners, pieces, side="right") - 1
         return np.asarray(self.owners)[np.minimum(at, len(self.owners) - 1)]
 
     @cached_property
+    def _places(self) -> Array:
+        """The lengths (m,) of the straight pieces up to each corner [rad, L2]."""
+        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.corners, axis=0), axis=1))])
+
+    @cached_property
     def _strokes(self) -> tuple[RestingStroke, ...]:
         """The strokes from where the motion rests: its first part and its last one, where they are strokes."""
-        places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.corners, axis=0), axis=1))])
+        places = self._places
         cuts = [0, *self.borders, len(self.corners) - 1]
         first, last = range(cuts[1] + 1), range(cuts[-1], cuts[-2] - 1, -1)
         found = (
@@ -116,20 +124,35 @@ class Route:
 
     def greatest_shares(self, deviation: float) -> Array:
         """The greatest share (m,) of each corner's trim with which strokes keep their shape."""
-        bends = self.bends
+        bends, places = self.bends, self._places
         found = np.where(bends > 0.0, 1.0, 0.0) if self.curves else np.ones(len(self.corners))
+        room = np.minimum(places, places[-1] - places)
+        room = np.minimum(room, deviation / CORNER_SHARE / np.maximum(bends, GENTLE_TURN))[1:-1]
         for stroke in self._strokes:
-            for number, most in stroke.greatest_trims(bends):
-                room = min(
-                    room_of(self.corners, number), deviation / CORNER_SHARE / max(bends[number], GENTLE_TURN)
-                )
-                found[number] = min(found[number], most / room)
+            most = stroke.greatest_trims(places, bends)[1:-1]
+            found[1:-1] = np.minimum(found[1:-1], most / room)
         return found
+
+    def bending(self, path: Timed, trims: Array, spans: Array) -> list[int]:
+        """The corners whose rounds bend a path most on parts of it: on each, half as much as another one, or more.
+
+        Args:
+            path: at unit speed.
+            trims: of its rounds, for each corner (m,).
+            spans: where the parts begin and end (k, 2).
+        """
+        places = path.passing[list(path.corners)][:, None]
+        away = np.maximum(np.maximum(spans[:, 0] - places, places - spans[:, 1]), 0.0)
+        t = np.maximum(0.0, 1.0 - away / np.maximum(trims, MOVING)[:, None]) / 2.0
+        bent = (self.bends * trims)[:, None] * (2.0 * t**3 - t**4)
+        most = bent.max(axis=0)
+        return np.flatnonzero(((bent >= 0.7 * most) & (most > 0.0)).any(axis=1)).tolist()
 
     def _bent(self, made: Timed) -> Refused | None:
         """The corners of strokes whose lines are not kept, and those strokes that are curves."""
         found: set[int] = set()
         curves: set[int] = set()
+        spans = []
         for stroke in self._strokes:
             near, far = (made.passing[made.corners[stroke.corners[k]]] for k in (0, -1))
             rows = self.whole(at_times(made, near + (far - near) * LINE_PLACES))
@@ -138,7 +161,8 @@ class Route:
                 continue
             found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
             curves.update({number} & self.curves)
-        return Refused(sorted(found), frozenset(curves)) if found or curves else None
+            spans.append(sorted((near, far)))
+        return Refused(sorted(found), frozenset(curves), np.array(spans)) if found or curves else None
 
     def _inserted(self, made: Timed, stroke: RestingStroke, number: int) -> bool:
         """Whether a curve on which parts may be put together keeps to its line, as mates want it."""
@@ -165,7 +189,7 @@ class Route:
     def _unproven(self, made: Timed, pieces: Sequence[int], margin: float) -> list[int]:
         """Those pieces of the path that are not proven for a motion that stays near them."""
         numbers = np.asarray(pieces, np.int64)
-        owners = self._owners_of(made, numbers.tolist())
+        owners = self._owners_of(made, numbers)
         off_path = made.deviations[numbers].max(axis=1) > ON_PATH
         refused: list[Integers] = []
         for owner in np.unique(owners).tolist():
@@ -244,12 +268,6 @@ def turns(corners: Array) -> Array:
     steps = np.diff(corners, axis=0)
     units = steps / np.linalg.norm(steps, axis=1)[:, None]
     return np.concatenate([[0.0], np.linalg.norm(np.diff(units, axis=0), axis=1), [0.0]])
-
-
-def room_of(corners: Array, number: int) -> float:
-    """The distance of a corner from the nearer end of the whole path [rad, L2]."""
-    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    return float(min(lengths[:number].sum(), lengths[number:].sum()))
 
 
 def at_times(made: Timed, times: Array) -> Array:
