@@ -12,6 +12,7 @@ from kabo.arrays import Array
 from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
+from kabo.motion.kernels.deviations import pieces_beyond, positions_at
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
@@ -52,6 +53,14 @@ class Timed:
     def deviations(self) -> Array:
         """The distance (m - 1, n) that no joint exceeds while the motion follows each piece of the path."""
         return path_deviations(self.times, self.coefficients, self.waypoints, self.passing)
+
+    def at(self, moments: Array) -> Array:
+        """The values (k, n) of the joints at some moments (k,) [s]."""
+        return np.asarray(positions_at(self.times, self.coefficients, moments))
+
+    def beyond(self, lower: Array, upper: Array) -> NDArray[np.bool_]:
+        """The pieces (k,) of the motion on which a joint may leave its bounds (n,)."""
+        return np.asarray(pieces_beyond(self.times, self.coefficients, lower, upper))
 
     def trajectory(self, joints: Sequence[str], *, start: float = 0.0) -> Trajectory:
         """The whole motion as a trajectory that begins at the time `start` [s]."""
@@ -141,9 +150,7 @@ def rounded_path(
     Corners at which a stop saves time are rounded, too. What is not proven of the path need not be timed.
     """
     rows = np.asarray(corners, np.float64)
-    points, numbers, own = _prepared(
-        rows, rows.shape[1], _Rounding(deviation, shares, chord, 0.0, None, slopes)
-    )
+    points, numbers, own = _prepared(rows, rows.shape[1], _Rounding(deviation, shares, chord, 0.0, None, slopes))
     path = _blended(points, own)
     passing, indices = way_points(path, chord)
     waypoints = np.round(path.at(passing), WAYPOINT_DECIMALS) + 0.0
@@ -226,8 +233,9 @@ def _section(path: Blended, first: int, last: int, limits: MotionLimits, roundin
             rounding.held.spare > LEAST_SPARE and held_share(ends, pieces, rounding.held) <= 1.0
         ):
             return Section(ends, pieces, ends[[0, -1]], [0, 1])
-    for row in zip(own.corners, own.corners[1:], strict=False):
-        line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
+    if not all(each.all() for each in limits.rows):
+        for step in np.diff(own.corners, axis=0):
+            line_limits(step, limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
 
 
@@ -262,9 +270,8 @@ def _reversals(points: Array) -> NDArray[np.bool_]:
 
 
 def _places(times: Array, padded: Array, passing: Array) -> Array:
-    """The positions (m, n) at the times `passing`, as plans keep them."""
-    k = np.clip(np.searchsorted(times, passing, side="right") - 1, 0, len(padded) - 1)
-    return np.round(values(padded[k], (passing - times[k])[:, None]), WAYPOINT_DECIMALS) + 0.0
+    """The positions (m, n) at the increasing times `passing`, as plans keep them."""
+    return np.round(positions_at(times, padded, passing), WAYPOINT_DECIMALS) + 0.0
 
 
 def _still(point: Array, corners: list[int]) -> Timed:

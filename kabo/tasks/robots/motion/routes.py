@@ -15,7 +15,6 @@ import numpy as np
 
 from kabo.arrays import Array, Booleans, Integers
 from kabo.motion import Timed, thinned
-from kabo.motion.bernstein import ranges, values
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
 from kabo.tasks.robots.motion.curves import knots_of, slopes_of
 from kabo.tasks.robots.motion.insertions import inserts, keeps_insertion
@@ -92,6 +91,20 @@ class Route:
                 made, waiting = halved(made, refused)
         return self._refused(made, refused)
 
+    def looked_at(self, made: Timed) -> Refused | None:
+        """What is surely not proven of a motion, by a cheap look: joints beyond limits, bent strokes, middles that collide."""
+        if beyond := self._beyond(made):
+            return self._refused(made, beyond)
+        bent = self._bent(made, inserted=False)
+        if bent is None and (hopeless := self._unproven(made, list(range(len(made.passing) - 1)), None)):
+            return self._refused(made, hopeless)
+        return bent
+
+    def judged(self, made: Timed) -> Refused | None:
+        """What is not proven of a motion."""
+        found = self.looked_at(made) or self.proven(made)
+        return found if isinstance(found, Refused) else None
+
     def _refused(self, made: Timed, refused: Sequence[int]) -> Refused:
         pieces = np.asarray(refused, np.int64)
         owners = frozenset(self._owners_of(made, pieces).tolist())
@@ -148,16 +161,19 @@ class Route:
         most = bent.max(axis=0)
         return np.flatnonzero(((bent >= 0.7 * most) & (most > 0.0)).any(axis=1)).tolist()
 
-    def _bent(self, made: Timed) -> Refused | None:
-        """The corners of strokes whose lines are not kept, and those strokes that are curves."""
+    def _bent(self, made: Timed, *, inserted: bool = True) -> Refused | None:
+        """The corners of strokes whose lines are not kept, and those strokes that are curves.
+
+        `inserted`: whether curves on which parts are put together must be near enough to their line, too.
+        """
         found: set[int] = set()
         curves: set[int] = set()
         spans = []
         for stroke in self._strokes:
             near, far = (made.passing[made.corners[stroke.corners[k]]] for k in (0, -1))
-            rows = self.whole(at_times(made, near + (far - near) * LINE_PLACES))
+            rows = self.whole(made.at(near + (far - near) * LINE_PLACES))
             number = 0 if stroke.part is self.parts[0] else len(self.parts) - 1
-            if stroke.kept(rows) and self._inserted(made, stroke, number):
+            if stroke.kept(rows) and not (inserted and not self._inserted(made, stroke, number)):
                 continue
             found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
             curves.update({number} & self.curves)
@@ -176,18 +192,15 @@ class Route:
         """The pieces of the path on which a joint leaves its limits: way points on a limit leave no room for a round."""
         first = self.parts[0]
         tree = first.scene.robot(first.stretch.robot).tree
-        low, high = ranges(
-            made.coefficients, np.repeat(np.diff(made.times)[:, None], made.waypoints.shape[1], axis=1)
-        )
-        out = (low < tree.lower[first.columns] - AT_LIMIT) | (high > tree.upper[first.columns] + AT_LIMIT)
+        lower, upper = tree.lower[first.columns] - AT_LIMIT, tree.upper[first.columns] + AT_LIMIT
         found: set[int] = set()
-        for k in np.flatnonzero(out.any(axis=1)):
+        for k in np.flatnonzero(made.beyond(lower, upper)):
             ends = np.searchsorted(made.passing, made.times[k : k + 2], side="right") - 1
             found.update(range(max(0, int(ends[0])), min(int(ends[1]), len(made.deviations) - 1) + 1))
         return sorted(found)
 
-    def _unproven(self, made: Timed, pieces: Sequence[int], margin: float) -> list[int]:
-        """Those pieces of the path that are not proven for a motion that stays near them."""
+    def _unproven(self, made: Timed, pieces: Sequence[int], margin: float | None) -> list[int]:
+        """Those pieces of the path that are not proven for a motion near them; without a margin, in their middle only."""
         numbers = np.asarray(pieces, np.int64)
         owners = self._owners_of(made, numbers)
         off_path = made.deviations[numbers].max(axis=1) > ON_PATH
@@ -198,23 +211,29 @@ class Route:
                 refused.append(own[~self._proven(made, own, owner, margin)])
         return sorted(np.concatenate(refused).tolist()) if refused else []
 
-    def _proven(self, made: Timed, pieces: Integers, owner: int, margin: float) -> Booleans:
+    def _proven(self, made: Timed, pieces: Integers, owner: int, margin: float | None) -> Booleans:
         """Whether pieces (k,) of the path of one part are proven for a motion that stays near them."""
+        if margin is None:
+            middles = made.at((made.passing[pieces] + made.passing[pieces + 1]) / 2)
+            return self._near(middles, middles, np.zeros(middles.shape), owner)
         part, away = self.parts[owner], made.deviations[pieces]
         starts, ends = made.waypoints[pieces], made.waypoints[pieces + 1]
         proven = np.ones(len(pieces), bool)
         for stroke in self._strokes:
             if stroke.part is part:
                 proven &= stroke.steady(starts, ends, away.max(axis=1), curved=owner in self.curves)
-        starts, ends, away = starts[proven], ends[proven], away[proven]
+        proven[proven] = self._near(starts[proven], ends[proven], margin * away[proven], owner)
+        return proven
+
+    def _near(self, starts: Array, ends: Array, away: Array, owner: int) -> Booleans:
+        """Whether a part's motion that is `away` (k, n) from segments is proven, from `starts` to `ends` (k, n)."""
+        part, apart = self.parts[owner], np.zeros(len(away), bool)
         strays = np.zeros((len(away), len(self._resting)))
-        strays[:, part.columns] = margin * away
-        apart = np.zeros(len(away), bool)
+        strays[:, part.columns] = away
         if part.touches:
             near = self.stroke + self._bulge(owner) + STROKE_TOLERANCE
             apart = np.maximum(self._distances(starts, owner), self._distances(ends, owner)) > near
-        proven[proven] = part.proven_near(self.whole(starts), self.whole(ends), strays, apart)
-        return proven
+        return part.proven_near(self.whole(starts), self.whole(ends), strays, apart)
 
     def _distances(self, rows: Array, owner: int) -> Array:
         """The distance (k,) of each point (k, n) from the straight pieces of a part [rad, L2]."""
@@ -251,7 +270,7 @@ def halved(made: Timed, pieces: Sequence[int]) -> tuple[Timed, list[int]]:
     """The same motion with a way point in the middle of some pieces of its path, and the indices of their halves."""
     places = np.asarray(pieces)
     inner = np.round((made.passing[places] + made.passing[places + 1]) / 2, TIME_DECIMALS)
-    rows = np.round(at_times(made, inner), JOINT_DECIMALS) + 0.0
+    rows = np.round(made.at(inner), JOINT_DECIMALS) + 0.0
     shifts = np.searchsorted(places, made.corners, side="left")
     found = replace(
         made,
@@ -268,12 +287,6 @@ def turns(corners: Array) -> Array:
     steps = np.diff(corners, axis=0)
     units = steps / np.linalg.norm(steps, axis=1)[:, None]
     return np.concatenate([[0.0], np.linalg.norm(np.diff(units, axis=0), axis=1), [0.0]])
-
-
-def at_times(made: Timed, times: Array) -> Array:
-    """The values (k, n) of the joints at some times (k,) [s]."""
-    k = np.clip(np.searchsorted(made.times, times, side="right") - 1, 0, len(made.coefficients) - 1)
-    return values(made.coefficients[k], (times - made.times[k])[:, None])
 
 
 def route_of(
