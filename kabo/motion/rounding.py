@@ -29,7 +29,7 @@ def decimals_of(spans: Array) -> Integers:
     """How many decimals (k, 6) the coefficients of pieces of the durations `spans` (k,) [s] need."""
     lengths = np.round(np.asarray(spans, np.float64), 6)[:, None, None]
     effects = (_FACTORS * lengths**_POWERS).max(axis=2)
-    return np.minimum(np.searchsorted(_NEEDING_MORE, effects), MAX_DECIMALS)
+    return np.asarray(np.minimum(np.searchsorted(_NEEDING_MORE, effects), MAX_DECIMALS))
 
 
 def rounded_coefficients(padded: Array, spans: Array) -> Array:

@@ -271,7 +271,7 @@ def _reversals(points: Array) -> NDArray[np.bool_]:
 
 def _places(times: Array, padded: Array, passing: Array) -> Array:
     """The positions (m, n) at the increasing times `passing`, as plans keep them."""
-    return np.round(positions_at(times, padded, passing), WAYPOINT_DECIMALS) + 0.0
+    return np.asarray(np.round(positions_at(times, padded, passing), WAYPOINT_DECIMALS) + 0.0)
 
 
 def _still(point: Array, corners: list[int]) -> Timed:

@@ -29,6 +29,7 @@ MARGIN = 4.0
 AT_LIMIT = 1e-10  # rad or m by which rounding may take a joint out of its limits
 MAX_HALVINGS = 4  # of a chord that is not proven with its margin; the last ones are proven without
 LINE_PLACES = np.linspace(0.0, 1.0, 9)  # shares of the time of a stroke at which its line is compared
+BENDING_SHARE = 0.7  # rounds that bend the path as much as this share of the most that one does, shrink
 STROKE_TOLERANCE = 1e-9  # rad of the distance of a point from a stroke
 
 
@@ -92,7 +93,7 @@ class Route:
         return self._refused(made, refused)
 
     def looked_at(self, made: Timed) -> Refused | None:
-        """What is surely not proven of a motion, by a cheap look: joints beyond limits, bent strokes, middles that collide."""
+        """What is surely not proven of a motion, by a cheap look: joints beyond limits, bent strokes, places that hit."""
         if beyond := self._beyond(made):
             return self._refused(made, beyond)
         bent = self._bent(made, inserted=False)
@@ -147,7 +148,7 @@ class Route:
         return found
 
     def bending(self, path: Timed, trims: Array, spans: Array) -> list[int]:
-        """The corners whose rounds bend a path most on parts of it: on each, half as much as another one, or more.
+        """The corners whose rounds bend a path most on parts of it: on each, nearly as much as another one, or more.
 
         Args:
             path: at unit speed.
@@ -159,7 +160,7 @@ class Route:
         t = np.maximum(0.0, 1.0 - away / np.maximum(trims, MOVING)[:, None]) / 2.0
         bent = (self.bends * trims)[:, None] * (2.0 * t**3 - t**4)
         most = bent.max(axis=0)
-        return np.flatnonzero(((bent >= 0.7 * most) & (most > 0.0)).any(axis=1)).tolist()
+        return list(np.flatnonzero(((bent >= BENDING_SHARE * most) & (most > 0.0)).any(axis=1)).tolist())
 
     def _bent(self, made: Timed, *, inserted: bool = True) -> Refused | None:
         """The corners of strokes whose lines are not kept, and those strokes that are curves.

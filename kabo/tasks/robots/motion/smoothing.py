@@ -121,7 +121,7 @@ def _fitting(
 
 def _shrunk(shares: Array, corners: list[int], greatest: Array) -> Array:
     """The shares (m,) with less at some corners; none where little is left of the greatest ones."""
-    found, less = shares.copy(), SHRINKING * shares[corners]
+    found, less = np.array(shares), SHRINKING * shares[corners]
     found[corners] = np.where(less >= LEAST_SHARE * greatest[corners], less, 0.0)
     return found
 

@@ -78,4 +78,4 @@ def _poses(robot: Robot, q: Array) -> Array:
 def _turns(first: Array, poses: Array) -> Array:
     """The angles (k,) of the rotations between one pose (12,) and others (k, 12) [rad]."""
     squares = ((poses[:, :9] - first[:9]) ** 2).sum(axis=1)  # |A - B| = |AᵀB - 1|
-    return 2.0 * np.arcsin(np.minimum(1.0, np.sqrt(squares / 8.0)))
+    return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.sqrt(squares / 8.0))))
