@@ -154,16 +154,21 @@ def test_rounds_that_reach_over_a_corner_bend_the_path_there() -> None:
 
 def test_what_is_surely_not_proven_of_a_path_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rounds shrink until the path is free, and only then a motion along it is made."""
-    part, timed = group()[0], list[Timed]()
+    part, timed, routes = group()[0], list[Timed](), list[Route]()
 
     def counted(*arguments: object, **options: object) -> Timed:
         timed.append(timed_path(*arguments, **options))
         return timed[-1]
 
+    def found(*arguments: object) -> Route:
+        routes.append(route_of(*arguments))
+        return routes[-1]
+
     monkeypatch.setattr(smoothing, "timed_path", counted)
+    monkeypatch.setattr(smoothing, "route_of", found)
     monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__: np.zeros(len(starts), bool))
     smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
-    assert len(timed) <= 2  # with its curves, and with chords instead
+    assert len(timed) == len(routes) > 1  # with its curves, and with chords instead
 
 
 def test_no_round_takes_a_joint_out_of_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
