@@ -285,7 +285,7 @@ def _trial_findings(path: Path) -> tuple[Diagnostic, ...]:
 def _geometry_findings(path: Path, preparing: "Callable[[Preparing], None] | None") -> tuple[Diagnostic, ...]:
     """The findings in meshes, URDFs and SRDFs of a scene, or of a problem's scene, and in where its things stand."""
     try:
-        description = load_scene_description(path)
+        description = load_scene_description(path, whole=False)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
     from kabo.scene.findings import findings_in_scene  # files without a scene are checked without mesh libraries
