@@ -18,7 +18,7 @@ from kabo.plan import Node, Plan, Segment, node_to_json
 from kabo.task_plans import plan_of_solution
 
 if TYPE_CHECKING:
-    from kabo.geometry_server import Keep, Refusal
+    from kabo.geometry_server import Keep, Pair, Refusal
     from kabo.scene import Configuration, Robot, Scene
     from kabo.tasks.robots import TaskScene
 
@@ -284,7 +284,8 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     Raises:
         InputError: it is not; says which two things meet, and how deep, or how much distance is missing.
     """
-    from kabo.geometry_server import ScenePredicates, millimetres
+    from kabo.geometry_server import ScenePredicates
+    from kabo.tasks.robots.motion.kept_distances import told_distance
 
     pair = scene.workspace(robot).first_hit(q)
     if pair is None:
@@ -296,8 +297,7 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     if bounds.lower < 0.0:
         how = f"overlap by up to {-1000 * bounds.lower:.1f} mm"
     elif bounds.lower < (wanted := _kept(scene, pair)):
-        are = f"{pair[0]} and {pair[1]} are {millimetres(bounds.lower)} apart"
-        what = f"at {name} {are}, but {millimetres(wanted)} are to be kept"
+        what = f"at {name} {told_distance(pair, bounds.lower, wanted)}"
         raise _fault(robot, what, "choose another configuration, a smaller clearance, or let less be uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
@@ -305,11 +305,11 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     raise _fault(robot, what, "choose another configuration, or allow the contact: allowed_contacts")
 
 
-def _kept(scene: "TaskScene", pair: Sequence[str]) -> float:
+def _kept(scene: "TaskScene", pair: "Pair") -> float:
     """The distance that two bodies or links are to keep: the clearance, and what the scene says is uncertain [m]."""
-    situation = scene.situation
-    carriers = {name: robot for robot in situation.robots for name in situation.carried(robot)}
-    return sum(scene.context.surroundings.kept(name, carriers.get(name)) for name in pair)
+    from kabo.tasks.robots.motion.kept_distances import kept_between
+
+    return kept_between(scene.context.surroundings, scene.situation, pair)
 
 
 def _no_way(scene: "TaskScene", robot: str, refusal: "Refusal", samples: int) -> str:

@@ -162,7 +162,11 @@ class Reader:
             return None
         found = _NUMBER.fullmatch(scalar.text.strip())
         if found is None:
-            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else _without_unit(scalar.text, angle)
+            hint = (
+                "write 0.5, not 0,5"
+                if re.fullmatch(r"-?\d+,\d+", scalar.text)
+                else _without_unit(scalar.text, angle)
+            )
             self.findings.add(scalar.place, f'{what} must be a number, this is "{_short(scalar.text)}"', hint)
             return None
         if found[2] and not angle:
@@ -314,7 +318,11 @@ def _without_unit(text: str, angle: bool) -> str | None:
     found = _LENGTH.fullmatch(text.strip())
     if found is not None:
         metres = f"{float(found[1]) * METRES[found[2]]:g}"
-        return f"angles are rad, or 45deg; lengths are metres: {metres}" if angle else f"lengths are metres: write {metres}"
+        return (
+            f"angles are rad, or 45deg; lengths are metres: {metres}"
+            if angle
+            else f"lengths are metres: write {metres}"
+        )
     found = _RATE.fullmatch(text.strip())
     if found is None:
         return None
