@@ -41,7 +41,7 @@ REMEMBERED = {
     "kabo/geometry/collision/exact_view.py": {"path"},  # within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
     "kabo/geometry/collision/part_trees.py": {"_REFINED"},  # as long as the enclosure is there
-    "kabo/geometry/collision/placed_bodies.py": {"placed_bodies", "_stacked"},  # by the bodies themselves, a few
+    "kabo/geometry/collision/placed_bodies.py": {"sources_of"},  # by the enclosures themselves, a few
     "kabo/geometry/collision/sight_lines.py": {"_icosphere"},  # constants
     "kabo/geometry/parts.py": {"ball_around"},  # a constant
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
