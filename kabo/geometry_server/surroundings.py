@@ -21,7 +21,7 @@ COARSE = (
     0.004  # [m], the share of a body in an epsilon of 1 cm: parts so near decide at first, however fine epsilon is
 )
 SPARED_SHARE = 0.8  # of the budget's clearance, which counts as what is to be kept; the rest makes proofs short
-MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
+MAX_REMEMBERED = 640  # workspaces, pairs and containers kept for further questions about the same things
 
 
 def widened(budget: Budget, kept: float) -> Budget:
