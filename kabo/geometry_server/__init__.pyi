@@ -19,6 +19,7 @@ from kabo.geometry_server.candidates import from_home as from_home
 from kabo.geometry_server.candidates import grasp_roles as grasp_roles
 from kabo.geometry_server.candidates import grasp_stream as grasp_stream
 from kabo.geometry_server.candidates import joints_at as joints_at
+from kabo.geometry_server.candidates import poses_at as poses_at
 from kabo.geometry_server.context import ProcedureContext as ProcedureContext
 from kabo.geometry_server.destinations import HOLD_TOLERANCE as HOLD_TOLERANCE
 from kabo.geometry_server.destinations import Destination as Destination

@@ -213,7 +213,7 @@ class TeamStream:
     def candidate(self, q: Sequence[float] | Array) -> Candidate:
         """The candidate of a configuration (n,) of the team, rounded as in states."""
         rounded = np.array(np.round(q, 9) + 0.0, np.float64)
-        return Candidate(rounded, joints_at(self.team.tree, rounded))
+        return Candidate(rounded, self.team.tree)
 
 
 def _listed(frame: Frame) -> str:
