@@ -51,6 +51,7 @@ REMEMBERED = {
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},
+    "kabo/language/yaml/task_file.py": {"_DESCRIPTIONS"},  # by content
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/pictures/labels.py": {"font"},  # of this installation
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts

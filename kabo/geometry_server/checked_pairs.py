@@ -1,6 +1,6 @@
 """The pairs of bodies that a workspace checks, by their indices and by their names."""
 
-from collections.abc import Set
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,6 +8,13 @@ import numpy as np
 
 from kabo.arrays import Integers
 from kabo.geometry_server.answers import Pair
+
+Contacts = frozenset[frozenset[str]]
+
+
+def contacts(pairs: Iterable[Pair]) -> Contacts:
+    """The pairs of things as a set of unordered pairs."""
+    return frozenset(frozenset(pair) for pair in pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +32,7 @@ class CheckedPairs:
             found.setdefault(frozenset(pair), []).append(place)
         return found
 
-    def without(self, permitted: Set[frozenset[str]]) -> "CheckedPairs":
+    def without(self, permitted: Contacts) -> "CheckedPairs":
         """These pairs without those that are permitted to touch, in the same order."""
         places = self._places
         dropped = sorted(place for pair in permitted for place in places.get(pair, ()))
@@ -34,7 +41,7 @@ class CheckedPairs:
             del names[place]
         return CheckedPairs(np.delete(self.indices, dropped, axis=0), names)
 
-    def among(self, permitted: Set[frozenset[str]]) -> list[tuple[int, Pair]]:
+    def among(self, permitted: Contacts) -> list[tuple[int, Pair]]:
         """The moving bodies of the pairs that are permitted to touch, with their names, in order."""
         places = sorted(place for pair in permitted for place in self._places.get(pair, ()))
         return [(int(self.indices[place, 0]), self.names[place]) for place in places]

@@ -10,7 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, joints_at, within
+from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, within
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
 from kabo.geometry_server.driving.standing import standing_of

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, closed_form_of, joints_at
+from kabo.geometry_server.candidates import BATCH_SAMPLES, closed_form_of
+from kabo.geometry_server.configurations import Candidate, joints_at
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
 from kabo.kinematics import FREE_BODY, ClosedArm, JoinedTree, drawn_together, joined, sample
 from kabo.language.scene_description import Constraint, Feature

@@ -4,7 +4,7 @@ Carried objects are attached to the robot's joints. All other things are obstacl
 in the situation, so one collision check covers all values of the other components.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from time import perf_counter
@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
-from kabo.geometry import CollisionChecker, Enclosure, FixedGroup, MovingGroup
+from kabo.geometry import CollisionChecker, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.candidates import joints_at
-from kabo.geometry_server.checked_pairs import CheckedPairs
+from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.driving.floor_view import FloorView
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
@@ -25,14 +25,8 @@ from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Attachment, Configuration, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
-Contacts = frozenset[frozenset[str]]
 _Answer = TypeVar("_Answer")
 BOX_TOLERANCE = 1e-9  # [m]: far more than rounding of box coordinates
-
-
-def contacts(pairs: Iterable[Pair]) -> Contacts:
-    """The pairs of things as a set of unordered pairs."""
-    return frozenset(frozenset(pair) for pair in pairs)
 
 
 @dataclass(frozen=True)
@@ -180,10 +174,14 @@ class Workspace:
             return self.base._boxes
         moving, fixed = self._bodies[:2]
         poses = [unflat(body.world_T_group) for body in fixed]
-        standing = [_corners(b.enclosure) @ T[:3, :3].T + T[:3, 3] for b, T in zip(fixed, poses, strict=True)]
+        standing = [b.enclosure.box_corners() @ T[:3, :3].T + T[:3, 3] for b, T in zip(fixed, poses, strict=True)]
         around = np.array(standing).reshape(-1, 8, 3)
         kept = np.array([body.kept for body in fixed])[:, None]
-        return [_corners(body.enclosure) for body in moving], around.min(axis=1) - kept, around.max(axis=1) + kept
+        return (
+            [body.enclosure.box_corners() for body in moving],
+            around.min(axis=1) - kept,
+            around.max(axis=1) + kept,
+        )
 
     @cached_property
     def _bodies(self) -> tuple[list[MovingGroup], list[FixedGroup], CheckedPairs]:
@@ -402,9 +400,3 @@ def workspace_of(
         (*key, relevant), lambda: replace(plain, permitted=relevant, base=base)
     )
     return found
-
-
-def _corners(enclosure: Enclosure) -> Array:
-    """The corners (8, 3) of the box around a body, in its own frame."""
-    high, low = enclosure.support(np.eye(3)), -enclosure.support(-np.eye(3))
-    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])

@@ -33,7 +33,7 @@ def rotation(quaternion: Sequence[float]) -> Matrix:
 
 def transform(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> Matrix:
     """The 4x4 transform of a position [m] and a quaternion (x, y, z, w)."""
-    result = _IDENTITY.copy()
+    result: Matrix = _IDENTITY.copy()
     result[:3, :3] = rotation(quaternion)
     result[:3, 3] = position
     return result
@@ -41,7 +41,7 @@ def transform(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0
 
 def inverse(matrix: Matrix) -> Matrix:
     """The inverse of a rigid 4x4 transform."""
-    result = _IDENTITY.copy()
+    result: Matrix = _IDENTITY.copy()
     result[:3, :3] = matrix[:3, :3].T
     result[:3, 3] = -matrix[:3, :3].T @ matrix[:3, 3]
     return result
@@ -78,7 +78,7 @@ def flat(matrix: Matrix) -> Matrix:
 
 def unflat(numbers: Matrix) -> Matrix:
     """The 4x4 transform given by 12 numbers, the inverse of `flat`."""
-    result = _IDENTITY.copy()
+    result: Matrix = _IDENTITY.copy()
     result[:3, :3] = np.asarray(numbers[:9]).reshape(3, 3)
     result[:3, 3] = numbers[9:]
     return result
