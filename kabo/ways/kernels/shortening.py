@@ -1,6 +1,7 @@
 """Shortcuts: way points are left out, then pairs of points along a path connected directly [Geraerts, Overmars 2007].
 
-Each shortcut is proven free. What is left of a cut edge is a piece of a proven one; it is proven by itself in the end, as plans store it.
+Each shortcut is proven free. What is left of a cut edge is a piece of a proven one; it is proven by itself in the end, as
+plans store it.
 """
 
 from kabo.compilation import lean_kernel
