@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, tool_frame
-from kabo.kinematics.kernels.closed_form import poses_of
+from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, poses_at, tool_frame
 from kabo.scene import Robot
 from kabo.tasks.robots.motion.parts import MotionPart
 
@@ -23,7 +22,7 @@ MAX_GROWTH = 5e-4  # m by which a stroke may get longer
 
 @dataclass(frozen=True)
 class ToolLine:
-    """The line of a stroke: the tool's pose (12,) at its near end, and the vector (3,) that leads away from it [m]."""
+    """The line of a stroke: the tool's pose (4, 4) at its near end, and the vector (3,) that leads away from it [m]."""
 
     robot: Robot
     near: Array
@@ -32,8 +31,8 @@ class ToolLine:
     def kept(self, q: Array) -> bool:
         """Whether a rounded stroke keeps its line; q (k, n) are configurations from the near end to the far one."""
         length = float(np.linalg.norm(self.away))
-        poses = _poses(self.robot, q[1:])
-        moved = poses[:, 9:] - self.near[9:]
+        poses = poses_at(self.robot, tool_frame(self.robot), q)[1:]
+        moved = poses[:, :3, 3] - self.near[:3, 3]
         along = moved @ (self.away / length)
         aside = np.linalg.norm(moved - along[:, None] * (self.away / length), axis=1)
         off = (aside > MAX_OFFSET + MAX_SLOPE * np.maximum(0.0, along)) | (_turns(self.near, poses) > MAX_TURN)
@@ -51,31 +50,20 @@ def tool_line(part: MotionPart, *, backward: bool) -> ToolLine | None:
     if robot.tool is None:
         return None
     path = part.stretch.path[::-1] if backward else part.stretch.path
-    poses = _poses(robot, np.concatenate([path, (path[:-1] + path[1:]) / 2]))
+    poses = poses_at(robot, tool_frame(robot), np.concatenate([path, (path[:-1] + path[1:]) / 2]))
     near, far = poses[0], poses[len(path) - 1]
-    away = far[9:] - near[9:]
+    away = far[:3, 3] - near[:3, 3]
     length = float(np.linalg.norm(away))
     if length < LINE_DEVIATION:
         return None
-    moved = poses[:, 9:] - near[9:]
+    moved = poses[:, :3, 3] - near[:3, 3]
     aside = np.linalg.norm(moved - (moved @ away)[:, None] / length**2 * away, axis=1)
     if aside.max() > 2.0 * LINE_DEVIATION or _turns(near, poses).max() > 2.0 * LINE_TILT:
         return None
     return ToolLine(robot, near, away)
 
 
-def _poses(robot: Robot, q: Array) -> Array:
-    """The poses (k, 12) of the tool at configurations (k, n): rotations row by row, and positions."""
-    tool, tree = tool_frame(robot), robot.tree
-    joints = poses_of(np.ascontiguousarray(q), tool.joint, tree)
-    turns = joints[:, :9].reshape(-1, 3, 3)
-    found = np.empty((len(q), 12))
-    found[:, :9] = (turns @ tool.joint_T_frame[:3, :3]).reshape(-1, 9)
-    found[:, 9:] = joints[:, 9:] + turns @ tool.joint_T_frame[:3, 3]
-    return found
-
-
 def _turns(first: Array, poses: Array) -> Array:
-    """The angles (k,) of the rotations between one pose (12,) and others (k, 12) [rad]."""
-    squares = ((poses[:, :9] - first[:9]) ** 2).sum(axis=1)  # |A - B| = |AᵀB - 1|
+    """The angles (k,) of the rotations between one pose (4, 4) and others (k, 4, 4) [rad]."""
+    squares = ((poses[:, :3, :3] - first[:3, :3]) ** 2).sum(axis=(1, 2))  # |A - B| = |AᵀB - 1|
     return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.sqrt(squares / 8.0))))
