@@ -169,7 +169,7 @@ class _Rounding(NamedTuple):
 
 def _prepared(corners: ArrayLike, joints: int, given: _Rounding) -> tuple[Array, list[int], _Rounding]:
     """The corners (m, n) that differ from the one before, the number of each given one, and the shares of those."""
-    points = np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0
+    points: Array = np.asarray(np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0, np.float64)
     if points.ndim != 2 or not len(points) or points.shape[1] != joints:
         raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, ({joints},)")
     different = np.ones(len(points), np.bool_)
