@@ -11,7 +11,6 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, poses_at, tool_frame
 from kabo.scene import Robot
-from kabo.scene.transforms import length as vector_length
 from kabo.tasks.robots.motion.parts import MotionPart
 
 STRAIGHT_SHARE = 1.0 / 3  # of a stroke is straight
@@ -19,7 +18,6 @@ MAX_SLOPE = 0.15  # m per m of the way by which the tool may leave its line in t
 MAX_OFFSET = 1e-4  # m by which it may leave the line at the near end
 MAX_TURN = 0.015  # rad of the tool in the straight part
 MAX_GROWTH = 5e-4  # m by which a stroke may get longer
-_UNIT = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -32,18 +30,13 @@ class ToolLine:
 
     def kept(self, q: Array) -> bool:
         """Whether a rounded stroke keeps its line; q (k, n) are configurations from the near end to the far one."""
-        length = vector_length(self.away)
-        unit = self.away / length
-        for pose in poses_at(self.robot, tool_frame(self.robot), q)[1:]:
-            moved = pose[:3, 3] - self.near[:3, 3]
-            along = float(moved @ unit)
-            if along > length + MAX_GROWTH:
-                return False
-            if along < STRAIGHT_SHARE * length:
-                aside = vector_length(moved - along * unit)
-                if aside > MAX_OFFSET + MAX_SLOPE * max(0.0, along) or _turn(self.near, pose) > MAX_TURN:
-                    return False
-        return True
+        length = float(np.linalg.norm(self.away))
+        poses = poses_at(self.robot, tool_frame(self.robot), q)[1:]
+        moved = poses[:, :3, 3] - self.near[:3, 3]
+        along = moved @ (self.away / length)
+        aside = np.linalg.norm(moved - along[:, None] * (self.away / length), axis=1)
+        off = (aside > MAX_OFFSET + MAX_SLOPE * np.maximum(0.0, along)) | (_turns(self.near, poses) > MAX_TURN)
+        return not ((along > length + MAX_GROWTH) | ((along < STRAIGHT_SHARE * length) & off)).any()
 
 
 def tool_line(part: MotionPart, *, backward: bool) -> ToolLine | None:
@@ -57,19 +50,20 @@ def tool_line(part: MotionPart, *, backward: bool) -> ToolLine | None:
     if robot.tool is None:
         return None
     path = part.stretch.path[::-1] if backward else part.stretch.path
-    at = poses_at(robot, tool_frame(robot), np.concatenate([path, (path[:-1] + path[1:]) / 2]))
-    near, away = at[0], at[len(path) - 1, :3, 3] - at[0, :3, 3]
-    length = vector_length(away)
+    poses = poses_at(robot, tool_frame(robot), np.concatenate([path, (path[:-1] + path[1:]) / 2]))
+    near, far = poses[0], poses[len(path) - 1]
+    away = far[:3, 3] - near[:3, 3]
+    length = float(np.linalg.norm(away))
     if length < LINE_DEVIATION:
         return None
-    for pose in at[1:]:
-        moved = pose[:3, 3] - near[:3, 3]
-        aside = vector_length(moved - (moved @ away) / length**2 * away)
-        if aside > 2.0 * LINE_DEVIATION or _turn(near, pose) > 2.0 * LINE_TILT:
-            return None
+    moved = poses[:, :3, 3] - near[:3, 3]
+    aside = np.linalg.norm(moved - (moved @ away)[:, None] / length**2 * away, axis=1)
+    if aside.max() > 2.0 * LINE_DEVIATION or _turns(near, poses).max() > 2.0 * LINE_TILT:
+        return None
     return ToolLine(robot, near, away)
 
 
-def _turn(first: Array, second: Array) -> float:
-    sine = vector_length((first[:3, :3].T @ second[:3, :3] - _UNIT).ravel()) / np.sqrt(8.0)
-    return 2.0 * float(np.arcsin(min(1.0, sine)))
+def _turns(first: Array, poses: Array) -> Array:
+    """The angles (k,) of the rotations between one pose (4, 4) and others (k, 4, 4) [rad]."""
+    squares = ((poses[:, :3, :3] - first[:3, :3]) ** 2).sum(axis=(1, 2))  # |A - B| = |AᵀB - 1|
+    return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.sqrt(squares / 8.0))))
