@@ -24,11 +24,12 @@ from kabo.tasks.robots.motion.timing import passing, timed_group
 from kabo.tasks.robots.scenes import configuration
 from kabo.tasks.robots.timed_paths import TimedPath
 
-TRIES, MAX_VAIN = 150, 40  # changes of each motion, and those in a row that may be none for the better
+TRIES, MAX_VAIN = 100, 30  # changes of each motion, and those in a row that may be none for the better
 LEAST_GAIN_S = 1e-3  # seconds that a change must save
+WHOLE = 0.3  # share of the changes that replace all inner way points
 DRAWS = 6  # random numbers of a change, besides one for each joint
-LEFT_OUT = 0.2  # share of the changes that put no way point in place of others
-ALONG = 0.2  # share of the changes that put one on the line of the stroke that follows, or came before
+LEFT_OUT = 0.15  # share of the changes that put no way point in place of others
+ALONG = 0.15  # share of the changes that put one on the line of the stroke that follows, or came before
 INWARD, OUTWARD = (
     0.4,
     1.0,
@@ -133,6 +134,8 @@ class _Search:
         """Corners (k, n) of a way, some of them replaced by one or none; None if nothing changes."""
         first = 1 + int(draws[0] * (len(corners) - 1))
         last = first + int(draws[1] ** 2 * (len(corners) - first))  # the corners from `first` to before `last`
+        if draws[4] > 1.0 - WHOLE:
+            first, last = 1, len(corners) - 1
         a, b = corners[first - 1], corners[last]
         kind, share = draws[2], draws[3]
         if kind < LEFT_OUT:

@@ -17,6 +17,7 @@ from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
 from kabo.planner.refine.hastening import faster
 from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
+from kabo.planner.refine.legs import legs_of
 from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
 from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
@@ -62,7 +63,7 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
         samples: the number of samples that may be drawn to find other solutions of tasks.
     """
     began = perf_counter()
-    found.untime()
+    found.untime(server)
     stops = found.stops
     stretches = list(stretches_of(stops))
     draft = PlanDraft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
@@ -117,8 +118,11 @@ class FoundMotion:
     def _now(self) -> dict[Stop, tuple[Situation, Success | None]]:
         return {stop: (stop.situation, stop.answer) for stop in self.stops}
 
-    def untime(self) -> None:
+    def untime(self, server: GeometricProcedures) -> None:
         """Gives the plan the motion that was found, as paths without times."""
+        self._untimed = {
+            stop: (at, _untimed(stop, answer, server)) for stop, (at, answer) in self._untimed.items()
+        }
         self._keep(self._untimed)
 
     def time(self, stops: Sequence[Stop] | None = None) -> None:
@@ -169,6 +173,18 @@ def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
         return NONE
     bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())
     return freedoms(server.stages(stop.call), [body for body in bodies if body is not None])
+
+
+def _untimed(stop: Stop, answer: Success | None, server: GeometricProcedures) -> Success | None:
+    """An answer without times that its task gave to all of its motion, if they can be given anew: to ways and strokes."""
+    if answer is None or not answer.motion or any(each.trajectory is None for each in answer.motion):
+        return answer
+    known = freedoms_of(stop, server)
+    if any(known.of(each.stage).kind == "fixed" for each in answer.motion):
+        return answer
+    counted = tuple(replace(each, trajectory=None) for each in answer.motion)
+    legs = legs_of(server.server.context(), stop.situation, counted)
+    return answer if legs is None else replace(answer, motion=counted)
 
 
 # ------------------------------------------------------------------------------------------------------ refinement
