@@ -9,7 +9,7 @@ from kabo.arrays import Array
 from kabo.kinematics import FrameFeature, rows_of, stacked
 from kabo.language.scene_description import Constraint, Feature, FeatureName
 from kabo.scene import Attachment, Body, Robot
-from kabo.scene.transforms import transform
+from kabo.scene.transforms import length, transform
 
 WORLD_FEATURES = {
     "origin": Feature("point", (0.0, 0.0, 0.0)),
@@ -33,11 +33,11 @@ class Frame:
     def moved(self, feature: Feature) -> FrameFeature:
         """A feature given in this frame, expressed in the joint's frame."""
         turn, shift = self.joint_T_frame[:3, :3], self.joint_T_frame[:3, 3]
-        x, y, z = (float(v) for v in turn @ np.asarray(feature.origin) + shift)
+        x, y, z = (turn @ np.asarray(feature.origin) + shift).tolist()
         if feature.direction is None:
             return FrameFeature(self.joint, feature.kind, (x, y, z))
         direction = turn @ np.asarray(feature.direction)
-        dx, dy, dz = (float(v) for v in direction / np.linalg.norm(direction))
+        dx, dy, dz = (direction / length(direction)).tolist()
         return FrameFeature(self.joint, feature.kind, (x, y, z), (dx, dy, dz))
 
 

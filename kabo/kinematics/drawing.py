@@ -23,7 +23,7 @@ from kabo.kinematics.kernels.forms import FIVE, MAX_SOLUTIONS
 from kabo.kinematics.projection import arrays_of
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.structure import Structure
-from kabo.scene.transforms import inverse, unflat
+from kabo.scene.transforms import inverse, length, unflat
 from kabo.scene.tree import PRISMATIC, KinematicTree
 from kabo.streams import Key
 
@@ -60,14 +60,20 @@ class ClosedArm:
 
     def end_T(self, joint: int) -> Array:  # noqa: N802
         """The pose (4, 4) of a joint that is carried by the chain's end, in its frame."""
-        return inverse(unflat(self.poses[self.structure.end])) @ unflat(self.poses[joint])
+        if joint not in self._end_T:
+            self._end_T[joint] = inverse(unflat(self.poses[self.structure.end])) @ unflat(self.poses[joint])
+        return self._end_T[joint]
+
+    @cached_property
+    def _end_T(self) -> dict[int, Array]:  # noqa: N802
+        return {}
 
     @cached_property
     def arrays(self) -> kernels.Arm:
         """The arm as kernels take it."""
         first, reach, joint = int(self.structure.joints[0]), 0.0, self.structure.end
         while joint != first:
-            reach += float(np.linalg.norm(self.tree.placement[joint, 9:]))
+            reach += length(self.tree.placement[joint, 9:])
             if self.tree.kind[joint] == PRISMATIC:
                 value = self.tree.ratio[joint] * self.base[self.tree.source[joint]] + self.tree.shift[joint]
                 reach += abs(float(value))
