@@ -6,9 +6,10 @@ what friction holds); `joins` and `rests`: the greatest jump of position, veloci
 `off path` how far a sample is from the way points, `stated` what the plan says about that; `least` the least distance
 of bodies on the original meshes.
 
-*Durations*, all nodes together; `lasts` without `early`, by which nodes begin before others have ended: `phases` is the time-optimal time of each segment's path from rest to rest, `motions`
-that of all paths between rests, `lines` that of straight lines between these (no strokes, no detours: nothing goes
-faster), all with jerk limited; `phases, no jerk` without that limit. Corners cost these bounds nothing.
+*Durations*, all nodes together: what a node that begins `early` shares with the one before is not counted in `lasts`;
+`phases` is the time-optimal time of each segment's path from rest to rest, `motions` that of all paths between rests,
+`lines` that of straight lines between these (no strokes, no detours: nothing goes faster), all with jerk limited;
+`phases, no jerk` without that limit. Corners cost these bounds nothing.
 
 *Proven distances*: for segments whose certificate tells a clearance, that beside the measured least distance.
 """

@@ -26,21 +26,42 @@ from kabo.tasks.robots.timed_paths import TimedPath
 
 TRIES, MAX_VAIN = 100, 30  # changes of each motion, and those in a row that may be none for the better
 LEAST_GAIN_S = 1e-3  # seconds that a change must save
-WHOLE = 0.3  # share of the changes that replace all inner way points
-DRAWS = 6  # random numbers of a change, besides one for each joint
 LEFT_OUT = 0.15  # share of the changes that put no way point in place of others
 ALONG = 0.15  # share of the changes that put one on the line of the stroke that follows, or came before
+WHOLE = 0.3  # share of the changes that replace all inner way points
 INWARD, OUTWARD = (
     0.4,
     1.0,
-)  # how far a way point moves from or to the middle of its neighbours, of its distance from it
+)  # shares of its distance by which a way point moves to the middle of its neighbours, or away
 FARTHEST = 0.5  # of a way's length: where a way point on the line of a stroke is, at most
 WIDEST, NARROWEST = 0.5, 0.02  # how far a way point moves at random, of the distance of its neighbours
 WIDER, NARROWER = 1.5, 0.9  # after a change that was taken, and after any other
 
 
 @dataclass(frozen=True)
+class _Draws:
+    """The random numbers of a change, uniform in [0, 1)."""
+
+    way: float
+    first: float
+    last: float
+    whole: float
+    kind: float
+    share: float
+    side: float
+    noise: Array  # (n,), for each joint
+
+    @classmethod
+    def all(cls, key: Key, count: int, joints: int) -> "list[_Draws]":
+        """Those of the first changes."""
+        rows = uniforms(key, 0, count, 7 + joints)
+        return [cls(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7:]) for r in rows]
+
+
+@dataclass(frozen=True)
 class _Hastened:
+    """Parts of a motion, and the motion along them."""
+
     parts: tuple[MotionPart, ...]
     motion: Smoothed
 
@@ -92,9 +113,8 @@ def hastened(
     search = _Search(parts[0], deviation)
     best = _Hastened(tuple(parts), smoothed(parts, search.limits, search.deviation, search.held))
     width, since = WIDEST, 0
-    draws = uniforms(key, 0, tries, DRAWS + len(parts[0].joints))
-    for row in draws:
-        made = search.faster(best, ways[int(row[0] * len(ways))], row[1:], width)
+    for draws in _Draws.all(key, tries, len(parts[0].joints)):
+        made = search.faster(best, ways[int(draws.way * len(ways))], draws, width)
         width = max(NARROWER * width, NARROWEST) if made is None else min(WIDER * width, WIDEST)
         best, since = (best, since + 1) if made is None else (made, 0)
         if since == vain:
@@ -111,58 +131,59 @@ class _Search:
         self.lower, self.upper = (bound[first.columns] for bound in (robot.tree.lower, robot.tree.upper))
         self.deviation, self.columns = deviation_of(first, deviation), first.columns
 
-    def faster(self, best: _Hastened, number: int, draws: Array, width: float) -> _Hastened | None:
-        """The motion with a change of one of its ways, drawn by `draws`; None if it is not proven, or not faster."""
+    def faster(self, best: _Hastened, number: int, draws: _Draws, width: float) -> _Hastened | None:
+        """The motion with a change of one of its ways; None if it is not proven, or not faster."""
         part = best.parts[number]
-        path = part.stretch.path[:, self.columns]
-        kept = thinned(path, 0.0)
-        changed = self._changed(best, number, path[kept], draws, width)
+        corners = part.stretch.path[:, self.columns]
+        changed = self._changed(best, number, corners[thinned(corners, 0.0)], draws, width)
         if changed is None:
             return None
         rows = np.tile(part.stretch.path[0], (len(changed), 1))
         rows[:, self.columns] = changed
-        rows = np.array([configuration(q) for q in rows])
-        rows[[0, -1]] = part.stretch.path[[0, -1]]
-        if not all(part.proven(a, b) for a, b in zip(rows, rows[1:], strict=False)):
+        way = (part.stretch.start, *map(configuration, rows[1:-1]), part.stretch.end)
+        if not all(part.proven(*map(np.array, piece)) for piece in zip(way, way[1:], strict=False)):
             return None
-        own = replace(part, stretch=replace(part.stretch, waypoints=tuple(map(configuration, rows))))
-        parts = (*best.parts[:number], own, *best.parts[number + 1 :])
-        made = smoothed_within(parts, self.limits, self.deviation, self.held, best.seconds - LEAST_GAIN_S)
-        return None if made is None else _Hastened(parts, made)
+        parts = list(best.parts)
+        parts[number] = replace(part, stretch=replace(part.stretch, waypoints=way))
+        try:
+            made = smoothed_within(parts, self.limits, self.deviation, self.held, best.seconds - LEAST_GAIN_S)
+        except ValueError:  # what is held would slip there, even at rest
+            return None
+        return None if made is None else _Hastened(tuple(parts), made)
 
-    def _changed(self, best: _Hastened, number: int, corners: Array, draws: Array, width: float) -> Array | None:
+    def _changed(self, best: _Hastened, number: int, corners: Array, draws: _Draws, width: float) -> Array | None:
         """Corners (k, n) of a way, some of them replaced by one or none; None if nothing changes."""
-        first = 1 + int(draws[0] * (len(corners) - 1))
-        last = first + int(draws[1] ** 2 * (len(corners) - first))  # the corners from `first` to before `last`
-        if draws[4] > 1.0 - WHOLE:
+        if draws.whole < WHOLE:
             first, last = 1, len(corners) - 1
-        a, b = corners[first - 1], corners[last]
-        kind, share = draws[2], draws[3]
-        if kind < LEFT_OUT:
+        else:  # the corners from `first` to before `last`
+            first = 1 + int(draws.first * (len(corners) - 1))
+            last = first + int(draws.last**2 * (len(corners) - first))
+        if draws.kind < LEFT_OUT:
             return None if first == last else np.concatenate([corners[:first], corners[last:]])
-        if kind < LEFT_OUT + ALONG:
-            ahead = bool(draws[4] < 0.5)
-            point = self._on_stroke(best, number, share * FARTHEST * _length(corners), ahead)
+        if draws.kind < LEFT_OUT + ALONG:
+            ahead = draws.side < 0.5
+            point = self._on_stroke(best, number, draws.share * FARTHEST * _length(corners), ahead=ahead)
             if point is None:
                 return None
-            inner = corners[:first] if ahead else corners[last:]
-            return np.concatenate([inner, [point], corners[-1:]] if ahead else [corners[:1], [point], inner])
+            kept = (corners[:first], point, corners[-1:]) if ahead else (corners[:1], point, corners[last:])
+            return np.concatenate(kept)
+        a, b = corners[first - 1], corners[last]
         middle = 0.5 * (a + b)
         base = corners[first:last].mean(axis=0) if last > first else middle
-        away = (share * (INWARD + OUTWARD) - INWARD) * (base - middle)
-        noise = (2.0 * draws[5:] - 1.0) * width * float(np.linalg.norm(b - a)) / np.sqrt(len(a))
-        point = np.clip(base + away + noise, self.lower, self.upper)
-        return np.concatenate([corners[:first], [point], corners[last:]])
+        away = (draws.share * (INWARD + OUTWARD) - INWARD) * (base - middle)
+        noise = (2.0 * draws.noise - 1.0) * width * float(np.linalg.norm(b - a)) / np.sqrt(len(a))
+        point = np.clip(base + away + noise, self.lower, self.upper)[None]
+        return np.concatenate([corners[:first], point, corners[last:]])
 
-    def _on_stroke(self, best: _Hastened, number: int, distance: float, ahead: bool) -> Array | None:
-        """The point (n,) at a distance from the end of a way, on the line of the part that follows; or from its start."""
+    def _on_stroke(self, best: _Hastened, number: int, distance: float, *, ahead: bool) -> Array | None:
+        """The point (1, n) at a distance from the end of a way, on the line of the part that follows; or from its start."""
         other = number + 1 if ahead else number - 1
         if not 0 <= other < len(best.parts):
             return None
         path = best.parts[other].stretch.path[:, self.columns]
         end, inner = (path[0], path[1]) if ahead else (path[-1], path[-2])
         point = end + distance * (end - inner) / np.linalg.norm(end - inner)
-        return np.clip(point, self.lower, self.upper)
+        return np.asarray(np.clip(point, self.lower, self.upper))[None]
 
 
 def _length(path: Array) -> float:
