@@ -1,4 +1,4 @@
-"""Refines a plan: makes the motion along its linear stretches shorter, never longer.
+"""Refines a plan: makes the motion along its linear stretches faster, never slower.
 
 A stretch is a chain of nodes with one predecessor and one successor each. Actions, knowledge and proofs are kept.
 Each stretch begins and ends in the same geometric state as before, except that the end may change if only the goal
@@ -25,7 +25,7 @@ from kabo.planner.refine.timing import duration, timed
 from kabo.tasks.procedures import GeometricProcedures
 
 SAMPLES = 20_000  # samples that tasks may draw for other solutions
-BETTER = 1e-6  # rad or s by which a motion has to differ to count as longer
+BETTER = 1e-6  # seconds by which a motion has to differ to count as slower
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,8 @@ def _hasten(paths: Mapping[Stop, Success | None], server: GeometricProcedures) -
         if answer is not None and answer.motion and not server.stop():
             with suppress(CutOff):
                 made = faster(context, stop.situation, answer.motion, freedoms_of(stop, server))
-                stop.keep(stop.situation, replace(answer, motion=made))
+                if duration(made) < seconds_of(stop) - BETTER:
+                    stop.keep(stop.situation, replace(answer, motion=made))
 
 
 class FoundMotion:
