@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Things, Trail, Work
-from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, POSITIONS_PER_PIECE, SMALL_SHARE, prove_pairs
+from kabo.geometry.collision.kernels.witness import (
+    AXIS,
+    EXACT_AXIS,
+    FIRST,
+    POSITIONS_PER_PIECE,
+    SECOND,
+    SMALL_SHARE,
+    prove_pairs,
+)
 from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for, way_of
 from kabo.geometry.collision.view_arrays import reach as reach_of
 from kabo.geometry.parts import Enclosure, Packed, stacked
@@ -138,6 +146,13 @@ class ProofArrays:
     def sizes(self) -> Integers:
         """The number of nodes of each proof (P,); 0 where none is needed."""
         return np.diff(self.where)
+
+    @cached_property
+    def halves(self) -> NDArray[np.bool_]:
+        """Whether each proof (P, 2) halves ranges of parts of the first, and of the second body."""
+        before = np.zeros((len(self.codes) + 1, 2), np.int64)
+        np.cumsum(self.codes[:, None] == (FIRST, SECOND), axis=0, out=before[1:])
+        return np.asarray(np.diff(before[self.where], axis=0) > 0)
 
     @cached_property
     def _written(self) -> tuple[str, Integers, bytes, bytes]:
