@@ -99,7 +99,11 @@ class Unproven:
 
 def order_of(enclosure: Enclosure) -> list[int]:
     """The numbers of an enclosure's parts, sorted by recursive splits at the median of their centres."""
-    middles = np.array([part.mean(axis=0) for part in enclosure.parts])
+    return in_order(np.array([part.mean(axis=0) for part in enclosure.parts]))
+
+
+def in_order(middles: Array) -> list[int]:
+    """The numbers of parts with these middles (B, 3), sorted by recursive splits at the median."""
     return _halved(middles, list(range(len(middles))))
 
 

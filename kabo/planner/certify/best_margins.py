@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry import Enclosure
 from kabo.geometry.collision.kernels.bundles import Hulls
 from kabo.geometry.collision.kernels.tight_parts import (
+    Between,
     Lists,
     body_poses,
     distance_to,
@@ -22,19 +22,19 @@ from kabo.geometry.collision.kernels.tight_parts import (
     nearest_points,
     poses_at,
 )
-from kabo.geometry.collision.separation_proofs import Course, Parts, order_of, ordered_as_given
+from kabo.geometry.collision.separation_proofs import Course, Parts, in_order
 from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for
-from kabo.geometry.parts import COLUMNS
+from kabo.geometry.parts import COLUMNS, LANE, Packed, with_columns
 from kabo.planner.certify.certified_bodies import CertifiedBodies
 from kabo.planner.certify.proven_stretches import ProvenStretch
-from kabo.planner.certify.tight_parts import tight_part
+from kabo.planner.certify.tight_parts import TightPart, tight_part
 from kabo.scene import Mesh
 
 ROUNDS = 3
 NEXT = 1.05  # of the least margin of a stretch: pairs up to this one get the same work
 WORTH = 1.03  # of a margin: a pair is not proven again for less
 TRUE = 0.1  # of a distance of parts: so much less than that of meshes it may be
-PLACES = 96  # along a path, about, where distances are looked at
+PLACES = 72  # along a path, about, where distances are looked at
 MAX_STEPS = 48  # of drawing parts of a pair tight, or halving them
 MAX_PARTS = 160  # of a body, after which none is halved
 
@@ -46,30 +46,49 @@ class Leaves:
     mesh: Mesh | None  # None: they stay as they are
     first: Parts
     names: list[tuple[int, str | None]]  # of each the part that it was, and which half of a half; None: that part
-    corners: list[Array]
-    triangles: list[Array | None]
+    hulls: Hulls  # of so many parts at most
+    boxes: Array  # (B, 6) middles and half sides
+    tight: list[TightPart | None]  # what each is drawn from; None if it is as it was
     halved: bool = False  # since the last proofs
     changed: bool = False
 
     @classmethod
     def of(cls, parts: Parts, mesh: Mesh | None) -> "Leaves":
         """The parts as they are at first."""
-        count = len(parts.vertices)
-        return cls(mesh, parts, [(i, None) for i in range(count)], list(parts.vertices), [None] * count)
+        count, packed = len(parts.vertices), parts.packed
+        rows = count if mesh is None else max(count, MAX_PARTS)
+        hulls = Hulls(np.zeros((rows, 3, COLUMNS)), np.zeros(rows, np.int64), np.zeros((rows, 5)))
+        hulls.blocks[:count] = with_columns(packed.blocks, COLUMNS)
+        hulls.sizes[:count], hulls.rounds[:count] = packed.sizes, packed.rounds
+        low, high, boxes = parts.boxes[:, :3], parts.boxes[:, 3:], np.zeros((rows, 6))
+        boxes[:count] = np.hstack([0.5 * (low + high), 0.5 * (high - low)])
+        return cls(mesh, parts, [(i, None) for i in range(count)], hulls, boxes, [None] * count)
 
-    def refinable(self, i: int) -> bool:
-        """Whether a part can be drawn tight or halved."""
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def _put(self, i: int, corners: Array) -> None:
+        """Writes the corners of a part that is not round."""
+        self.hulls.blocks[i, :, : len(corners)] = corners.T
+        self.hulls.blocks[i, :, len(corners) :] = corners[:1].T
+        self.hulls.sizes[i] = -(-len(corners) // LANE) * LANE
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        self.boxes[i, :3], self.boxes[i, 3:] = 0.5 * (low + high), 0.5 * (high - low)
+
+    def corners(self, i: int) -> Array:
+        """The corners of a part (V, 3)."""
+        tight = self.tight[i]
+        return self.first.vertices[self.names[i][0]] if tight is None else tight.corners
+
+    def held(self, i: int) -> Array | None:
+        """What a part holds (T, 3, 3); None if it can neither be drawn tight nor halved."""
+        if self.mesh is None or len(self) >= MAX_PARTS:
+            return None
         part, path = self.names[i]
-        if self.mesh is None or len(self.corners) >= MAX_PARTS:
-            return False
-        return path is None or self._tight(part, path).can_be_halved(len(path))
+        found = self.tight[i] or self._tight(part, "")
+        return found.triangles if path is None or found.can_be_halved(len(path)) else None
 
-    def held(self, i: int) -> Array:
-        """What a part holds (T, 3, 3)."""
-        part, path = self.names[i]
-        return self._tight(part, path or "").triangles
-
-    def _tight(self, part: int, path: str):
+    def _tight(self, part: int, path: str) -> TightPart:
         assert self.mesh is not None
         return tight_part(self.mesh, self.first.vertices[part], path)
 
@@ -83,20 +102,26 @@ class Leaves:
         for n, k in enumerate(kept):
             if n:
                 self.names.append((part, after[k]))
-                self.corners.append(made[k].corners)
+                self.tight.append(made[k])
             else:
-                self.names[i], self.corners[i] = (part, after[k]), made[k].corners
-        return [i, *range(len(self.corners) - len(kept) + 1, len(self.corners))]
+                self.names[i], self.tight[i] = (part, after[k]), made[k]
+            self._put(len(self) - 1 if n else i, made[k].corners)
+        return [i, *range(len(self) - len(kept) + 1, len(self))]
 
     def made(self) -> Parts:
         """The parts as they are now, in the order in which they are numbered from now on."""
-        enclosure = Enclosure(tuple(self.corners), 0.0)
+        count = len(self)
         if self.halved:
-            order = order_of(enclosure)
-            self.names, self.corners = [self.names[i] for i in order], [self.corners[i] for i in order]
-            enclosure = Enclosure(tuple(self.corners), 0.0)
+            order = in_order(self.boxes[:count, :3])
+            self.names, self.tight = [self.names[i] for i in order], [self.tight[i] for i in order]
+            for own in (*self.hulls, self.boxes):
+                own[:count] = own[order]
         self.halved = self.changed = False
-        return ordered_as_given(enclosure)
+        middles, halves = self.boxes[:count, :3], self.boxes[:count, 3:]
+        blocks, sizes, rounds = (own[:count].copy() for own in self.hulls)
+        packed = Packed(blocks, sizes, np.full(count, np.nan), rounds)  # nobody asks for diameters
+        boxes = np.hstack([middles - halves, middles + halves])
+        return Parts(tuple(self.corners(i) for i in range(count)), packed, boxes)
 
 
 class _Along:
@@ -130,17 +155,22 @@ class _Nearest:
         """`poses` (2, K, 12) of both bodies; no coordinate is farther from the origin than `far`."""
         self.leaves, self.poses = leaves, poses
         self.own = leaves[:1] if leaves[0] is leaves[1] else leaves
-        rows = sum(len(each.corners) for each in self.own) + MAX_STEPS
+        self.which = [(each, i) for each in self.own for i in range(len(each))]
+        rows = len(self.which) + MAX_STEPS
         self.hulls = Hulls(np.empty((rows, 3, COLUMNS)), np.zeros(rows, np.int64), np.zeros((rows, 5)))
-        self.balls, self.which = np.zeros((rows, 4)), list[tuple[Leaves, int]]()
-        numbers: dict[int, list[int]] = {}
-        for each in self.own:
-            numbers[id(each)] = [self._put(each, i) for i in range(len(each.corners))]
+        self.boxes = np.zeros((rows, 6))
         self.lists = Lists(np.zeros((2, rows), np.int64), np.zeros(2, np.int64))
-        for e, each in enumerate(leaves):
-            self._list(e, numbers[id(each)])
+        end = 0
+        for each in self.own:
+            begin, end = end, end + len(each)
+            for own, theirs in zip((*self.hulls, self.boxes), (*each.hulls, each.boxes), strict=True):
+                own[begin:end] = theirs[: len(each)]
+            for e in range(2):
+                if self.leaves[e] is each:
+                    self._list(e, range(begin, end))
         self.search, self.ends = search_for(offset_for(far)), np.zeros((2, 4), np.int64)
         self.lower, self.chosen = np.full(poses.shape[1], -np.inf), np.zeros(3, np.int64)
+        self.between = Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3))
         self.points, self.room = np.zeros((2, 3)), np.zeros((2, 3, 40))
 
     def _put(self, leaves: Leaves, i: int, row: int | None = None) -> int:
@@ -148,15 +178,8 @@ class _Nearest:
         if row is None:
             row = len(self.which)
             self.which.append((leaves, i))
-        corners = leaves.corners[i]
-        self.hulls.blocks[row, :, : len(corners)] = corners.T
-        self.hulls.blocks[row, :, len(corners) :] = corners[:1].T
-        self.hulls.sizes[row] = -(-len(corners) // 8) * 8
-        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        self.balls[row, :3], self.balls[row, 3] = middle, np.sqrt(((corners - middle) ** 2).sum(axis=1).max())
-        if leaves.mesh is None:
-            self.hulls.rounds[row] = leaves.first.packed.rounds[i]
-            self.balls[row, 3] += self.hulls.rounds[row, :2].sum()
+        for own, theirs in zip((*self.hulls, self.boxes), (*leaves.hulls, leaves.boxes), strict=True):
+            own[row] = theirs[i]
         return row
 
     def _list(self, e: int, rows: Sequence[int]) -> None:
@@ -175,7 +198,15 @@ class _Nearest:
     def _least(self) -> float:
         return float(
             least_along(
-                self.hulls, self.balls, self.lists, self.poses, self.lower, self.ends, self.search, self.chosen
+                self.hulls,
+                self.boxes,
+                self.lists,
+                self.poses,
+                self.lower,
+                self.ends,
+                self.search,
+                self.between,
+                self.chosen,
             )
         )
 
@@ -185,8 +216,9 @@ class _Nearest:
         away = [0.0, 0.0]
         for e in range(2):
             leaves, i = self.which[int(self.chosen[1 + e])]
-            if leaves.refinable(i):
-                away[e] = float(distance_to(leaves.held(i), self.points[e], self.search.simplex))
+            held = leaves.held(i)
+            if held is not None:
+                away[e] = float(distance_to(held, self.points[e], self.search.simplex))
         if sum(away) <= TRUE * max(distance, 0.0):
             return False
         row = int(self.chosen[1 + int(away[1] > away[0])])

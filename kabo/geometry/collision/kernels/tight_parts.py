@@ -24,6 +24,14 @@ class Room(NamedTuple):
     marks: Integers  # (64, WORDS)
 
 
+class Between(NamedTuple):
+    """Room for where a body is in the frame of another one, and the way between two of their parts."""
+
+    turn: Array  # (3, 3)
+    at: Array  # (3,)
+    apart: Array  # (3,)
+
+
 class Lists(NamedTuple):
     """The parts of two bodies, as rows of `Hulls`."""
 
@@ -37,6 +45,7 @@ ON_PLANE = 1e-10  # [m] a corner so near a plane lies on it
 SAME = 1e-9  # [m] corners so near each other are one
 SEARCH_STEPS = 32
 LOSS = 0.02  # of a distance, to which it is known
+ALIKE = 0.97  # of a distance: those between are as good as the least one
 EXCESS, NORMAL, OFFSET = 0, 1, 4  # columns of `ends` of corners: how far each sticks out, along which direction, to where
 
 
@@ -204,33 +213,66 @@ def distance_to(triangles, point, simplex):
 
 
 @lean_kernel
-def _least_at(hulls, balls, parts, poses, k, ends, search):
-    """The two parts of (2, N) lists that are nearest to each other at a pose, and their distance [m]."""
-    best, first, second = np.inf, 0, 0
+def _relative(poses, k, turn, at):
+    """Writes the pose of the second body in the first one's frame."""
+    for r in range(3):
+        at[r] = 0.0
+        for i in range(3):
+            at[r] += poses[0, k, 3 * i + r] * (poses[1, k, 9 + i] - poses[0, k, 9 + i])
+        for c in range(3):
+            turn[r, c] = (
+                poses[0, k, r] * poses[1, k, c]
+                + poses[0, k, 3 + r] * poses[1, k, 3 + c]
+                + poses[0, k, 6 + r] * poses[1, k, 6 + c]
+            )
+
+
+@lean_kernel
+def _box_gap(boxes, a, b, turn, at, apart):
+    """The greatest gap of the boxes of two parts along an axis of either; writes the way between their middles."""
+    gap = -np.inf
+    for r in range(3):
+        x, half = at[r] - boxes[a, r], boxes[a, 3 + r]
+        for c in range(3):
+            x += turn[r, c] * boxes[b, c]
+            half += abs(turn[r, c]) * boxes[b, 3 + c]
+        apart[r] = x
+        gap = max(gap, abs(x) - half)
+    for c in range(3):
+        x, half = 0.0, boxes[b, 3 + c]
+        for r in range(3):
+            x += turn[r, c] * apart[r]
+            half += abs(turn[r, c]) * boxes[a, 3 + r]
+        gap = max(gap, abs(x) - half)
+    return gap
+
+
+@lean_kernel
+def _least_at(hulls, boxes, parts, poses, k, ends, search, between):
+    """The two parts that are nearest to each other at a pose, and their distance [m]."""
+    best, first, second, turn = np.inf, 0, 0, between.turn
+    _relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
         for j in range(parts.counts[1]):
-            b, square = parts.numbers[1, j], 0.0
-            for r in range(3):
-                apart = poses[0, k, 9 + r] - poses[1, k, 9 + r]
-                for c in range(3):
-                    apart += poses[0, k, 3 * r + c] * balls[a, c] - poses[1, k, 3 * r + c] * balls[b, c]
-                search.axis[r] = apart
-                square += apart * apart
-            if np.sqrt(square) - balls[a, 3] - balls[b, 3] >= best:
-                continue
-            ends[0, LOW], ends[0, HIGH], ends[1, LOW], ends[1, HIGH] = a, a + 1, b, b + 1
-            gap = greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
-            if gap < best:
-                best, first, second = gap, a, b
+            b = parts.numbers[1, j]
+            if _box_gap(boxes, a, b, turn, between.at, between.apart) < best:
+                for r in range(3):
+                    search.axis[r] = 0.0
+                    for c in range(3):
+                        search.axis[r] -= poses[0, k, 3 * r + c] * between.apart[c]
+                ends[0, LOW], ends[0, HIGH], ends[1, LOW], ends[1, HIGH] = a, a + 1, b, b + 1
+                gap = greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
+                if gap < best:
+                    best, first, second = gap, a, b
     return best, first, second
 
 
 @lean_kernel
-def least_along(hulls, balls, parts, poses, lower, ends, search, chosen):
-    """Finds where two bodies are nearest: writes the pose and the parts; returns the distance [m].
+def least_along(hulls, boxes, parts, poses, lower, ends, search, between, chosen):
+    """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
 
     `lower` (K,) are lower bounds of the distance at each pose, which are made better.
     """
@@ -239,11 +281,11 @@ def least_along(hulls, balls, parts, poses, lower, ends, search, chosen):
         for other in range(lower.shape[0]):
             if lower[other] < lower[k]:
                 k = other
-        distance, first, second = _least_at(hulls, balls, parts, poses, k, ends, search)
+        distance, first, second = _least_at(hulls, boxes, parts, poses, k, ends, search, between)
         lower[k] = max(lower[k], distance)
         nearer = False
         for other in range(lower.shape[0]):
-            nearer = nearer or lower[other] < distance
+            nearer = nearer or lower[other] < ALIKE * distance
         if not nearer:
             chosen[0], chosen[1], chosen[2] = k, first, second
             return distance
