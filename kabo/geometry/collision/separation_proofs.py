@@ -109,16 +109,7 @@ def in_order(middles: Array) -> list[int]:
 
 def ordered(enclosure: Enclosure) -> Parts:
     """The parts of an enclosure without a tree, in the order of `order_of`."""
-    return _in_order(enclosure, order_of(enclosure))
-
-
-def ordered_as_given(enclosure: Enclosure) -> Parts:
-    """The parts of an enclosure without a tree, in their own order: of parts that were ordered before."""
-    return _in_order(enclosure, list(range(len(enclosure.parts))))
-
-
-def _in_order(enclosure: Enclosure, order: list[int]) -> Parts:
-    packed = enclosure.packed
+    packed, order = enclosure.packed, order_of(enclosure)
     vertices = tuple(enclosure.parts[i] for i in order)
     own = Packed(packed.blocks[order], packed.sizes[order], packed.diameters[order], packed.rounds[order])
     boxes = np.array([[*part.min(axis=0), *part.max(axis=0)] for part in vertices])

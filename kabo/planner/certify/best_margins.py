@@ -7,11 +7,11 @@ proven again. In each of a few rounds the pairs with the least margins get this 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array
 from kabo.geometry.collision.kernels.bundles import Hulls
 from kabo.geometry.collision.kernels.tight_parts import (
     Between,
@@ -33,7 +33,7 @@ from kabo.scene import Mesh
 ROUNDS = 3
 NEXT = 1.05  # of the least margin of a stretch: pairs up to this one get the same work
 WORTH = 1.03  # of a margin: a pair is not proven again for less
-TRUE = 0.1  # of a distance of parts: so much less than that of meshes it may be
+TRUE = 0.12  # of a distance of parts: so much less than that of meshes it may be
 PLACES = 72  # along a path, about, where distances are looked at
 MAX_STEPS = 48  # of drawing parts of a pair tight, or halving them
 MAX_PARTS = 160  # of a body, after which none is halved
@@ -169,7 +169,8 @@ class _Nearest:
                 if self.leaves[e] is each:
                     self._list(e, range(begin, end))
         self.search, self.ends = search_for(offset_for(far)), np.zeros((2, 4), np.int64)
-        self.lower, self.chosen = np.full(poses.shape[1], -np.inf), np.zeros(3, np.int64)
+        self.lower, self.nearest = np.full(poses.shape[1], -np.inf), np.full((poses.shape[1], 2), -1, np.int64)
+        self.chosen = np.array([0, *self.lists.numbers[:, 0]])
         self.between = Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3))
         self.points, self.room = np.zeros((2, 3)), np.zeros((2, 3, 40))
 
@@ -203,6 +204,7 @@ class _Nearest:
                 self.lists,
                 self.poses,
                 self.lower,
+                self.nearest,
                 self.ends,
                 self.search,
                 self.between,
@@ -225,6 +227,7 @@ class _Nearest:
         leaves, i = self.which[row]
         _, *new = leaves.refine(i)
         self._put(leaves, i, row)
+        self.nearest[(self.nearest == row).any(axis=1)] = -1
         rows = [self._put(leaves, k) for k in new]
         for e, each in enumerate(self.leaves):
             if each is leaves:
@@ -336,9 +339,7 @@ def _prove_again(
         return True
     aims = np.array([wanted.get(pair, min(near, float(margins[pair]))) for pair in numbers.tolist()])
     kept = None if course.kept is None else course.kept[numbers]
-    made = bodies.prove_again(
-        replace(course, pairs=np.ascontiguousarray(course.pairs[numbers]), kept=kept), aims
-    )
+    made = bodies.prove_again(replace(course, pairs=np.ascontiguousarray(course.pairs[numbers]), kept=kept), aims)
     if made is None:
         return False
     better = np.flatnonzero((made.margins > margins[numbers]) | stale[numbers].any(axis=1))

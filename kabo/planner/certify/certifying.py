@@ -157,9 +157,9 @@ class _Certifying:
                 step()
         if self.gaps:
             return self.gaps
-        if sharp and not self.bodies.divided:  # else all is proven once more, with the divided parts
-            if not sharpen(proven, self.bodies, self.things.cuttable(), self.near, self.look):
-                return None
+        sharp = sharp and not self.bodies.divided  # else all is proven once more, with the divided parts
+        if sharp and not sharpen(proven, self.bodies, self.things.cuttable(), self.near, self.look):
+            return None
         proofs = tuple(each.proof() for each in proven)
         segments = [each for name in self.order for each in self._clearances(name, proven)]
         return Certificate(

@@ -2,7 +2,7 @@
 
 A part sticks out of its body by up to some millimetres: it has few corners, and bridges hollows. What it has to hold are
 the triangles inside it, as long as the parts around it hold theirs. So it may be cut anywhere outside of the hull of these,
-and replaced by two parts that hold a half of them each. Which part that is depends on mesh and part alone, so it can be kept.
+and replaced by two parts that hold a half of them each. These depend on mesh and part alone, so they can be kept.
 """
 
 import hashlib
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array
 from kabo.content_cache import ContentCache
 from kabo.geometry.collision.kernels.tight_parts import BITS, MOST_CORNERS, WORDS, Room, cut, halve, tighten
 from kabo.geometry.triangles.kernels.clipping import triangles_at
@@ -39,7 +39,11 @@ class TightPart(NamedTuple):
 
     def can_be_halved(self, depth: int) -> bool:
         """Whether its halves are worth having."""
-        return depth < MAX_DEPTH and len(self.triangles) > 1 and float(np.ptp(self.corners, axis=0).max()) > LEAST_SIZE
+        return (
+            depth < MAX_DEPTH
+            and len(self.triangles) > 1
+            and float(np.ptp(self.corners, axis=0).max()) > LEAST_SIZE
+        )
 
 
 _MADE: ContentCache[TightPart] = ContentCache(CACHE_BYTES, lambda part: part.nbytes)

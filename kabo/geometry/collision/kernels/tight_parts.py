@@ -46,7 +46,11 @@ SAME = 1e-9  # [m] corners so near each other are one
 SEARCH_STEPS = 32
 LOSS = 0.02  # of a distance, to which it is known
 ALIKE = 0.97  # of a distance: those between are as good as the least one
-EXCESS, NORMAL, OFFSET = 0, 1, 4  # columns of `ends` of corners: how far each sticks out, along which direction, to where
+EXCESS, NORMAL, OFFSET = (
+    0,
+    1,
+    4,
+)  # columns of `ends` of corners: how far each sticks out, along which direction, to where
 
 
 @lean_kernel
@@ -113,7 +117,7 @@ def cut(corners, marks, excess, count, plane, bit, room):
 
 @lean_kernel
 def _stick_out(points, corner, own, simplex):
-    """Writes how far a corner sticks out of the hull of points (3, N), along which direction, and how far they reach there."""
+    """Writes how far a corner sticks out of the hull of points (3, N), in which direction, and how far they reach."""
     x, y, z = corner[0] - points[0, 0], corner[1] - points[1, 0], corner[2] - points[2, 0]
     size, best = 0, -np.inf
     for _ in range(SEARCH_STEPS):
@@ -160,9 +164,12 @@ def tighten(points, corners, marks, excess, count, bit, limits, plane, room, sim
             plane[r] = excess[worst, NORMAL + r]
         plane[3] = excess[worst, OFFSET] + limits[1]
         left = cut(corners, marks, excess, count, plane, bit, room)
-        if left < 0 or left == count and corners[worst, 0] * plane[0] + corners[worst, 1] * plane[1] + corners[
-            worst, 2
-        ] * plane[2] > plane[3] + ON_PLANE:
+        if (
+            left < 0
+            or left == count
+            and corners[worst, 0] * plane[0] + corners[worst, 1] * plane[1] + corners[worst, 2] * plane[2]
+            > plane[3] + ON_PLANE
+        ):
             excess[worst, EXCESS] = -np.inf
             continue
         if left < count:  # there is room again
@@ -248,47 +255,59 @@ def _box_gap(boxes, a, b, turn, at, apart):
 
 
 @lean_kernel
-def _least_at(hulls, boxes, parts, poses, k, ends, search, between):
-    """The two parts that are nearest to each other at a pose, and their distance [m]."""
-    best, first, second, turn = np.inf, 0, 0, between.turn
+def _gap(hulls, a, b, poses, k, best, ends, search, apart):
+    """The gap of two parts at a pose, or some gap above `best`; `apart` is about the way from one to the other."""
+    for r in range(3):
+        search.axis[r] = 0.0
+        for c in range(3):
+            search.axis[r] -= poses[0, k, 3 * r + c] * apart[c]
+    ends[0, LOW], ends[0, HIGH], ends[1, LOW], ends[1, HIGH] = a, a + 1, b, b + 1
+    return greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
+
+
+@lean_kernel
+def _least_at(hulls, boxes, parts, poses, k, ends, search, between, first, second):
+    """The two parts that are nearest at a pose, and their distance [m]; two that may be are tried first."""
+    turn = between.turn
     _relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
+    _box_gap(boxes, first, second, turn, between.at, between.apart)
+    best = _gap(hulls, first, second, poses, k, np.inf, ends, search, between.apart)
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
         for j in range(parts.counts[1]):
             b = parts.numbers[1, j]
             if _box_gap(boxes, a, b, turn, between.at, between.apart) < best:
-                for r in range(3):
-                    search.axis[r] = 0.0
-                    for c in range(3):
-                        search.axis[r] -= poses[0, k, 3 * r + c] * between.apart[c]
-                ends[0, LOW], ends[0, HIGH], ends[1, LOW], ends[1, HIGH] = a, a + 1, b, b + 1
-                gap = greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
+                gap = _gap(hulls, a, b, poses, k, best, ends, search, between.apart)
                 if gap < best:
                     best, first, second = gap, a, b
     return best, first, second
 
 
 @lean_kernel
-def least_along(hulls, boxes, parts, poses, lower, ends, search, between, chosen):
+def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, between, chosen):
     """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
 
-    `lower` (K,) are lower bounds of the distance at each pose, which are made better.
+    `lower` (K,) are lower bounds of the distance at each pose, and `nearest_parts` (K, 2) the parts that are so far
+    apart, -1 if that is not known; both are written where poses are looked at.
     """
     while True:
         k = 0
         for other in range(lower.shape[0]):
             if lower[other] < lower[k]:
                 k = other
-        distance, first, second = _least_at(hulls, boxes, parts, poses, k, ends, search, between)
-        lower[k] = max(lower[k], distance)
+        if nearest_parts[k, 0] < 0:
+            lower[k], chosen[1], chosen[2] = _least_at(
+                hulls, boxes, parts, poses, k, ends, search, between, chosen[1], chosen[2]
+            )
+            nearest_parts[k, 0], nearest_parts[k, 1] = chosen[1], chosen[2]
         nearer = False
         for other in range(lower.shape[0]):
-            nearer = nearer or lower[other] < ALIKE * distance
+            nearer = nearer or lower[other] < min(lower[k], ALIKE * lower[k])
         if not nearer:
-            chosen[0], chosen[1], chosen[2] = k, first, second
-            return distance
+            chosen[0], chosen[1], chosen[2] = k, nearest_parts[k, 0], nearest_parts[k, 1]
+            return lower[k]
 
 
 @lean_kernel
@@ -363,7 +382,7 @@ def _weights(simplex, size, x, y, z):
 
 @lean_kernel
 def poses_at(waypoints, places, chain, segment, frames):
-    """Writes the poses (K, J, 12) of all joints at places (K,) of a path: the way point before, and a share of its piece."""
+    """Writes the poses (K, J, 12) of all joints at places (K,) of a path: way point, and share of its piece."""
     joints, factors = chain.joints, chain.factors
     last = waypoints.shape[0] - 1
     for k in range(places.shape[0]):
