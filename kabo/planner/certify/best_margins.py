@@ -332,7 +332,7 @@ def _prove_again(
     course, margins = each.course, each.proofs.margins
     own = np.array([body.mesh in halved for body in course.bodies])
     stale = own[course.pairs[:, :2]] & each.proofs.halves if halved else np.zeros((len(margins), 2), bool)
-    again = stale.any(axis=1)
+    again = np.asarray(stale.any(axis=1), bool)
     again[list(wanted)] = True
     numbers = np.flatnonzero(again)
     if not len(numbers):

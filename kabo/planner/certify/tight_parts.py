@@ -95,7 +95,7 @@ def _held(mesh: Mesh, part: Array) -> Array:
     room = np.empty((len(mesh.faces), 3, 3))
     box = np.concatenate([part.min(axis=0) - SLACK, part.max(axis=0) + SLACK])
     vertices, faces = np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, np.int64)
-    found = room[: triangles_at(vertices, faces, box, room)].copy()
+    found = np.asarray(room[: int(triangles_at(vertices, faces, box, room))].copy())
     for plane in hull:
         found = _behind(found, plane)
     return found
@@ -104,7 +104,8 @@ def _held(mesh: Mesh, part: Array) -> Array:
 def _behind(triangles: Array, plane: Array) -> Array:
     """What of triangles (T, 3, 3) is where n·x + d <= 0, or a little beyond."""
     room = np.empty((2 * len(triangles), 3, 3))
-    return room[: halve(triangles, plane, SLACK, np.empty((2, 4, 3)), room)].copy()
+    count = int(halve(triangles, plane, SLACK, np.empty((2, 4, 3)), room))
+    return np.asarray(room[:count].copy())
 
 
 def _drawn_tight(start: Array, triangles: Array, plane: Array | None) -> TightPart:

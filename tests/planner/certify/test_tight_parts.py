@@ -93,7 +93,7 @@ def test_halves_of_a_hollow_body_are_refined_until_they_tell_its_distance():
     )
     corners = np.concatenate([BOX * bar[3:] + bar[:3] for bar in bars])
     mesh = Mesh(corners, np.concatenate([BOX_FACES + 8 * k for k in range(3)]))
-    hollow = Leaves.of(ordered(Enclosure((BOX * 0.1,), 0.0)), mesh)
+    hollow = Leaves.of(ordered(Enclosure((((BOX - 0.5) * (1.0 + 1e-5) + 0.5) * 0.1,), 0.0)), mesh)
     post = Leaves.of(ordered(Enclosure((BOX * [0.04, 0.1, 0.1],), 0.0)), None)
     poses = np.array([[flat(np.eye(4))] * 2, [flat(transform((0.03, 0.0, z))) for z in (0.2, 0.05)]])
     found = _Nearest((hollow, post), poses, 4.0)
