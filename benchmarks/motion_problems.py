@@ -7,11 +7,11 @@ alone; what the SRDF lets touch may touch.
 """
 
 import re
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import yaml
 
@@ -25,6 +25,7 @@ HULLS = {
         "robotiq_85_left_finger_tip_link",
         "robotiq_85_right_finger_tip_link",
     ),
+    "fetch": ("head_tilt_link",),
 }
 ROUNDING = 1e-5  # [rad or m] by which an end may be beyond the limits of the URDF
 _BODIES = {"box": 3, "cylinder": 2, "sphere": 1}
