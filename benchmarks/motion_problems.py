@@ -25,6 +25,7 @@ HULLS = {
         "robotiq_85_left_finger_tip_link",
         "robotiq_85_right_finger_tip_link",
     ),
+    "fetch": ("head_tilt_link",),
 }
 ROUNDING = 1e-5  # [rad or m] by which an end may be beyond the limits of the URDF
 _BODIES = {"box": 3, "cylinder": 2, "sphere": 1}
