@@ -26,7 +26,7 @@ from kabo.ways import FreeSpace, NoPath, find_way, shortened
 LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
 LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch
 SHORTCUT_ATTEMPTS = 40  # to shorten a path; a plan's motion is refined later
-MAX_VAIN_SHORTCUTS = 8  # failed attempts in a row
+MAX_VAIN_SHORTCUTS = 5  # failed attempts in a row
 CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the verifier grants
 
 
