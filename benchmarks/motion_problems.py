@@ -7,6 +7,7 @@ alone; what the SRDF lets touch may touch.
 """
 
 import re
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,17 @@ from typing import Any
 import yaml
 
 # Links with meshes that are not closed: their convex hulls, which are larger, stand for them.
-HULLS = {"panda": ("panda_link6",), "baxter": ("torso", "torso_collision_4", "screen")}
+HULLS = {
+    "panda": ("panda_link6",),
+    "baxter": ("torso", "torso_collision_4", "screen"),
+    "ur5": (
+        "fts_robotside",
+        "robotiq_85_base_link",
+        "robotiq_85_left_finger_tip_link",
+        "robotiq_85_right_finger_tip_link",
+    ),
+}
+ROUNDING = 1e-5  # [rad or m] by which an end may be beyond the limits of the URDF
 _BODIES = {"box": 3, "cylinder": 2, "sphere": 1}
 
 
@@ -96,9 +107,27 @@ def _problem(name: str, urdf: Path, scene: Any, request: Any) -> MotionProblem:
     state = request["start_state"]["joint_state"]
     start = dict(zip(state["name"], map(float, state["position"]), strict=True))
     robot = Robot(urdf.stem, urdf, tuple(joint for joint in start if joint in goal))
-    bodies = tuple(_bodies(scene["world"]["collision_objects"]))
-    ends = (tuple(end[joint] for joint in robot.joints) for end in (start, goal))
+    bodies, limits = tuple(_bodies(scene["world"]["collision_objects"])), _limits(urdf)
+    ends = (tuple(_within(end[joint], limits.get(joint)) for joint in robot.joints) for end in (start, goal))
     return MotionProblem(name, robot, bodies, *ends)
+
+
+def _limits(urdf: Path) -> dict[str, tuple[float, float]]:
+    """The limits of those joints that have some."""
+    found = {}
+    for joint in ElementTree.parse(urdf).getroot().iter("joint"):  # noqa: S314 - a robot of the benchmark
+        limit = joint.find("limit")
+        if limit is not None and joint.get("type") in ("revolute", "prismatic"):
+            found[joint.attrib["name"]] = float(limit.get("lower", 0)), float(limit.get("upper", 0))
+    return found
+
+
+def _within(value: float, limits: tuple[float, float] | None) -> float:
+    """A value that is beyond its limits by no more than their rounding (of Fetch pi is 3.14159), moved to them."""
+    if limits is None:
+        return value
+    nearest = min(max(value, limits[0]), limits[1])
+    return nearest if abs(value - nearest) < ROUNDING else value
 
 
 def _bodies(objects: Any) -> Iterator[Mapping[str, Any]]:

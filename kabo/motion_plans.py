@@ -5,7 +5,7 @@ rounded corners; `verify` judges the plan like any other.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,7 @@ from kabo.plan import Node, Plan, Segment, node_to_json
 from kabo.task_plans import plan_of_solution
 
 if TYPE_CHECKING:
-    from kabo.geometry_server import Keep, Refusal
+    from kabo.geometry_server import Keep, Pair, Refusal
     from kabo.scene import Configuration, Robot, Scene
     from kabo.tasks.robots import TaskScene
 
@@ -100,6 +100,7 @@ def plan_motion(
     *,
     seed: int = 0,
     keep: str | None = None,
+    holding: str | None = None,
     epsilon: float | None = None,
     clearance: float = 0.0,
     samples: int = PATH_SAMPLES,
@@ -116,7 +117,9 @@ def plan_motion(
         start, goal: the name of a configuration of the scene (`start` is where the robot stands there), or the values of
             the planned joints [rad or m], in their order or by their names; those without a value stay where they start.
         seed: of the samples.
-        keep: the name of a motion constraint of the scene that is kept throughout, for what the robot holds.
+        keep: the name of a motion constraint of the scene that is kept throughout, for what the robot holds, or for its
+            tool if the constraint speaks of nothing else.
+        holding: a movable body that the robot holds all the time, placed to its tool as it is where the scene begins.
         epsilon: the accuracy of the proofs [m]; None: that of the scene.
         clearance: the distance that bodies keep from each other, unless their contact is permitted [m]; what the scene
             says is uncertain is kept besides.
@@ -143,6 +146,7 @@ def plan_motion(
         goal,
         seed=seed,
         keep=keep,
+        holding=holding,
         epsilon=epsilon,
         clearance=clearance,
         samples=samples,
@@ -159,6 +163,7 @@ def find_motion(
     *,
     seed: int = 0,
     keep: str | None = None,
+    holding: str | None = None,
     epsilon: float | None = None,
     clearance: float = 0.0,
     samples: int = PATH_SAMPLES,
@@ -176,6 +181,8 @@ def find_motion(
     if robot not in scene.robots:
         raise _fault(robot, "the scene has no robot of this name", _suggested(robot, scene.robots))
     chosen = scene.robots[robot]
+    if holding is not None:
+        scene = _holding(scene, chosen, holding)
     kept = require_clearance(clearance)
     server = GeometryServer(scene, epsilon, seed, stop=stop, clearance=kept)
     first, last = _ends(scene, chosen, start, goal)
@@ -244,6 +251,24 @@ def _values(robot: "Robot", where: Where, now: "Configuration", name: str) -> Ar
     return values
 
 
+def _holding(scene: "Scene", robot: "Robot", name: str) -> "Scene":
+    """The scene, with a body in the robot's hand from the beginning.
+
+    Raises:
+        InputError: there is no such body, it cannot be moved, or the robot has no tool.
+    """
+    from kabo.scene import attachment, world_T  # loads kernels, as above
+
+    if robot.tool is None:
+        raise _fault(robot.name, f"{robot.name} has no tool and holds nothing", "write `tool` in the scene")
+    if name not in scene.movable:
+        raise _fault(robot.name, f"the scene has no movable body {name!r}", _suggested(name, tuple(scene.movable)))
+    hand = f"{robot.name}.{robot.tool.frame}"
+    hand_T_world = np.linalg.inv(world_T(scene, scene.start, hand))
+    held = attachment(hand, hand_T_world @ world_T(scene, scene.start, name))
+    return replace(scene, start=scene.start.replace({name: held}))
+
+
 def _constraint(scene: "TaskScene", robot: str, keep: str | None) -> "Keep | None":
     """The constraint of that name, for what the robot holds.
 
@@ -260,7 +285,9 @@ def _constraint(scene: "TaskScene", robot: str, keep: str | None) -> "Keep | Non
     found = keep_constraint(scene.context, scene.robot(robot), scene.situation, keep)
     if found is None:
         raise _fault(
-            robot, f"{robot} holds nothing that {keep} fits", "leave it out, or let the robot hold something"
+            robot,
+            f"{robot} holds nothing that {keep} fits",
+            "say what it holds (holding), or leave the constraint out",
         )
     return found
 
@@ -284,7 +311,8 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     Raises:
         InputError: it is not; says which two things meet, and how deep, or how much distance is missing.
     """
-    from kabo.geometry_server import ScenePredicates, millimetres
+    from kabo.geometry_server import ScenePredicates
+    from kabo.tasks.robots.motion.kept_distances import told_distance
 
     pair = scene.workspace(robot).first_hit(q)
     if pair is None:
@@ -296,8 +324,7 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     if bounds.lower < 0.0:
         how = f"overlap by up to {-1000 * bounds.lower:.1f} mm"
     elif bounds.lower < (wanted := _kept(scene, pair)):
-        are = f"{pair[0]} and {pair[1]} are {millimetres(bounds.lower)} apart"
-        what = f"at {name} {are}, but {millimetres(wanted)} are to be kept"
+        what = f"at {name} {told_distance(pair, bounds.lower, wanted)}"
         raise _fault(robot, what, "choose another configuration, a smaller clearance, or let less be uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
@@ -305,11 +332,11 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     raise _fault(robot, what, "choose another configuration, or allow the contact: allowed_contacts")
 
 
-def _kept(scene: "TaskScene", pair: Sequence[str]) -> float:
+def _kept(scene: "TaskScene", pair: "Pair") -> float:
     """The distance that two bodies or links are to keep: the clearance, and what the scene says is uncertain [m]."""
-    situation = scene.situation
-    carriers = {name: robot for robot in situation.robots for name in situation.carried(robot)}
-    return sum(scene.context.surroundings.kept(name, carriers.get(name)) for name in pair)
+    from kabo.tasks.robots.motion.kept_distances import kept_between
+
+    return kept_between(scene.context.surroundings, scene.situation, pair)
 
 
 def _no_way(scene: "TaskScene", robot: str, refusal: "Refusal", samples: int) -> str:

@@ -6,7 +6,7 @@ a request arrives and how its answer is shown.
 
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -163,9 +163,8 @@ def verify_task_report(
     from kabo.task_plans import plans_of_report  # as above
     from kabo.verify import verify_plan
 
-    for number, plan, found, unknown in plans_of_report(report, scene, solution, certificate=paranoid):
-        judged = verify_plan(found, plan, paranoid=paranoid)
-        yield number, judged if unknown is None else replace(judged, notes=(*judged.notes, unknown))
+    for number, plan, found, changes in plans_of_report(report, scene, solution, certificate=paranoid):
+        yield number, verify_plan(found, plan, paranoid=paranoid, changes=changes)
 
 
 def explain_file(
@@ -285,7 +284,7 @@ def _trial_findings(path: Path) -> tuple[Diagnostic, ...]:
 def _geometry_findings(path: Path, preparing: "Callable[[Preparing], None] | None") -> tuple[Diagnostic, ...]:
     """The findings in meshes, URDFs and SRDFs of a scene, or of a problem's scene, and in where its things stand."""
     try:
-        description = load_scene_description(path)
+        description = load_scene_description(path, whole=False)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
     from kabo.scene.findings import findings_in_scene  # files without a scene are checked without mesh libraries

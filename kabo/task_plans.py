@@ -19,7 +19,7 @@ from kabo.plan.writing import FORMAT
 from kabo.tasks.files.motions import state_in
 from kabo.tasks.files.planned import load_report
 from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
-from kabo.tasks.files.report_form import OLD_FORMAT, MotionReport, Report, StateReport
+from kabo.tasks.files.report_form import OLD_FORMAT, ChangeReport, MotionReport, Report, StateReport
 
 if TYPE_CHECKING:
     from kabo.scene import Scene  # loads meshes
@@ -219,11 +219,11 @@ def is_report(path: Path) -> bool:
 
 def plans_of_report(
     path: Path, scene: Path | None = None, solution: int | None = None, *, certificate: bool = False
-) -> "Iterator[tuple[int, Plan, Scene, str | None]]":
+) -> "Iterator[tuple[int, Plan, Scene, Sequence[ChangeReport]]]":
     """The plans of the solutions in a report: of one, or of all that move something.
 
-    Each with its number, the scene, and what `only_planned` says. Where the report tells a clearance, plans have
-    certificates in any case: nothing else proves it.
+    Each with its number, the scene, and the changes of the scene that its stages make. Where the report tells a clearance,
+    plans have certificates in any case: nothing else proves it.
 
     Raises:
         InputError: the report, the scene or a motion has errors, or there is no such solution.
@@ -235,7 +235,7 @@ def plans_of_report(
     moving = [number for number, whole in enumerate(solutions_of(report), 1) if "motion" in whole]
     for number in [first] if solution is not None else moving:
         plan = plan_of_solution(report, number, found, certificate=certificate)
-        yield number, plan, found, only_planned(report, number)
+        yield number, plan, found, solutions_of(report)[number - 1]["motion"]["changes"]
 
 
 def plan_of_report(

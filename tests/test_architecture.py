@@ -41,7 +41,7 @@ REMEMBERED = {
     "kabo/geometry/collision/exact_view.py": {"path"},  # within one call
     "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
     "kabo/geometry/collision/part_trees.py": {"_REFINED"},  # as long as the enclosure is there
-    "kabo/geometry/collision/placed_bodies.py": {"placed_bodies", "_stacked"},  # by the bodies themselves, a few
+    "kabo/geometry/collision/placed_bodies.py": {"sources_of"},  # by the enclosures themselves, a few
     "kabo/geometry/collision/sight_lines.py": {"_icosphere"},  # constants
     "kabo/geometry/parts.py": {"ball_around"},  # a constant
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
@@ -51,6 +51,7 @@ REMEMBERED = {
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},
+    "kabo/language/yaml/task_file.py": {"_DESCRIPTIONS"},  # by content
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/pictures/labels.py": {"font"},  # of this installation
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts

@@ -10,7 +10,7 @@ import pytest
 import kabo
 from kabo.errors import InputError
 from kabo.motion_plans import Motion, find_motion
-from kabo.scene import Attachment, Scene, motion_limits
+from kabo.scene import Attachment, Scene, motion_limits, world_T
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 # A box between the two configurations of a Panda: the straight way goes through it.
@@ -139,6 +139,72 @@ def test_a_motion_while_carrying_is_slower_in_a_weaker_hand(tmp_path: Path):
     goal, path = {"panda_joint1": -1.2}, tmp_path / "scene.yaml"
     strong, weak = (kabo.plan_motion(_carrying(path, force), "arm", "home", goal) for force in (200.0, 42.0))
     assert strong.duration < weak.duration
+
+
+TOOL = "    tool: {frame: panda_hand, features: {axis: {line: {through: [0, 0, 0.1], along: [0, 0, 1]}}}}\n    gripper:"
+CUP = """  cup:
+    cylinder: {radius: 0.02, height: 0.06}
+    mass: 1
+    movable: true
+    pose: {frame: arm.panda_hand, position: [0, 0, 0.12]}
+"""
+KEPT = """motion_constraints:
+  down:
+    - angle(tool.axis, world.up) >= 165 deg
+  hanging:
+    - angle(this.axis, world.up) >= 165 deg
+"""
+
+
+@pytest.fixture(scope="module")
+def hand(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    """A Panda with a cup between its fingers, without the wall."""
+    path = tmp_path_factory.mktemp("hand") / "scene.yaml"
+    text = WALL[: WALL.index("  wall: ")].replace("    allowed_contacts:", HAND.replace("FORCE", "100"), 1)
+    path.write_text(text.replace("    gripper:", TOOL, 1) + CUP + KEPT)
+    return kabo.load_scene(path)
+
+
+def _tilt(found: Motion) -> float:
+    """The greatest tilt of the hand [rad], by samples."""
+    fingers = found.start[found.scene.robots["arm"].planned :]
+    rows = found.trajectory.sampled(50.0).positions.tolist()
+    states = [found.scene.start.replace({"arm": (*row, *fingers)}) for row in rows]
+    cosines = [-world_T(found.scene, state, "arm.panda_hand")[2, 2] for state in states]
+    return float(np.arccos(np.clip(cosines, -1.0, 1.0)).max())
+
+
+def test_a_constraint_of_the_tool_alone_is_kept_with_an_empty_hand(hand: Scene):
+    free, kept = (
+        find_motion(hand, "arm", "home", "there", keep=keep, holding="cup") for keep in (None, "hanging")
+    )
+    alone = find_motion(
+        hand, "arm", "home", {"panda_joint2": 0.1, "panda_joint4": -1.5, "panda_joint6": 1.6}, keep="down"
+    )
+    assert alone.plan(certificate=False).nodes["n0"].motion[0].constraint == "down"
+    for found in (free, kept, alone):
+        report = kabo.verify(hand, found.plan())
+        assert report.ok, report
+    assert max(_tilt(kept), _tilt(alone)) <= np.radians(15.0) + 1e-6
+
+
+def test_a_body_in_the_hand_is_carried_from_where_the_scene_has_it(hand: Scene):
+    found = find_motion(hand, "arm", "home", "there", holding="cup")
+    start = found.plan(certificate=False).start
+    assert start is not None
+    held = start.objects["cup"]
+    assert held.parent == "arm.panda_hand" and np.allclose(held.position, (0.0, 0.0, 0.12), atol=1e-6)
+
+
+def test_what_cannot_be_held_is_told(hand: Scene, scene: Scene):
+    for wanted, words in (("cap", "no movable body 'cap'"), ("world", "no movable body 'world'")):
+        with pytest.raises(InputError, match=words) as told:
+            kabo.plan_motion(hand, "arm", "home", "there", holding=wanted)
+        assert wanted != "cap" or 'did you mean "cup"?' in str(told.value)
+    with pytest.raises(InputError, match="has no tool"):
+        kabo.plan_motion(scene, "arm", "home", "there", holding="wall")
+    with pytest.raises(InputError, match="holds nothing that hanging fits"):
+        kabo.plan_motion(hand, "arm", "home", "there", keep="hanging")
 
 
 def test_a_clearance_is_kept_told_and_proven(scene: Scene, motion: Motion):

@@ -1,6 +1,7 @@
 """Solutions of tasks as plans of one node: the verifier judges their motion in the scene, and refuses what was spoilt."""
 
 import json
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +10,10 @@ import pytest
 import kabo
 from kabo.errors import InputError
 from kabo.plan import Plan, Segment
+from kabo.requests import verify_task_report
 from kabo.task_plans import is_report, only_planned, plan_of_report, plans_of_report
 from kabo.tasks import TaskReport
+from kabo.tasks.files.report_form import report_bytes
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 EXAMPLE = EXAMPLES / "pick_and_place"
@@ -78,6 +81,117 @@ def test_what_tasks_find_is_verified(scene: str, task: Path, given: dict[str, st
     assert found.ok, found
     said = only_planned(made.content, 1)  # the verifier knows no padding: whoever exports is told
     assert ("padding of" in said) if "retract" in scene else said is None
+
+
+# A wall behind the arm, padding of the hand and of what it takes; all but the wall are gone at the end.
+GUARDED = """
+name: guarded
+properties: {robot: {type: robot}, object: {type: body}}
+max_solutions: 1
+stages:
+  - {name: start, stage: CurrentState}
+  - {name: wall, stage: AddGeometry, body: wall, shape: {box: [0.05, 1.0, 1.0]}, pose: {position: [-0.9, 0, 0.5]}}
+  - {name: thick hand, stage: Pad, things: [arm.panda_link4], distance: 0.01}
+  - {name: take, stage: pick, object: <PARENT>}
+  - {name: thick, stage: Pad, things: [can_1], distance: 0.01}
+  - {name: home, stage: MoveTo, goal: home}
+  - {name: thin, stage: Unpad, things: [can_1, arm.panda_link4]}
+  - {name: aside, stage: MoveTo, goal: {panda_joint1: 0.3}}
+"""
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> TaskReport:
+    path = tmp_path_factory.mktemp("guarded") / "guarded.yaml"
+    path.write_text(GUARDED)
+    return kabo.plan_task(path, EXAMPLES / "two_cans" / "scene.yaml", {"robot": "arm", "object": "can_1"})
+
+
+def judged(report: TaskReport, spoil=lambda change: None):
+    """The verdict on the only solution, with its changes spoilt."""
+    changes = deepcopy(report.content["runs"][0]["solutions"][0]["motion"]["changes"])
+    for change in changes:
+        spoil(change)
+    return kabo.verify(report.scene, kabo.task_plan(report, certificate=False), changes=changes)
+
+
+def test_what_stages_add_is_kept_away_from_and_told(guarded: TaskReport):
+    found = judged(guarded)
+    assert found.ok, found
+    (note,) = [each for each in found.notes if "stages added" in each]
+    assert all(name in note for name in ("wall", "padding of can_1", "padding of arm.panda_link4"))
+
+
+def resized(name: str, size: list[float]):
+    def spoil(change):
+        if "body" in change and change["body"]["name"] == name:
+            (kind,) = change["body"]["shape"]
+            change["body"]["shape"][kind] = size
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("wall", [2.4, 1.0, 1.0]),  # up to the arm
+        ("padding of arm.panda_link4", [1.0, 1.0, 0.6]),
+        ("padding of can_1", [0.5, 0.5, 1.0]),  # which the hand carries
+    ],
+)
+def test_a_motion_that_touches_what_a_stage_adds_is_refused(guarded: TaskReport, name: str, size: list[float]):
+    found = judged(guarded, resized(name, size))
+    assert any(name in str(each) for each in found.findings), found
+
+
+def test_padding_counts_from_when_it_is_there_until_it_is_gone(guarded: TaskReport):
+    """At the end the arm turns without padding: as large as the scene, it is touched by nothing then."""
+    changes = guarded.content["runs"][0]["solutions"][0]["motion"]["changes"]
+    (gone,) = {change["segment"] for change in changes if change["change"] == "unpad"}
+
+    def late(change):
+        resized("padding of can_1", [3.0, 3.0, 3.0])(change)
+        change["segment"] = gone if change["change"] in ("pad", "unpad") else change["segment"]
+
+    assert judged(guarded, late).ok
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("parent", "arm.panda_link44", "attached to arm.panda_link44, which the scene does not have"),
+        ("shape", {"pyramid": [1.0, 1.0, 1.0]}, "is no body"),
+        ("shape", {"box": [1.0, -1.0, 1.0]}, "is no body"),
+        ("shape", {"box": [1.0, 1.0]}, "is no body"),
+        ("position", [float("nan"), 0.0, 0.0], "is no body"),
+        ("quaternion", [0.0, 0.0, 0.0, 0.0], "is no body"),
+    ],
+)
+def test_what_is_no_body_of_the_scene_is_told(guarded: TaskReport, key: str, value, words: str):
+    def spoil(change):
+        if change["change"] == "add":
+            change["body"][key] = value
+
+    assert any(words in str(each) for each in judged(guarded, spoil).findings)
+
+
+def test_a_change_after_no_segment_is_told(guarded: TaskReport):
+    assert any(
+        "after segment 99" in str(each) for each in judged(guarded, lambda c: c.update(segment=99)).findings
+    )
+
+
+def test_a_report_of_added_bodies_is_judged_with_them(guarded: TaskReport, tmp_path: Path):
+    scene = EXAMPLES / "two_cans" / "scene.yaml"
+    guarded.save(tmp_path / "good.json")
+    bad = deepcopy(guarded.content)
+    for change in bad["runs"][0]["solutions"][0]["motion"]["changes"]:
+        resized("wall", [2.4, 1.0, 1.0])(change)
+    (tmp_path / "bad.json").write_bytes(report_bytes(bad))
+    verdicts = [
+        judged.ok for name in ("good", "bad") for _, judged in verify_task_report(scene, tmp_path / f"{name}.json")
+    ]
+    assert verdicts == [True, False]
 
 
 def test_a_motion_through_the_table_is_refused(report: TaskReport, plan: Plan):

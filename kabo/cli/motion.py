@@ -31,6 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--from", dest="start", default="start", metavar="WHERE", help=f"{ENDS} (default: start)")
     parser.add_argument("--to", dest="goal", required=True, metavar="WHERE", help=ENDS)
     parser.add_argument("--keep", metavar="C", help="a motion constraint of the scene that holds throughout")
+    parser.add_argument(
+        "--holding", metavar="BODY", help="a movable body in the robot's hand, as it is placed to it in the scene"
+    )
     accuracy = bounded(SMALLEST_EPSILON, LARGEST_EPSILON, "m")
     parser.add_argument(
         "--epsilon", type=accuracy, metavar="E", help="the accuracy in metres (default: the scene's)"
@@ -68,6 +71,7 @@ def run(options: argparse.Namespace) -> int:
                     where(options.goal, "--to", slides),
                     seed=options.seed,
                     keep=options.keep,
+                    holding=options.holding,
                     epsilon=options.epsilon,
                     clearance=options.clearance or 0.0,
                     stop=flag,

@@ -58,7 +58,7 @@ def has_geometry(options: argparse.Namespace) -> bool:
 def has_scene(path: Path) -> bool:
     """Whether a file is a scene, or a problem with one, without errors."""
     try:
-        rooms.load_scene_description(path)
+        rooms.load_scene_description(path, whole=False)
     except (InputError, OSError):  # no scene, or errors that the command reports
         return False
     return True

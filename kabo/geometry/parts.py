@@ -114,6 +114,13 @@ class Enclosure:
             reached = np.maximum(reached, own)
         return reached
 
+    def box_corners(self) -> Array:
+        """The corners (8, 3) of the box around the body, in its own frame [m]."""
+        high, low = self.support(np.eye(3)), -self.support(-np.eye(3))
+        return np.array(
+            [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+        )
+
     @property
     def nbytes(self) -> int:
         """The memory size of the parts and of their blocks for kernels [bytes]."""

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
+from kabo.geometry_server.configurations import Candidate, candidate, joints_at
 from kabo.geometry_server.driving.standing import Standing
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.open_turns import open_turn
@@ -31,39 +32,12 @@ from kabo.kinematics import (
 )
 from kabo.kinematics.kernels import rows as columns
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
-from kabo.scene import BASE_VALUES, Attachment, Body, KinematicTree, Region, Robot, Structure
-from kabo.scene.kernels.poses import forward_kinematics
-from kabo.scene.transforms import unflat
+from kabo.scene import BASE_VALUES, Attachment, Body, Region, Robot, Structure
+from kabo.scene.transforms import length
 from kabo.streams import stream_key
 
 RANDOM_EVERY = 4  # samples of which one has joints at random that its constraints do not read
 BATCH_SAMPLES = 64  # in one kernel call; candidates of a batch are tried in order of preference
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A configuration (n,) of all joints of the robot, and the poses (J, 12) of its joints."""
-
-    q: Array
-    joints: Array
-
-    def pose(self, frame: Frame) -> Array:
-        """The pose (4, 4) in the world of a frame of the robot's tree."""
-        return unflat(self.joints[frame.joint]) @ frame.joint_T_frame
-
-
-def joints_at(tree: KinematicTree, q: Array) -> Array:
-    """The poses (J, 12) of all joints of a tree in the world."""
-    world_T = np.zeros((len(tree.parent), 12))
-    world_T[0, [0, 4, 8]] = 1.0
-    forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
-    return world_T
-
-
-def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
-    """The candidate with a given configuration."""
-    values = np.array(q, dtype=np.float64)
-    return Candidate(values, joints_at(robot.tree, values))
 
 
 @dataclass(frozen=True)
@@ -127,9 +101,15 @@ class Stream:
         structure = self._structure
         if structure is None or self.robot.drive is not None:
             return None
-        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
-        arm = ClosedArm(self.robot.tree, structure, base)
-        return drawn(arm, self.rows, self.key, first, count, free=along, every_branch=True)
+        return drawn(
+            _closed_arm(self.robot, structure, self.hand),
+            self.rows,
+            self.key,
+            first,
+            count,
+            free=along,
+            every_branch=True,
+        )
 
     def _projected(
         self, first: int, count: int, along: Array | None, wanted: npt.NDArray[np.bool_]
@@ -190,7 +170,7 @@ class Stream:
         return made, owner
 
     def _candidates(self, found: Array) -> list[Candidate]:
-        return [candidate(self.robot, np.round(q, 9) + 0.0) for q in found]
+        return [Candidate(q, self.robot.tree) for q in np.round(found, 9) + 0.0]
 
     @cached_property
     def _structure(self) -> Structure | None:
@@ -228,6 +208,15 @@ class Stream:
         return self._candidates(found.configurations)
 
 
+def _closed_arm(robot: Robot, structure: Structure, hand: tuple[float, ...]) -> ClosedArm:
+    """The arm of a robot with its gripper's joints at some values, the same for all that is grasped and placed so."""
+    key = "closed arm", hand
+    if key not in robot.memory:
+        robot.memory[key] = ClosedArm(robot.tree, structure, np.concatenate([np.zeros(robot.planned), hand]))
+    arm: ClosedArm = robot.memory[key]
+    return arm
+
+
 def closed_form_of(robot: Robot) -> Structure | None:
     """The closed form of a robot's inverse kinematics; None if the scene's settings or the axes require projection."""
     structure = None if robot.inverse_kinematics == "projection" else robot.structure
@@ -258,7 +247,7 @@ def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:
     """The candidates, sorted by distance from the robot's home configuration."""
     home = _home(robot)
-    return sorted(found, key=lambda c: (round(float(np.linalg.norm(c.q[: robot.planned] - home)), 6), *c.q))
+    return sorted(found, key=lambda c: (round(length(c.q[: robot.planned] - home), 6), *c.q))
 
 
 @dataclass(frozen=True)
@@ -334,8 +323,8 @@ class PlacementStream:
 
         def preference(c: Candidate) -> tuple[float, ...]:
             at = c.pose(self.this)[:3, 3]
-            others = [float(np.linalg.norm(at[:2] - other[:2])) for other in self.others]
-            own = float(np.linalg.norm(at[:2] - base[:2]))
+            others = [length(at[:2] - other[:2]) for other in self.others]
+            own = length(at[:2] - base[:2])
             return (round(max(own, *others), 3), -round(own, 3), *c.q) if others else (-round(own, 3), *c.q)
 
         return sorted(found, key=preference)

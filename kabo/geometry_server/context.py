@@ -7,7 +7,8 @@ from time import perf_counter
 from weakref import WeakValueDictionary
 
 from kabo.errors import CutOff
-from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate
+from kabo.geometry_server.candidates import BATCH_SAMPLES
+from kabo.geometry_server.configurations import Candidate
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 

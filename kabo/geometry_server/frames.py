@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from kabo.arrays import Array
 from kabo.kinematics import FrameFeature, rows_of, stacked
 from kabo.language.scene_description import Constraint, Feature, FeatureName
 from kabo.scene import Attachment, Body, Robot
-from kabo.scene.transforms import transform
+from kabo.scene.transforms import length, transform
 
 WORLD_FEATURES = {
     "origin": Feature("point", (0.0, 0.0, 0.0)),
@@ -28,16 +29,22 @@ class Frame:
 
     def feature(self, name: str) -> FrameFeature:
         """A feature of this frame by name, expressed in the joint's frame."""
-        return self.moved(self.features[name])
+        if name not in self._known:
+            self._known[name] = self.moved(self.features[name])
+        return self._known[name]
+
+    @cached_property
+    def _known(self) -> dict[str, FrameFeature]:
+        return {}
 
     def moved(self, feature: Feature) -> FrameFeature:
         """A feature given in this frame, expressed in the joint's frame."""
         turn, shift = self.joint_T_frame[:3, :3], self.joint_T_frame[:3, 3]
-        x, y, z = (float(v) for v in turn @ np.asarray(feature.origin) + shift)
+        x, y, z = (turn @ np.asarray(feature.origin) + shift).tolist()
         if feature.direction is None:
             return FrameFeature(self.joint, feature.kind, (x, y, z))
         direction = turn @ np.asarray(feature.direction)
-        dx, dy, dz = (float(v) for v in direction / np.linalg.norm(direction))
+        dx, dy, dz = (direction / length(direction)).tolist()
         return FrameFeature(self.joint, feature.kind, (x, y, z), (dx, dy, dz))
 
 
@@ -55,7 +62,10 @@ def tool_frame(robot: Robot) -> Frame:
     if robot.tool is None:
         raise ValueError(f"robot {robot.name} has no tool")
     link = robot.links[robot.tool.frame]
-    return Frame(link.joint, link.joint_T_link, robot.tool.features)
+    if "tool frame" not in robot.memory:
+        robot.memory["tool frame"] = Frame(link.joint, link.joint_T_link, robot.tool.features)
+    frame: Frame = robot.memory["tool frame"]
+    return frame
 
 
 def standing_frame(body: Body, world_T_body: Array) -> Frame:

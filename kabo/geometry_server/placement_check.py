@@ -10,7 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, joints_at, within
+from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, within
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
 from kabo.geometry_server.driving.standing import standing_of
@@ -18,7 +19,7 @@ from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import FREE_BODY, sample, stacked
 from kabo.scene import Body, Configuration, Robot
-from kabo.scene.transforms import unflat
+from kabo.scene.transforms import length, unflat
 from kabo.streams import stream_key
 
 PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
@@ -88,9 +89,7 @@ def _nearest_places(
 ) -> list[Array]:
     """The poses (4, 4) of `places`, those nearest to the robot's base first."""
     base = base_position(robot)
-    return sorted(
-        places(context, body, target, situation), key=lambda pose: float(np.linalg.norm(pose[:3, 3] - base))
-    )
+    return sorted(places(context, body, target, situation), key=lambda pose: length(pose[:3, 3] - base))
 
 
 def _grasps(

@@ -26,7 +26,7 @@ from kabo.ways import FreeSpace, NoPath, find_way, shortened
 LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
 LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch
 SHORTCUT_ATTEMPTS = 40  # to shorten a path; a plan's motion is refined later
-MAX_VAIN_SHORTCUTS = 8  # failed attempts in a row
+MAX_VAIN_SHORTCUTS = 5  # failed attempts in a row
 CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the verifier grants
 
 
@@ -77,10 +77,13 @@ def keep_constraint(
 ) -> Keep | None:
     """The motion constraint `name` for a held object; None if there is no such constraint, or it does not fit.
 
-    `held` lists the objects to which the constraint may apply; None: any object in the robot's hand.
+    `held` lists the objects to which the constraint may apply; None: any object in the robot's hand, or the tool alone
+    if the constraint speaks of no object.
     """
     constraints = context.scene.motion_constraints.get(name)
     if constraints is None:
+        return None
+    if robot.tool is None:
         return None
     for each in situation.carried(robot.name):
         if held is not None and each not in held:
@@ -89,6 +92,9 @@ def keep_constraint(
         roles = {"this": this, "tool": tool_frame(robot), "world": WORLD}
         if fits(constraints, roles):
             return Keep(name, robot, rows(constraints, roles))
+    roles = {"tool": tool_frame(robot), "world": WORLD}
+    if held is None and fits(constraints, roles):
+        return Keep(name, robot, rows(constraints, roles))
     return None
 
 

@@ -21,7 +21,7 @@ COARSE = (
     0.004  # [m], the share of a body in an epsilon of 1 cm: parts so near decide at first, however fine epsilon is
 )
 SPARED_SHARE = 0.8  # of the budget's clearance, which counts as what is to be kept; the rest makes proofs short
-MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
+MAX_REMEMBERED = 640  # workspaces, pairs and containers kept for further questions about the same things
 
 
 def widened(budget: Budget, kept: float) -> Budget:
@@ -47,6 +47,7 @@ class SceneSurroundings:
         self.enclosures = SceneEnclosures(scene, budget.geometry) if enclosures is None else enclosures
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
+        self._bodies = geometry.BodyMemories()
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
 
     @property
@@ -92,7 +93,7 @@ class SceneSurroundings:
                 exact.append(geometry.ExactView(tree, moving, fixed, pairs, self.budget))
             return exact[0].surfaces_touch(q, pair)
 
-        return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch)
+        return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch, self._bodies)
 
     def kept(self, name: str, carrier: str | None = None) -> float:
         """The share of a body or `robot.link` in the distance that a pair keeps [m].

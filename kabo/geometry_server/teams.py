@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, closed_form_of, joints_at
+from kabo.geometry_server.candidates import BATCH_SAMPLES, closed_form_of
+from kabo.geometry_server.configurations import Candidate, joints_at
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
 from kabo.kinematics import FREE_BODY, ClosedArm, JoinedTree, drawn_together, joined, sample
 from kabo.language.scene_description import Constraint, Feature
@@ -213,7 +214,7 @@ class TeamStream:
     def candidate(self, q: Sequence[float] | Array) -> Candidate:
         """The candidate of a configuration (n,) of the team, rounded as in states."""
         rounded = np.array(np.round(q, 9) + 0.0, np.float64)
-        return Candidate(rounded, joints_at(self.team.tree, rounded))
+        return Candidate(rounded, self.team.tree)
 
 
 def _listed(frame: Frame) -> str:

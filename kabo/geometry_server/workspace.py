@@ -4,9 +4,9 @@ Carried objects are attached to the robot's joints. All other things are obstacl
 in the situation, so one collision check covers all values of the other components.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from time import perf_counter
 from typing import TypeVar
 
@@ -14,24 +14,19 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
-from kabo.geometry import CollisionChecker, Enclosure, FixedGroup, MovingGroup
+from kabo.geometry import CollisionChecker, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.candidates import joints_at
+from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.driving.floor_view import FloorView
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
-from kabo.scene import Attachment, Robot
+from kabo.scene import Attachment, Configuration, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
-Contacts = frozenset[frozenset[str]]
 _Answer = TypeVar("_Answer")
 BOX_TOLERANCE = 1e-9  # [m]: far more than rounding of box coordinates
-
-
-def contacts(pairs: Iterable[Pair]) -> Contacts:
-    """The pairs of things as a set of unordered pairs."""
-    return frozenset(frozenset(pair) for pair in pairs)
 
 
 @dataclass(frozen=True)
@@ -150,7 +145,7 @@ class Workspace:
             joints: `joint` and the joints that it carries.
             q: a configuration (n,), which determines the poses of `joints` relative to `joint`.
         """
-        moving, fixed, indices, pairs = self._bodies
+        moving, fixed, pairs = self._bodies
         corners, low, high = self._boxes
         at = joints_at(self.robot.tree, q)
         shift = world_T_joint @ inverse(unflat(at[joint]))
@@ -162,7 +157,7 @@ class Workspace:
                 slack = own.kept + BOX_TOLERANCE
                 near = ((box.min(axis=0) <= high + slack) & (box.max(axis=0) >= low - slack)).all(axis=1)
                 placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh, own.elements, own.kept), near
-        for (i, k), pair in zip(indices, pairs, strict=True):
+        for (i, k), pair in zip(pairs.indices.tolist(), pairs.names, strict=True):
             if i in placed and k >= len(moving):
                 body, near = placed[i]
                 if near[k - len(moving)] and self.surroundings.touch(body, fixed[k - len(moving)]):
@@ -179,41 +174,43 @@ class Workspace:
             return self.base._boxes
         moving, fixed = self._bodies[:2]
         poses = [unflat(body.world_T_group) for body in fixed]
-        standing = [_corners(b.enclosure) @ T[:3, :3].T + T[:3, 3] for b, T in zip(fixed, poses, strict=True)]
+        standing = [b.enclosure.box_corners() @ T[:3, :3].T + T[:3, 3] for b, T in zip(fixed, poses, strict=True)]
         around = np.array(standing).reshape(-1, 8, 3)
         kept = np.array([body.kept for body in fixed])[:, None]
-        return [_corners(body.enclosure) for body in moving], around.min(axis=1) - kept, around.max(axis=1) + kept
+        return (
+            [body.enclosure.box_corners() for body in moving],
+            around.min(axis=1) - kept,
+            around.max(axis=1) + kept,
+        )
 
     @cached_property
-    def _bodies(self) -> tuple[list[MovingGroup], list[FixedGroup], list[tuple[int, int]], list[Pair]]:
+    def _bodies(self) -> tuple[list[MovingGroup], list[FixedGroup], CheckedPairs]:
         if self.base is not None:
-            moving, fixed, indices, pairs = self.base._bodies
-            kept = [i for i, pair in enumerate(pairs) if frozenset(pair) not in self.permitted]
+            moving, fixed, pairs = self.base._bodies
             if self.surroundings.keeps:
-                fixed = self._grasped(moving, fixed, indices, pairs)
-            return moving, fixed, [indices[i] for i in kept], [pairs[i] for i in kept]
+                fixed = self._grasped(moving, fixed, pairs)
+            return moving, fixed, pairs.without(self.permitted)
         moving, moving_names = self._moving()
         fixed, fixed_names = self._fixed()
-        return moving, fixed, *self._pairs(moving_names, fixed_names)
+        # They depend on what there is, not on where it is.
+        key = "pairs", self.robot.name, self.permitted, self._touched, self.extras, *moving_names, *fixed_names
+        checked = self.surroundings.remembered(key, lambda: self._pairs(moving_names, fixed_names))
+        return moving, fixed, checked
 
     def _grasped(
-        self,
-        moving: list[MovingGroup],
-        fixed: list[FixedGroup],
-        indices: list[tuple[int, int]],
-        pairs: list[Pair],
+        self, moving: list[MovingGroup], fixed: list[FixedGroup], pairs: CheckedPairs
     ) -> list[FixedGroup]:
         """The fixed bodies, of which some keep no distance from a hand of the robot, nor from what it holds.
 
         They are those that the hand may touch, and what is attached to a body that something in the hand may touch.
         """
         near: dict[str, int] = {}
-        for (i, _), (first, second) in zip(indices, pairs, strict=True):
-            if moving[i].hand and frozenset((first, second)) in self.permitted:
+        for i, (first, second) in pairs.among(self.permitted):
+            if moving[i].hand:
                 touched = self._attached_to(second) if first in self.carried else (second,)
                 near |= dict.fromkeys(touched, moving[i].hand)
         found = list(fixed)
-        for (_, k), (_, second) in zip(indices, pairs, strict=True):
+        for (_, k), (_, second) in zip(pairs.indices.tolist(), pairs.names, strict=True):
             if k >= len(moving) and second in near:
                 found[k - len(moving)] = replace(fixed[k - len(moving)], hand=near[second])
         return found
@@ -226,20 +223,17 @@ class Workspace:
 
     @cached_property
     def _view(self) -> tuple[CollisionChecker, list[Pair]]:
-        moving, fixed, indices, pairs = self._bodies
-        chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
-        view, drive = self.surroundings.checker(self.robot.tree, moving, fixed, chosen), self.robot.drive
+        moving, fixed, pairs = self._bodies
+        view, drive = self.surroundings.checker(self.robot.tree, moving, fixed, pairs.indices), self.robot.drive
         if drive is None:
-            return view, pairs
+            return view, pairs.names
+        epsilon, names = self.surroundings.budget.epsilon, pairs.names
         base = f"{self.robot.name}.{drive.links[0]}"
-        return FloorView(view, drive, len(pairs), self.surroundings.budget.epsilon), [*pairs, (base, drive.floor)]
+        return FloorView(view, drive, len(names), epsilon), [*names, (base, drive.floor)]
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
-        groups, names = [], []
-        for link in self.robot.links.values():
-            if link.mesh is not None and self._moves(link.joint):
-                groups.append(self._group(f"{self.robot.name}.{link.name}", link.joint, link.joint_T_link))
-                names.append((f"{self.robot.name}.{link.name}", link.joint))
+        own = self.surroundings.remembered(("moving links", self.robot.name), self._moving_links)
+        groups, names = list(own[0]), list(own[1])
         for name, held in self.carried.items():
             link = self.robot.links[held.parent.partition(".")[2]]
             pose = link.joint_T_link @ transform(held.position, held.quaternion)
@@ -254,6 +248,13 @@ class Workspace:
                 groups.append(MovingGroup(hung[0], own, enclosure, arrays, (extra.element,)))
                 names.append((extra.name, hung[0]))
         return groups, names
+
+    def _moving_links(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
+        links = [each for each in self.robot.links.values() if each.mesh is not None and self._moves(each.joint)]
+        names = [(f"{self.robot.name}.{link.name}", link.joint) for link in links]
+        return [
+            self._group(name, j, link.joint_T_link) for (name, j), link in zip(names, links, strict=True)
+        ], names
 
     def _hung(self, extra: Extra) -> tuple[int, Array] | None:
         """The joint that carries the parent of an extra body, and the parent's pose in its frame; None if there is none."""
@@ -289,18 +290,20 @@ class Workspace:
         )
 
     def _fixed(self) -> tuple[list[FixedGroup], list[str]]:
-        placed: list[tuple[str, Array]] = []
+        groups: list[FixedGroup] = []
+        names: list[str] = []
         for robot in self.surroundings.scene.robots.values():
             for q in self.situation.robots[robot.name]:
-                poses = self.surroundings.links(robot.name, q)
-                for link in robot.links.values():
-                    if link.mesh is not None and (robot is not self.robot or not self._moves(link.joint)):
-                        placed.append((f"{robot.name}.{link.name}", poses[link.name]))
+                # Where they are decides, which for links that do not move with the robot itself is always the same.
+                key = "standing links", self.robot.name, robot.name, None if robot is self.robot else q
+                links = self.surroundings.remembered(key, partial(self._standing_links, robot, q))
+                groups.extend(links.values())
+                names.extend(links)
         for name in self.surroundings.scene.bodies:
             if name not in self.carried:
-                placed.extend((name, pose) for pose in self.surroundings.poses(self.situation, name))
-        groups = [self._standing(name, pose) for name, pose in placed]
-        names = [name for name, _ in placed]
+                own = [self._standing(name, pose) for pose in self.surroundings.poses(self.situation, name)]
+                groups.extend(own)
+                names.extend([name] * len(own))
         for extra in self.extras:
             hung = self._hung(extra)
             if hung is None or not self._moves(hung[0]):
@@ -312,6 +315,13 @@ class Workspace:
                     groups.append(FixedGroup(flat(pose @ extra.parent_T), enclosure, arrays, (extra.element,)))
                     names.append(extra.name)
         return groups, names
+
+    def _standing_links(self, robot: Robot, q: Configuration) -> dict[str, FixedGroup]:
+        """The links of a robot at q that do not move with this one, by name."""
+        poses, links = self.surroundings.links(robot.name, q), robot.links.values()
+        still = (each for each in links if each.mesh is not None)
+        chosen = [each.name for each in still if robot is not self.robot or not self._moves(each.joint)]
+        return {f"{robot.name}.{name}": self._standing(f"{robot.name}.{name}", poses[name]) for name in chosen}
 
     def _poses(self, parent: str) -> list[Array]:
         robot, dot, link = parent.partition(".")
@@ -329,7 +339,7 @@ class Workspace:
         kept = self.surroundings.asked(name, next(others, None) if self.surroundings.keeps else None)
         return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays, elements, kept)
 
-    def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[tuple[int, int]], list[Pair]]:
+    def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> CheckedPairs:
         indices: list[tuple[int, int]] = []
         names: list[Pair] = []
         for i, (first, joint) in enumerate(moving):
@@ -341,18 +351,18 @@ class Workspace:
                 if self._checked(first, second):
                     indices.append((i, k))
                     names.append((first, second))
-        return indices, names
+        return CheckedPairs(np.array(indices, np.int64).reshape(-1, 2), names)
 
     def _checked(self, first: str, second: str) -> bool:
-        if not self.extras and self.surroundings.never_collide(first, second):
+        added = [extra for extra in self.extras if extra.name in (first, second)]
+        if not added and self.surroundings.never_collide(first, second):
             return False
         pair = frozenset((first, second))
         if pair in self.permitted or pair in self._touched:
             return False
-        added = [extra for extra in self.extras if extra.name in pair]
         if added:
             return len(added) == 1 and self._checked_extra(added[0], second if added[0].name == first else first)
-        return not self.surroundings.never_collide(first, second)
+        return True
 
     def _checked_extra(self, extra: Extra, other: str) -> bool:
         """Whether an extra body is checked against a thing; padding may touch what its parent may touch."""
@@ -390,9 +400,3 @@ def workspace_of(
         (*key, relevant), lambda: replace(plain, permitted=relevant, base=base)
     )
     return found
-
-
-def _corners(enclosure: Enclosure) -> Array:
-    """The corners (8, 3) of the box around a body, in its own frame."""
-    high, low = enclosure.support(np.eye(3)), -enclosure.support(-np.eye(3))
-    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])

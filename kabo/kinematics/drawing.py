@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from kabo.arrays import Array, Integers
 from kabo.kinematics.closed_form import chain_of
 from kabo.kinematics.constraints import Rows, stacked
-from kabo.kinematics.families import between_frames, family_of
+from kabo.kinematics.families import UNMOVED, between_frames, family_of
 from kabo.kinematics.joined_trees import JoinedTree
 from kabo.kinematics.kernels import drawing as kernels
 from kabo.kinematics.kernels import rows as columns
@@ -23,7 +23,7 @@ from kabo.kinematics.kernels.forms import FIVE, MAX_SOLUTIONS
 from kabo.kinematics.projection import arrays_of
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.structure import Structure
-from kabo.scene.transforms import inverse, unflat
+from kabo.scene.transforms import inverse, length, unflat
 from kabo.scene.tree import PRISMATIC, KinematicTree
 from kabo.streams import Key
 
@@ -60,14 +60,20 @@ class ClosedArm:
 
     def end_T(self, joint: int) -> Array:  # noqa: N802
         """The pose (4, 4) of a joint that is carried by the chain's end, in its frame."""
-        return inverse(unflat(self.poses[self.structure.end])) @ unflat(self.poses[joint])
+        if joint not in self._end_T:
+            self._end_T[joint] = inverse(unflat(self.poses[self.structure.end])) @ unflat(self.poses[joint])
+        return self._end_T[joint]
+
+    @cached_property
+    def _end_T(self) -> dict[int, Array]:  # noqa: N802
+        return {}
 
     @cached_property
     def arrays(self) -> kernels.Arm:
         """The arm as kernels take it."""
         first, reach, joint = int(self.structure.joints[0]), 0.0, self.structure.end
         while joint != first:
-            reach += float(np.linalg.norm(self.tree.placement[joint, 9:]))
+            reach += length(self.tree.placement[joint, 9:])
             if self.tree.kind[joint] == PRISMATIC:
                 value = self.tree.ratio[joint] * self.base[self.tree.source[joint]] + self.tree.shift[joint]
                 reach += abs(float(value))
@@ -137,7 +143,7 @@ def _family_in_world(arm: ClosedArm, rows: Rows, free: Rows | None) -> Family | 
     joints = _joints(every)
     if not arm.reaches_poses or not all(arm.carries(joint) for joint in joints):
         return None
-    placed = {0: (0, np.eye(4)), **{joint: (1, arm.end_T(joint)) for joint in joints}}
+    placed = {0: (0, UNMOVED), **{joint: (1, arm.end_T(joint)) for joint in joints}}
     moved = between_frames(every, placed)
     return None if moved is None else family_of(moved[: len(rows)], moved[len(rows) :])
 
@@ -166,7 +172,7 @@ def _families_of_two(
     there = {joint: (0, pose) for joint, pose in placed[lead].items()}
     back = {joint: (1, pose) for joint, pose in placed[1 - lead].items()}
     families = []
-    for chosen, where in ((least < 0, {0: (0, np.eye(4)), **front}), (least >= 0, {**there, **back})):
+    for chosen, where in ((least < 0, {0: (0, UNMOVED), **front}), (least >= 0, {**there, **back})):
         moved = between_frames(every[chosen], where)
         if moved is None:
             return None

@@ -10,6 +10,7 @@ from kabo.motion.following import path_deviations as path_deviations
 from kabo.motion.limits import Held as Held
 from kabo.motion.limits import MotionLimits as MotionLimits
 from kabo.motion.timed_motion import Timed as Timed
+from kabo.motion.timed_motion import rounded_path as rounded_path
 from kabo.motion.timed_motion import timed_path as timed_path
 from kabo.motion.trajectory import Samples as Samples
 from kabo.motion.trajectory import Trajectory as Trajectory

@@ -13,7 +13,6 @@ Between corners the path may also be cubic, with given slopes at both ends of a 
 then the differences of slopes; where there is none, and curvature goes on, the path is smooth without a blend.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,15 +20,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.motion.bernstein import MAX_DEGREE, bernstein, derivative, recentred, values
+from kabo.motion.bernstein import derivative, values
+from kabo.motion.kernels.blends import fit_trims, rounded_pieces, unrounded
 
 MIN_PIECE_LENGTH = 1e-9  # [rad, L2]: shorter pieces are dropped
-POINT_ROUNDING = 1e-12  # [rad] of a point on the path
 # Norm of a turn: gentler corners get the trims of this turn, or they would take the room of sharper ones.
 GENTLE_TURN = 0.1
 # Factors by which trims shrink in one step, where the path is too far from its corners.
 MIN_SHRINKING, MAX_SHRINKING = 0.5, 0.98
 CORNER_SHARE = 3.0 / 16  # a blend passes by its corner at this share of its trim and the norm of its turn
+_NO_SLOPES = np.zeros((0, 2, 0))
 
 
 @dataclass(frozen=True)
@@ -45,28 +45,47 @@ class Blended:
     slopes: Array | None = None  # (m - 1, 2, n): derivatives where each piece begins and ends; None: straight
 
     @cached_property
-    def directions(self) -> tuple[Array, Array]:
-        """Unit vectors (m - 1, n) along the straight pieces between corners, and their lengths (m - 1,)."""
-        return _directions(self.corners)
+    def _unrounded(self) -> tuple[Array, Array, Array]:
+        return _unrounded(self.corners, self.slopes)
 
     @cached_property
-    def bases(self) -> Array:
-        """The pieces (m - 1, n, 6) between corners without rounding, in powers of the parameter from each corner."""
-        units, lengths = self.directions
-        found = np.zeros((*units.shape, MAX_DEGREE + 1))
-        found[:, :, 0], found[:, :, 1] = self.corners[:-1], units
-        if self.slopes is not None:
-            first, last = self.slopes[:, 0], self.slopes[:, 1]
-            bent = np.any(self.slopes != units[:, None], axis=(1, 2))[:, None]
-            found[:, :, 1] = first
-            found[:, :, 2] = np.where(bent, (3.0 * units - 2.0 * first - last) / lengths[:, None], 0.0)
-            found[:, :, 3] = np.where(bent, (first + last - 2.0 * units) / lengths[:, None] ** 2, 0.0)
-        return found
+    def _rounded(self) -> tuple[Array, Array, NDArray[np.bool_]]:
+        places, turns, bases = self._unrounded
+        borders, pieces, curved = rounded_pieces(places, bases, turns, self.trims, MIN_PIECE_LENGTH)
+        return borders, pieces, curved
 
-    @cached_property
+    @property
+    def places(self) -> Array:
+        """The parameter of each corner (m,): the middle of its blend."""
+        return self._unrounded[0]
+
+    @property
     def turns(self) -> Array:
         """The differences (m - 2, n) of the slopes after and before each inner corner; 0 where the path is smooth."""
-        return _turns(self.corners, self.slopes)
+        return self._unrounded[1]
+
+    @property
+    def bases(self) -> Array:
+        """The pieces (m - 1, n, 6) between corners without rounding, in powers of the parameter from each corner."""
+        return self._unrounded[2]
+
+    @property
+    def borders(self) -> Array:
+        """The parameters where blends and curves begin and end, both ends of the path, and corners where it stops."""
+        return self._rounded[0]
+
+    @property
+    def coefficients(self) -> Array:
+        """The pieces (k, n, 6) between borders, in powers of the parameter from the beginning of each.
+
+        On straight pieces all but the first two are exactly 0.
+        """
+        return self._rounded[1]
+
+    @property
+    def curved(self) -> NDArray[np.bool_]:
+        """Whether each of the k pieces between borders is part of a blend."""
+        return self._rounded[2]
 
     @cached_property
     def stops(self) -> list[int]:
@@ -81,60 +100,14 @@ class Blended:
         slopes = None if self.slopes is None else self.slopes[first:last]
         return Blended(self.corners[first : last + 1], self.trims[first : last + 1], slopes)
 
-    @cached_property
-    def places(self) -> Array:
-        """The parameter of each corner (m,): the middle of its blend."""
-        return np.concatenate([[0.0], np.cumsum(self.directions[1])])
-
     @property
     def length(self) -> float:
         """The greatest parameter: the length of the straight pieces."""
         return float(self.places[-1])
 
-    @cached_property
-    def borders(self) -> Array:
-        """The parameters where blends and curves begin and end, both ends of the path, and corners where it stops."""
-        inner, trims = self.places[1:-1], self.trims[1:-1]
-        found = np.concatenate([inner - trims, inner + trims, self.places[[0, -1]]])
-        if self.slopes is not None:
-            bent = np.any(self.bases[:, :, 2:] != 0.0, axis=(1, 2))
-            found = np.concatenate([found, inner[bent[:-1] | bent[1:]]])
-        found = np.unique(np.clip(found, 0.0, self.length))
-        kept = found[
-            np.concatenate([[True], np.diff(found) > MIN_PIECE_LENGTH])
-        ]  # what rounding leaves of a piece is none
-        return np.append(kept[:-1], self.length)
-
     def corner(self, number: int) -> float:
         """The parameter of one corner: the middle of its blend."""
         return float(self.places[number])
-
-    @cached_property
-    def coefficients(self) -> Array:
-        """The pieces (k, n, 6) between borders, in powers of the parameter from the beginning of each.
-
-        On straight pieces all but the first two are exactly 0.
-        """
-        begins, middles = self.borders[:-1], (self.borders[:-1] + self.borders[1:]) / 2
-        last = np.clip(
-            np.searchsorted(self.places, begins + MIN_PIECE_LENGTH, side="right") - 1, 0, len(self.bases) - 1
-        )
-        delays = (begins - self.places[last])[:, None]
-        found = recentred(self.bases[last], np.broadcast_to(delays, (len(begins), self.corners.shape[1])))
-        places, trims = self.places[1:-1], self.trims[1:-1]
-        low, high = (np.searchsorted(middles, places + side * trims) for side in (-1, 1))
-        corner = np.repeat(np.arange(len(places)), high - low)
-        piece = np.arange(len(corner)) - np.repeat(np.cumsum(high - low) - (high - low), high - low) + low[corner]
-        if len(corner):
-            bent = _bends(begins[piece] - places[corner], trims[corner], corner + 1 <= last[piece])
-            np.add.at(found, piece, bent[:, None, :] * self.turns[corner][:, :, None])
-        found[0, :, 0] = self.corners[0]  # what blends that reach to the start leave there by rounding
-        return found
-
-    @cached_property
-    def curved(self) -> NDArray[np.bool_]:
-        """Whether each of the k pieces between borders is part of a blend."""
-        return np.asarray(np.any(self.coefficients[:, :, 2:] != 0.0, axis=(1, 2)))
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
         """The points (…, n) of the path at the parameters `places`, or its derivatives."""
@@ -148,44 +121,9 @@ class Blended:
         k = np.clip(np.searchsorted(self.places, s, side="right") - 1, 0, len(self.bases) - 1)
         return np.asarray(values(self.bases[k], (s - self.places[k])[..., None]))
 
-    @cached_property
-    def deviations(self) -> tuple[Array, Array]:
-        """Parameters (k + 1,), and bounds (k,) of the distance from the pieces without rounding between adjacent ones.
-
-        The difference of both is a polynomial between parameters, so within the hull of its Bernstein coefficients.
-        """
-        cuts = np.unique(np.concatenate([self.borders, self.places]))
-        low, high = cuts[:-1], cuts[1:]
-        middles = (low + high) / 2
-        k = np.clip(np.searchsorted(self.borders, middles, side="right") - 1, 0, len(self.coefficients) - 1)
-        own = np.clip(np.searchsorted(self.places, middles, side="right") - 1, 0, len(self.bases) - 1)
-        shape = (len(low), self.corners.shape[1])
-        parts = recentred(self.coefficients[k], np.broadcast_to((low - self.borders[k])[:, None], shape))
-        parts -= recentred(self.bases[own], np.broadcast_to((low - self.places[own])[:, None], shape))
-        controls = bernstein(parts, np.broadcast_to((high - low)[:, None], shape))
-        return cuts, np.linalg.norm(controls, axis=1).max(axis=1)
-
-
-def _bends(since: Array, trims: Array, passed: NDArray[np.bool_]) -> Array:
-    """The coefficients (k, 6) of what replaces max(0, s - s_i), less s - s_i where the corner is passed.
-
-    Args:
-        since: s - s_i at the beginning of each piece (k,).
-        trims: a_i (k,).
-        passed: (k,) whether the corner was before the beginning.
-    """
-    t = (since + trims) / (2.0 * trims)
-    found = np.zeros((len(t), MAX_DEGREE + 1))
-    found[:, 0] = 2.0 * trims * (t**3 - 0.5 * t**4) - np.where(passed, since, 0.0)
-    found[:, 1] = 3.0 * t**2 - 2.0 * t**3 - passed
-    found[:, 2] = 3.0 * (t - t**2) / (2.0 * trims)
-    found[:, 3] = (1.0 - 2.0 * t) / (4.0 * trims**2)
-    found[:, 4] = -1.0 / (16.0 * trims**3)
-    return found
-
 
 def blended(
-    corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None, slopes: Array | None = None
+    corners: ArrayLike, deviation: float, shares: ArrayLike | None = None, slopes: Array | None = None
 ) -> Blended:
     """The path along corners (m, n) that stays by `deviation` [rad, L2] or less from the pieces between them.
 
@@ -200,26 +138,18 @@ def blended(
     points = np.array(corners, np.float64)
     if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= MIN_PIECE_LENGTH:
         raise ValueError("a path needs two corners, and neighbours that differ")
-    bend = np.linalg.norm(_turns(points, slopes), axis=1)
-    wanted = np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
+    places, turns, bases = _unrounded(points, slopes)
+    bend = np.linalg.norm(turns, axis=1)
+    wanted = np.ones(len(points) - 2) if shares is None else np.asarray(shares, np.float64)[1:-1]
     if slopes is not None:
         wanted = np.where(bend == 0.0, 0.0, wanted)
-    places = np.concatenate([[0.0], np.cumsum(_directions(points)[1])])
     rests = np.concatenate([[True], (wanted <= 0.0) & ((bend > 0.0) | (slopes is None)), [True]])
-    trims = np.minimum(_room(places, rests), deviation / CORNER_SHARE / np.maximum(bend, GENTLE_TURN)) * wanted
-    while True:
-        path = Blended(points, np.concatenate([[0.0], trims, [0.0]]), slopes)
-        cuts, away = path.deviations
-        over = away > deviation * (1.0 + 1e-9) + POINT_ROUNDING
-        if not over.any():
-            return path
-        reached = (cuts[:-1] < (places[1:-1] + trims)[:, None]) & (cuts[1:] > (places[1:-1] - trims)[:, None])
-        worst = np.where(reached & over, away, 0.0).max(axis=1)
-        trims = trims * np.where(
-            worst > 0.0,
-            np.clip(deviation / np.maximum(worst, MIN_PIECE_LENGTH), MIN_SHRINKING, MAX_SHRINKING),
-            1.0,
-        )
+    trims = np.zeros(len(points))
+    trims[1:-1] = (
+        np.minimum(_room(places, rests), deviation / CORNER_SHARE / np.maximum(bend, GENTLE_TURN)) * wanted
+    )
+    fit_trims(places, bases, turns, trims, float(deviation), MIN_PIECE_LENGTH, (MIN_SHRINKING, MAX_SHRINKING))
+    return Blended(points, trims, slopes)
 
 
 def _room(places: Array, rests: NDArray[np.bool_]) -> Array:
@@ -230,15 +160,11 @@ def _room(places: Array, rests: NDArray[np.bool_]) -> Array:
     return np.minimum(inner - stops[k - 1], stops[k] - inner)
 
 
-def _directions(points: Array) -> tuple[Array, Array]:
-    ways = np.diff(points, axis=0)
-    lengths = np.linalg.norm(ways, axis=1)
-    return ways / lengths[:, None], lengths
-
-
-def _turns(points: Array, slopes: Array | None) -> Array:
-    units = _directions(points)[0]
-    return np.diff(units, axis=0) if slopes is None else np.asarray(slopes[1:, 0] - slopes[:-1, 1])
+def _unrounded(points: Array, slopes: Array | None) -> tuple[Array, Array, Array]:
+    """Places (m,) of the corners, turns (m - 2, n), and the pieces between corners."""
+    given = _NO_SLOPES if slopes is None else np.ascontiguousarray(slopes, np.float64)
+    places, turns, bases = unrounded(np.ascontiguousarray(points), given, slopes is None)
+    return places, turns, bases
 
 
 def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:

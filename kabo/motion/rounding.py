@@ -17,24 +17,23 @@ from kabo.motion.bernstein import MAX_DEGREE
 TOLERANCES = (2e-11, 1e-11, 5e-11, 2e-9)
 MAX_DECIMALS = 22  # the greatest power of ten that a double is exactly
 EXACT = 2.0**50  # numbers above it, in units of the last decimal, have fewer digits than they may have
+# What a coefficient of each power (6) moves each derivative (4) by, in tolerances: a factor times a power of the duration.
+_ORDERS = range(len(TOLERANCES))
+_FACTORS = np.array([[perm(k, m) / TOLERANCES[m] for m in _ORDERS] for k in range(MAX_DEGREE + 1)])
+_POWERS = np.array([[max(k - m, 0) for m in _ORDERS] for k in range(MAX_DEGREE + 1)])
+_NEEDING_MORE = 2.0 * 10.0 ** np.arange(MAX_DECIMALS + 1)  # effects above which one decimal more is needed
+_SCALES = 10.0 ** np.arange(MAX_DECIMALS + 1)
 
 
 def decimals_of(spans: Array) -> Integers:
     """How many decimals (k, 6) the coefficients of pieces of the durations `spans` (k,) [s] need."""
-    lengths = np.round(np.asarray(spans, np.float64), 6)[:, None]
-    found = np.zeros((len(lengths), MAX_DEGREE + 1), np.int64)
-    for power in range(MAX_DEGREE + 1):
-        effects = [
-            perm(power, order) * lengths ** (power - order) / tolerance
-            for order, tolerance in enumerate(TOLERANCES[: power + 1])
-        ]
-        units = 10.0 ** -np.arange(MAX_DECIMALS + 1)
-        found[:, power] = (0.5 * units * np.max(effects, axis=0) > 1.0).sum(axis=1)
-    return np.minimum(found, MAX_DECIMALS)
+    lengths = np.round(np.asarray(spans, np.float64), 6)[:, None, None]
+    effects = (_FACTORS * lengths**_POWERS).max(axis=2)
+    return np.asarray(np.minimum(np.searchsorted(_NEEDING_MORE, effects), MAX_DECIMALS))
 
 
 def rounded_coefficients(padded: Array, spans: Array) -> Array:
     """The coefficients (k, n, 6) of pieces of the durations `spans` (k,), rounded; no zeros are negative."""
-    scale = 10.0 ** decimals_of(spans)[:, None, :].astype(np.float64)
+    scale = _SCALES[decimals_of(spans)][:, None, :]
     units = padded * scale
     return np.asarray(np.where(np.abs(units) < EXACT, np.rint(units) / scale, padded) + 0.0)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.motion.bernstein import recentred
-from kabo.motion.blending import Blended
+from kabo.motion.blending import MIN_PIECE_LENGTH, Blended
 from kabo.motion.kernels.barrier import fastest_law
-from kabo.motion.kernels.grids import grid_of, sampled_speeds
+from kabo.motion.kernels.chords_of_path import way_points_on
+from kabo.motion.kernels.grids import grid_of, sampled_speeds, with_rest_cells
 from kabo.motion.kernels.limit_rows import limit_rows
 from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
 from kabo.motion.limits import Held, MotionLimits
@@ -30,7 +30,8 @@ MAX_ROUNDS = 12  # of making the motion a little slower until all limits are kep
 WORTH_SOLVING = 1.002  # where the motion would be slower than this by a few pieces, the law is found again instead
 MAX_LAWS = 3
 LEAST_SPARE = 1e-6  # [m/s²] beside gravity: what is held with less cannot be moved
-REST_CELL = 0.97  # share of the way with constant jerk from rest that the first cell of the grid takes
+# Shares of the way with constant jerk from rest, of a curved and of a straight piece, that the first cell takes.
+REST_SHARES = (0.97, 0.15, 0.45)
 CURVATURE_SAMPLES = 33
 
 
@@ -90,7 +91,7 @@ def section(path: Blended, limits: MotionLimits, chord: float, tolerance: float,
             break
         factor *= made.slower + 1e-6
         made = _pieces(law, full, factor, tolerance, held)
-    wanted, corners = _way_points(path, chord)
+    wanted, corners = way_points(path, chord)
     ticks = int(made.ends[-1])
     passed = np.round(times_at(law.times, law.pieces, wanted[1:-1]) * (ticks / law.times[-1]))
     inner = _snapped(np.asarray(passed, np.int64), made.knots[made.kept], ticks)
@@ -139,7 +140,9 @@ class _Problem(NamedTuple):
     @classmethod
     def of(cls, path: Blended, full: Array, held: Held | None) -> "_Problem":
         """The grid of a path, and what a held body needs on it."""
-        pieces, borders, curved = _with_rest_cells(path, full)
+        pieces, borders, curved = with_rest_cells(
+            path.coefficients, path.borders, path.curved, full, REST_SHARES, MAX_LIMIT
+        )
         ramp = float(np.median(full[1] / np.maximum(full[2], 1e-300)))
         places, squares, _ = sampled_speeds(pieces, borders, full, SAMPLES_PER_PIECE, 1e-300)
         grid, owner = grid_of(
@@ -157,26 +160,6 @@ class _Problem(NamedTuple):
             raise ValueError("no motion along the path keeps the limits")
         times, cells = in_time(self.grid, x, g, w)
         return _Law(times, cells, self.owner, self.path, self.borders, self.curved)
-
-
-def _with_rest_cells(path: Blended, full: Array) -> tuple[Array, Array, Array]:
-    """Pieces, borders and kinds of the path, with a piece of its own for the jerk at both ends."""
-    coefficients, borders, curved = path.coefficients, path.borders, path.curved
-    cuts = []
-    for end, k in ((0, 0), (1, len(curved) - 1)):
-        length = borders[k + 1] - borders[k]
-        slopes = np.abs(path.at(borders[0 if end == 0 else -1], 1))
-        moved = slopes > 1e-12
-        velocity, acceleration, jerk = (float((row[moved] / slopes[moved]).min(initial=MAX_LIMIT)) for row in full)
-        ramp = min(acceleration / jerk, np.sqrt(velocity / jerk))
-        share = REST_CELL * min(jerk * ramp**3 / 6.0, path.length / 12.0)
-        share = min(share, (0.15 if curved[k] else 0.45) * length)
-        cuts.append(share if end == 0 else path.length - share)
-    first, last = np.array([0]), np.array([len(curved) - 1])
-    which = np.concatenate([first, np.arange(len(curved)), last])
-    edges = np.concatenate([borders[:1], [cuts[0]], borders[1:-1], [cuts[1]], borders[-1:]])
-    delays = np.broadcast_to((edges[:-1] - borders[which])[:, None], (len(which), coefficients.shape[1]))
-    return np.ascontiguousarray(recentred(coefficients[which], delays)), edges, curved[which]
 
 
 def _held_rows(path: Blended, grid: Array, held: Held | None) -> Array:
@@ -229,31 +212,12 @@ def _slower(found: Array, gravity: Array, bound: float) -> float:
     return float(1.0 / np.sqrt(most.min(initial=np.inf)))
 
 
-def _way_points(path: Blended, chord: float) -> tuple[Array, list[int]]:
+def way_points(path: Blended, chord: float) -> tuple[Array, list[int]]:
     """Parameters of the way points, and where the corners are among them: few on blends, none between on straights."""
-    wanted = [path.places]
-    cuts = np.unique(np.concatenate([path.borders, path.places]))
-    begins = cuts[:-1][np.diff(cuts) > 1e-9]
-    ends = cuts[1:][np.diff(cuts) > 1e-9]
-    k = np.clip(np.searchsorted(path.borders, (begins + ends) / 2, side="right") - 1, 0, len(path.curved) - 1)
-    bent = path.curved[k]
-    # Ends of runs of blends are way points, and so are corners; between them, chords of equal errors.
-    changes = np.flatnonzero(np.diff(bent.astype(int)))
-    wanted.append(ends[changes])
-    stops = np.unique(np.concatenate([*wanted, [0.0, path.length]]))
-    stops = stops[np.concatenate([[True], np.diff(stops) > 1e-9])]
-    for low, high in zip(stops, stops[1:], strict=False):
-        if not bent[np.clip(np.searchsorted(begins, (low + high) / 2, side="right") - 1, 0, len(bent) - 1)]:
-            continue
-        s = np.linspace(low, high, CURVATURE_SAMPLES)
-        density = np.sqrt(np.linalg.norm(path.at(s, 2), axis=1) / (8.0 * chord))
-        total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(s))])
-        count = int(np.ceil(total[-1]))
-        if count > 1:
-            wanted.append(np.interp(np.arange(1, count) / count * total[-1], total, s))
-    found = np.unique(np.concatenate([stops, *wanted[2:]]))
-    corners = [int(np.argmin(np.abs(found - place))) for place in path.places]
-    return found, corners
+    found, corners = way_points_on(
+        path.places, path.borders, path.coefficients, path.curved, chord, CURVATURE_SAMPLES, MIN_PIECE_LENGTH
+    )
+    return found, corners.tolist()
 
 
 def _snapped(passing: Integers, kept: Integers, ticks: int) -> Integers:

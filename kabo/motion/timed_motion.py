@@ -12,10 +12,11 @@ from kabo.arrays import Array
 from kabo.motion.bernstein import derivative, recentred, values
 from kabo.motion.blending import Blended, blended
 from kabo.motion.following import path_deviations
+from kabo.motion.kernels.deviations import pieces_beyond, positions_at
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
-from kabo.motion.section import LEAST_SPARE, Section, held_share, section
+from kabo.motion.section import LEAST_SPARE, Section, held_share, section, way_points
 from kabo.motion.trajectory import Trajectory
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
@@ -52,6 +53,14 @@ class Timed:
     def deviations(self) -> Array:
         """The distance (m - 1, n) that no joint exceeds while the motion follows each piece of the path."""
         return path_deviations(self.times, self.coefficients, self.waypoints, self.passing)
+
+    def at(self, moments: Array) -> Array:
+        """The values (k, n) of the joints at some moments (k,) [s]."""
+        return np.asarray(positions_at(self.times, self.coefficients, moments))
+
+    def beyond(self, lower: Array, upper: Array) -> NDArray[np.bool_]:
+        """The pieces (k,) of the motion on which a joint may leave its bounds (n,)."""
+        return np.asarray(pieces_beyond(self.times, self.coefficients, lower, upper))
 
     def trajectory(self, joints: Sequence[str], *, start: float = 0.0) -> Trajectory:
         """The whole motion as a trajectory that begins at the time `start` [s]."""
@@ -97,7 +106,7 @@ def timed_path(
     limits: MotionLimits,
     *,
     deviation: float = 0.0,
-    shares: Sequence[float] | None = None,
+    shares: ArrayLike | None = None,
     chord: float = 1e-3,
     tolerance: float = 1e-4,
     held: Held | None = None,
@@ -123,35 +132,70 @@ def timed_path(
     Raises:
         ValueError: a joint that moves has a limit of zero, or shapes do not fit.
     """
-    points = np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0
-    if points.ndim != 2 or not len(points) or points.shape[1:] != limits.velocity.shape:
-        raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, {limits.velocity.shape}")
-    different = np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_CORNER])
-    numbers = (np.cumsum(different) - 1).tolist()
-    if not different[1:].any():
-        return _still(points[0], numbers)
-    wanted = np.zeros(len(points)) if shares is None else np.array(shares, np.float64)
-    wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
-    chosen = points[different]
-    chosen[-1] = points[-1]  # the end is reached exactly
-    curved = slopes if slopes is not None and different.all() else None
-    return _moving(chosen, limits, _Rounding(deviation, wanted, chord, tolerance, held, curved), numbers)
+    rounding = _Rounding(deviation, shares, chord, tolerance, held, slopes)
+    points, numbers, own = _prepared(corners, len(limits.velocity), rounding)
+    return _still(points[0], numbers) if len(points) == 1 else _moving(points, limits, own, numbers)
+
+
+def rounded_path(
+    corners: ArrayLike,
+    *,
+    deviation: float,
+    shares: ArrayLike,
+    chord: float = 1e-3,
+    slopes: Array | None = None,
+) -> tuple[Timed, Array]:
+    """The path that `timed_path` follows, as a motion at unit speed whose times are the parameter, and all trims (m,).
+
+    Corners at which a stop saves time are rounded, too. What is not proven of the path need not be timed.
+    """
+    rows = np.asarray(corners, np.float64)
+    points, numbers, own = _prepared(rows, rows.shape[1], _Rounding(deviation, shares, chord, 0.0, None, slopes))
+    path = _blended(points, own)
+    passing, indices = way_points(path, chord)
+    waypoints = np.round(path.at(passing), WAYPOINT_DECIMALS) + 0.0
+    places = tuple(indices[number] for number in numbers)
+    return Timed(waypoints, passing, places, path.borders, path.coefficients), path.trims[numbers]
 
 
 class _Rounding(NamedTuple):
     deviation: float
-    shares: Array
+    shares: ArrayLike | None
     chord: float
     tolerance: float
     held: Held | None
     slopes: Array | None
 
 
+def _prepared(corners: ArrayLike, joints: int, given: _Rounding) -> tuple[Array, list[int], _Rounding]:
+    """The corners (m, n) that differ from the one before, the number of each given one, and the shares of those."""
+    points: Array = np.asarray(np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0, np.float64)
+    if points.ndim != 2 or not len(points) or points.shape[1] != joints:
+        raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, ({joints},)")
+    different = np.ones(len(points), np.bool_)
+    different[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_CORNER
+    wanted = np.zeros(len(points)) if given.shares is None else np.array(given.shares, np.float64)
+    numbers, slopes = list(range(len(points))), given.slopes
+    if not different.all():
+        numbers, slopes = (np.cumsum(different) - 1).tolist(), None
+        wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
+        end, points = points[-1], points[different]
+        if len(points) > 1:
+            points[-1] = end  # the end is reached exactly
+    if len(points) > 1:
+        wanted[_reversals(points) | (given.deviation <= 0.0)] = 0.0
+    return points, numbers, given._replace(shares=wanted, slopes=slopes)
+
+
+def _blended(points: Array, rounding: _Rounding) -> Blended:
+    return blended(points, max(rounding.deviation, 0.0), rounding.shares, rounding.slopes)
+
+
 def _moving(points: Array, limits: MotionLimits, rounding: _Rounding, numbers: list[int]) -> Timed:
     """The motion along way points that differ from their neighbours; `numbers` says which of them each corner is."""
-    shares = np.where(_reversals(points) | (rounding.deviation <= 0.0), 0.0, rounding.shares)
+    shares = np.array(rounding.shares)
     while True:
-        path = blended(points, max(rounding.deviation, 0.0), shares.tolist(), rounding.slopes)
+        path = _blended(points, rounding._replace(shares=shares))
         stops = path.stops
         found = [
             _section(path, first, last, limits, rounding) for first, last in zip(stops, stops[1:], strict=False)
@@ -192,8 +236,9 @@ def _section(path: Blended, first: int, last: int, limits: MotionLimits, roundin
             rounding.held.spare > LEAST_SPARE and held_share(ends, pieces, rounding.held) <= 1.0
         ):
             return Section(ends, pieces, ends[[0, -1]], [0, 1])
-    for row in zip(own.corners, own.corners[1:], strict=False):
-        line_limits(row[1] - row[0], limits)  # refuses joints that move without limits
+    if not all(each.all() for each in limits.rows):
+        for step in np.diff(own.corners, axis=0):
+            line_limits(step, limits)  # refuses joints that move without limits
     return section(own, limits, rounding.chord, rounding.tolerance, rounding.held)
 
 
@@ -224,13 +269,14 @@ def _reversals(points: Array) -> NDArray[np.bool_]:
     """Whether the path turns back on itself at each corner."""
     steps = np.diff(points, axis=0)
     units = steps / np.linalg.norm(steps, axis=1)[:, None]
-    return np.concatenate([[False], np.linalg.norm(np.diff(units, axis=0), axis=1) > REVERSAL, [False]])
+    found = np.zeros(len(points), np.bool_)
+    found[1:-1] = np.linalg.norm(np.diff(units, axis=0), axis=1) > REVERSAL
+    return found
 
 
 def _places(times: Array, padded: Array, passing: Array) -> Array:
-    """The positions (m, n) at the times `passing`, as plans keep them."""
-    k = np.clip(np.searchsorted(times, passing, side="right") - 1, 0, len(padded) - 1)
-    return np.round(values(padded[k], (passing - times[k])[:, None]), WAYPOINT_DECIMALS) + 0.0
+    """The positions (m, n) at the increasing times `passing`, as plans keep them."""
+    return np.asarray(np.round(positions_at(times, padded, passing), WAYPOINT_DECIMALS) + 0.0)
 
 
 def _still(point: Array, corners: list[int]) -> Timed:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +16,10 @@ from kabo.motion.following import place_on_path
 from kabo.motion.rounding import rounded_coefficients
 
 TIME_DECIMALS = 9  # of times that are computed from others: whole microseconds stay whole
+SAME_TIME = 1e-12  # [s]: a time that is so near such a number is that number; others stay as they are
 SAME_PLACE = 1e-9  # [rad or m]: two trajectories can be joined if their ends differ by less
+FACTORS = 1e-6, 1e6  # of time, by which a motion can be scaled
+MAX_SAMPLES = 10**8  # of one motion
 
 Coefficients = tuple[tuple[tuple[float, ...], ...], ...]
 Rows = tuple[tuple[float, ...], ...]
@@ -55,8 +60,14 @@ class Trajectory:
         """The motion at constant velocity between way points (m, n), which are reached at m `times` [s].
 
         Velocities jump at way points: it is what plans of the format `kabo-plan/1` say, and no controller follows it.
+
+        Raises:
+            ValueError: there are not as many times as way points, or times do not increase.
         """
         rows = _rows(waypoints)
+        if len(times) != len(rows) or not rows:
+            raise ValueError(f"{len(times)} times for {len(rows)} way points: each is reached at one")
+        _require_increasing(times)
         steps = list(zip(rows, rows[1:], times, times[1:], strict=False))
         pieces = tuple(
             tuple((a, (b - a) / (t1 - t0)) for a, b in zip(row, after, strict=True))
@@ -68,9 +79,11 @@ class Trajectory:
     def of_arrays(
         cls, joints: Sequence[str], waypoints: ArrayLike, times: ArrayLike, padded: Array, deviation: float = 0.0
     ) -> "Trajectory":
-        """The motion from arrays: way points (m, n), times (k + 1,), coefficients (k, n, 6)."""
+        """The motion from arrays: way points (m, n), times (k + 1,), coefficients (k, n, up to 6)."""
         times = tuple(map(float, np.asarray(times, np.float64)))
-        return cls(tuple(joints), _rows(waypoints), times, _trimmed(padded), float(deviation))
+        return cls(
+            tuple(joints), _rows(waypoints), times, _trimmed(np.asarray(padded, np.float64)), float(deviation)
+        )
 
     @property
     def duration(self) -> float:
@@ -79,12 +92,39 @@ class Trajectory:
 
     @cached_property
     def padded(self) -> Array:
-        """The coefficients as an array (pieces, joints, 6), with zeros for powers that a piece does not have."""
+        """The coefficients as an array (pieces, joints, 6), with zeros for powers that a piece does not have.
+
+        Whoever asks for values or bounds needs it, so here it is seen whether the motion is one.
+
+        Raises:
+            ValueError: times do not increase, numbers are not finite, or there are not a piece between two times each, a
+                polynomial of degree 5 or less for each joint, a value of each joint in each way point, and no
+                deviation below 0.
+        """
+        self._require_form()
         found = np.zeros((len(self.coefficients), len(self.joints), MAX_DEGREE + 1))
         for k, piece in enumerate(self.coefficients):
             for j, own in enumerate(piece):
                 found[k, j, : len(own)] = own
+        if not np.isfinite(found).all():
+            raise ValueError("a coefficient is not a finite number")
         return found
+
+    def _require_form(self) -> None:
+        pieces, joints = len(self.coefficients), len(self.joints)
+        if pieces < 1 or len(self.times) != pieces + 1:
+            times = f"{len(self.times)} times for {pieces} pieces"
+            raise ValueError(f"{times}: a motion has one piece or more, each between two times")
+        _require_increasing(self.times)
+        for what, rows in (("a way point", self.waypoints), ("a piece", self.coefficients)):
+            wrong = next((len(row) for row in rows if len(row) != joints), None)
+            if wrong is not None:
+                raise ValueError(f"{what} is of {wrong} joints, and the motion is of {joints}")
+        degree = max((len(own) for piece in self.coefficients for own in piece), default=1) - 1
+        if degree > MAX_DEGREE:
+            raise ValueError(f"a piece has degree {degree}: {MAX_DEGREE} is the highest")
+        if not 0.0 <= self.deviation < inf:
+            raise ValueError(f"a deviation is a distance, never {self.deviation}")
 
     @property
     def spans(self) -> Array:
@@ -95,7 +135,12 @@ class Trajectory:
         """The values (…, n) of the joints at `times` [s], or their derivatives of the given order.
 
         Before the beginning and after the end the motion stands still. At a border of pieces the later piece counts.
+
+        Raises:
+            ValueError: the order is negative.
         """
+        if order < 0:
+            raise ValueError(f"derivatives have the order 0 or more, not {order}")
         wanted = np.asarray(times, np.float64)
         clipped = np.clip(wanted, self.times[0], self.times[-1])
         knots = np.asarray(self.times)
@@ -110,10 +155,12 @@ class Trajectory:
         The last sample is the end of the motion: its distance from the one before may be shorter.
 
         Raises:
-            ValueError: the rate is not positive.
+            ValueError: the rate is not positive, or there would be more than 10^8 samples.
         """
         if not rate > 0.0:
             raise ValueError(f"a rate of samples must be positive, not {rate} Hz")
+        if self.duration * rate > MAX_SAMPLES:
+            raise ValueError(f"at {rate} Hz this motion has more than {MAX_SAMPLES} samples")
         steps = np.arange(np.ceil(self.duration * rate - 1e-9))
         times = np.append(self.times[0] + steps / rate, self.times[-1])
         return Samples(times, *(self.at(times, order) for order in range(3)))
@@ -133,17 +180,23 @@ class Trajectory:
         return ranges(derivative(self.padded, order), durations, halvings=halvings)
 
     def shifted(self, seconds: float) -> "Trajectory":
-        """The same motion, `seconds` later."""
-        return replace(self, times=tuple(round(t + seconds, TIME_DECIMALS) for t in self.times))
+        """The same motion, `seconds` later.
+
+        Raises:
+            ValueError: the number of seconds is not finite.
+        """
+        if not isfinite(seconds):
+            raise ValueError(f"a motion cannot begin {seconds} s later")
+        return replace(self, times=tuple(_whole(t + seconds) for t in self.times))
 
     def scaled(self, factor: float) -> "Trajectory":
         """The same motion, slower by `factor` (faster below 1), from the same beginning.
 
         Raises:
-            ValueError: the factor is not positive.
+            ValueError: the factor is not from 1e-6 to 1e6.
         """
-        if not factor > 0.0:
-            raise ValueError(f"a factor of time must be positive, not {factor}")
+        if not FACTORS[0] <= factor <= FACTORS[1]:
+            raise ValueError(f"a factor of time must be from {FACTORS[0]:g} to {FACTORS[1]:g}, not {factor}")
         start = self.times[0]
         times = tuple(start + (t - start) * factor for t in self.times)
         padded = self.padded / factor ** np.arange(MAX_DEGREE + 1)
@@ -154,7 +207,7 @@ class Trajectory:
         signs = (-1.0) ** np.arange(MAX_DEGREE + 1)
         back = recentred(self.padded, np.broadcast_to(self.spans[:, None], self.padded.shape[:2])) * signs
         ends = self.times[0] + self.times[-1]
-        times = tuple(round(ends - t, TIME_DECIMALS) for t in self.times[::-1])
+        times = tuple(_whole(ends - t) for t in self.times[::-1])
         return replace(self, waypoints=self.waypoints[::-1], times=times, coefficients=_trimmed(back[::-1]))
 
     def split(self, time: float) -> tuple["Trajectory", "Trajectory"]:
@@ -221,6 +274,23 @@ class Trajectory:
         Position, velocity and acceleration at borders of pieces stay equal to 3e-10.
         """
         return replace(self, coefficients=_trimmed(rounded_coefficients(self.padded, self.spans)))
+
+
+def _whole(time: float) -> float:
+    """A time that was computed from others, without the dust of rounding where it is a whole nanosecond."""
+    near = round(time, TIME_DECIMALS)
+    return near if abs(time - near) <= SAME_TIME else time
+
+
+def _require_increasing(times: Sequence[float]) -> None:
+    """Checks the times of a motion.
+
+    Raises:
+        ValueError: one is not finite, or not after the one before.
+    """
+    for before, after in pairwise(times):
+        if not (before < after and isfinite(before) and isfinite(after)):
+            raise ValueError(f"times are finite and increase, but {after} s follows {before} s")
 
 
 def _rows(waypoints: ArrayLike) -> Rows:

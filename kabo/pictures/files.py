@@ -134,9 +134,9 @@ def _scene_of(path: Path, kind: str, wishes: PictureWishes) -> Scene:
     if kind == "task":
         if wishes.scene is None:
             raise _refusal(str(path), "a task has no scene of its own", "name one: --scene FILE")
-        return load_scene(load_scene_description(wishes.scene))
+        return load_scene(load_scene_description(wishes.scene, whole=False))
     if kind == "scene":
-        return load_scene(load_scene_description(path))
+        return load_scene(load_scene_description(path, whole=False))
     description = load_problem(path, wishes.domain).scene
     if description is None:
         hint = "solve it, and draw the plan: kabo picture plan.json -o FILE.svg"

@@ -157,6 +157,11 @@ class Robot:
         return self.model.createData()
 
     @cached_property
+    def memory(self) -> dict[object, Any]:
+        """What other rooms have computed of the robot, by key; no part of it."""
+        return {}
+
+    @cached_property
     def structure(self) -> Structure | NoStructure:
         """The axis structure by which inverse kinematics of the planned joints has a closed form, or why it has none."""
         return structure_of(self.tree, self.planned, self.base_values)

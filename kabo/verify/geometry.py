@@ -11,6 +11,7 @@ from kabo.phases import phase
 from kabo.plan import Plan
 from kabo.scene import Scene, load_scene
 from kabo.verify.certificate.check import check_certificate
+from kabo.verify.motion.added import AddedBodies, Changes, NoBodyError, require_known
 from kabo.verify.motion.calls import Calls
 from kabo.verify.motion.collision import Tally
 from kabo.verify.motion.components import Components
@@ -27,9 +28,11 @@ _LOG = logging.getLogger("kabo.verify")
 
 
 def check_geometry(
-    problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False
+    problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False, changes: Changes = ()
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
     """Checks all motions of a plan, and the plan's certificate (with `paranoid` in exact arithmetic).
+
+    `changes` are those of a task's solution whose motion the plan is: bodies that they add are kept away from, too.
 
     Returns:
         the hashes of all files that were read, the findings, the figures for the report, and notes for the report.
@@ -47,6 +50,12 @@ def check_geometry(
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
     anywhere = isinstance(problem, SceneAlone)
     findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
+    try:
+        added = AddedBodies.of(changes, plan.nodes[plan.root].motion) if changes else None
+        if added is not None:
+            require_known(added, world)
+    except NoBodyError as error:
+        findings.append(Finding(plan.root, str(error)))
     if findings:
         return files, findings, {}, []
     motions, together = 0, sharing_time(plan)
@@ -56,7 +65,7 @@ def check_geometry(
             node = plan.nodes[name]
             if node.action is not None:
                 kept = walked if name in together else None
-                findings += check_motion(name, node, calls, world, components, tally, kept)
+                findings += check_motion(name, node, calls, world, components, tally, kept, added)
                 motions += bool(node.motion)
             step()
     early = list(check_overlaps(plan, order, walked, world))
@@ -68,6 +77,11 @@ def check_geometry(
     told = {**figures, **proven, "trajectories": tally.trajectories.report()}
     findings += _untimed(plan, tally.trajectories)
     notes = [*_epsilon(problem, plan), *tally.trajectories.notes(), *calls.notes()]
+    if added is not None and added.bodies:
+        names = ", ".join(added.names)
+        notes.append(
+            f"what stages added is not touched either, by the meshes alone, which no certificate proves: {names}"
+        )
     return files, [*findings, *wrong], told, notes
 
 

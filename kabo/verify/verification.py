@@ -1,6 +1,6 @@
 """Verifies a plan: its graph, its files, the knowledge on every branch, and every motion."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kabo.language import Problem
@@ -26,6 +26,7 @@ def verify_plan(
     knowledge_only: bool = False,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     paranoid: bool = False,
+    changes: Sequence[Mapping[str, Any]] = (),
 ) -> Report:
     """Verifies that a plan reaches the goal of a problem on every branch, and that every motion is collision-free.
 
@@ -36,6 +37,8 @@ def verify_plan(
         knowledge_only: whether to leave motions out; the report then says so.
         procedures: functions by the names of external procedures, as for `kabo.solve`.
         paranoid: whether to check the plan's certificate in exact arithmetic, which takes much longer.
+        changes: of a task's solution, as its report has them (`motion.changes`): nothing may touch the bodies and the
+            padding that its stages add, which plans do not know.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
@@ -63,7 +66,7 @@ def verify_plan(
     if geometry:
         from kabo.verify.geometry import check_geometry  # pinocchio, coal and scipy: only for plans with motions
 
-        files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid)
+        files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid, changes=changes)
         findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))

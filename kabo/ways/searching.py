@@ -29,7 +29,7 @@ FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as abov
 CHECK_SPACING = 0.2  # [rad, L2] between configurations that are looked at before the proof
 MAX_CONSTRAINED_STEP = 0.15  # [rad, L2] the longest edge under a constraint: a longer chord would leave it
 MAX_EXTENSION, LEAST_EXTENSION = 0.7, 0.5  # [rad, L2] of a tree by one step, and of one that was blocked before
-LOCAL, NEAR = 4, 1.0  # one of so many samples lies near a node, by at most so much along each joint [rad or m]
+WIDE, NEAR = 8, 2.0  # one of so many samples is drawn anywhere, the others so near a node, by joint [rad or m]
 RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run times have a heavy tail
 BATCH = 512  # samples, or attempts to shorten, between two looks at the clock
 ROOM, ANSWERS = 256, 256  # nodes of a tree, and answers for one sample, at first
@@ -135,7 +135,7 @@ def shortened(
     grown.path[0, : len(path)] = grown.path[2, : len(path)] = path
     grown.flags[0, : len(path)] = 1
     state[places.PATH] = state[places.SAFE] = len(path)
-    state[places.PHASE] = places.SHORTEN
+    state[places.PHASE] = places.CUT
     found = search.run(path[0], path[0], key)
     assert found is not None
     return found
@@ -153,7 +153,7 @@ def _effort(samples: int, restart: int, attempts: int, patience: int | None) -> 
         attempts=attempts,
         patience=enough,
         least=LEAST_EXTENSION,
-        local=LOCAL,
+        wide=WIDE,
         near=NEAR,
     )
 

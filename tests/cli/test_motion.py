@@ -43,6 +43,7 @@ def test_the_trajectory_is_printed_for_programs(capsys: pytest.CaptureFixture[st
         (["--to", "panda_joint1=1,panda_joint1=2"], "is given twice"),
         (["--to", "home", "--robot", "arn"], 'did you mean "arm"?'),
         (["--to", "home", "--keep", "upright"], "no motion constraint"),
+        (["--to", "home", "--holding", "cam_1"], 'did you mean "can_1"?'),
     ],
 )
 def test_what_does_not_fit_is_refused(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]):

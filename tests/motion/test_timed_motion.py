@@ -5,7 +5,7 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.motion import MotionLimits, timed_path
+from kabo.motion import MotionLimits, rounded_path, timed_path
 
 SEEDS = st.integers(0, 10**6)
 
@@ -71,6 +71,19 @@ def test_a_motion_that_rounds_corners_keeps_limits_and_path(seed, joints, size, 
     away = [np.linalg.norm(made.waypoints[i] - corner) for i, corner in zip(made.corners, corners, strict=True)]
     assert max(away) <= deviation + 1e-4 * np.sqrt(joints)  # the tolerance is of each joint
     event("faster" if made.duration < 0.99 * timed_path(corners, limits).duration else "not faster")
+
+
+def test_the_path_of_a_motion_is_known_before_its_times():
+    """At unit speed on straight pieces; where the motion does not stop it passes the same corners, as near to them."""
+    limits, deviation = MotionLimits.of(np.ones(2), np.full(2, 4.0), np.full(2, 80.0)), 0.05
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
+    options = {"deviation": deviation, "shares": [1.0, 1.0, 1.0, 1.0, 1.0], "chord": 1e-3}
+    path, trims = rounded_path(corners, **options)
+    made = timed_path(corners, limits, tolerance=1e-6, **options)
+    assert path.corners == made.corners and trims[1] == trims[2] == 0.0 < trims[3]
+    assert np.allclose(path.waypoints[list(path.corners)], made.waypoints[list(made.corners)], atol=1e-5)
+    assert np.allclose(path.at(np.array([0.5])), [[0.5, 0.0]]) and path.duration == pytest.approx(3.0)
+    assert path.deviations.max() <= 1e-3
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e7, np.inf])

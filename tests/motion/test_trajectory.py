@@ -1,5 +1,7 @@
 """Tests of the trajectory as data, and of what can be done with it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -122,3 +124,41 @@ def test_a_path_there_and_back_is_split_on_the_way_back():
     first, second = there.split(1.5)
     assert first.waypoints == ((0.0,), (1.0,), (0.5,))
     assert second.waypoints == ((0.5,), (0.0,))
+
+
+@given(SEEDS, st.floats(0.3, 5.0))
+def test_a_motion_that_begins_at_no_whole_nanosecond_is_reversed_exactly(seed, factor):
+    """Times that were rounded would let the joints jump at borders of pieces, by velocity times half a nanosecond."""
+    odd = random_motion(seed)[0].scaled(factor)
+    twice, times = odd.reversed().reversed(), everywhere(odd)
+    assert np.allclose(twice.at(times), odd.at(times), atol=1e-10)
+    for made in (twice, odd.shifted(0.1 / 3.0)):
+        assert np.allclose(made.spans, odd.spans, rtol=0.0, atol=1e-11)
+
+
+LINE = Trajectory.linear(("a",), [(0.0,), (1.0,)], (0.0, 1.0))
+NO_MOTIONS = [
+    (lambda: Trajectory.linear(("a",), [(0.0,), (1.0,)], (0.0, 0.0)), "increase"),
+    (lambda: Trajectory.linear(("a",), [(0.0,), (1.0,)], (0.0, float("nan"))), "finite"),
+    (lambda: Trajectory.linear(("a",), [(0.0,), (1.0,), (2.0,)], (0.0, 1.0)), "2 times for 3 way points"),
+    (lambda: Trajectory.linear((), [], ()), "0 times for 0 way points"),
+    (lambda: Trajectory.linear(("a",), [(0.0, 1.0), (1.0, 1.0)], (0.0, 1.0)).at(0.5), "of 2 joints"),
+    (lambda: Trajectory.linear(("a",), [(0.0,), (float("nan"),)], (0.0, 1.0)).at(0.5), "not a finite number"),
+    (lambda: Trajectory.linear(("a",), [(0.0,)], (0.0,)).at(0.0), "one piece or more"),
+    (lambda: replace(LINE, times=(1.0, 0.0)).at(0.5), "0.0 s follows 1.0 s"),
+    (lambda: replace(LINE, times=(0.0, 1.0, 2.0)).sampled(10.0), "3 times for 1 pieces"),
+    (lambda: replace(LINE, coefficients=(((0.0,) * 7,),)).bounds(), "degree 6"),
+    (lambda: replace(LINE, joints=("a", "b")).split(0.5), "of 1 joints"),
+    (lambda: replace(LINE, deviation=-1e-9).reversed(), "never -1e-09"),
+    (lambda: LINE.at(0.5, -1), "not -1"),
+    (lambda: LINE.scaled(float("inf")), "not inf"),
+    (lambda: LINE.scaled(1e-300), "not 1e-300"),
+    (lambda: LINE.shifted(float("nan")), "nan s later"),
+    (lambda: LINE.sampled(float("inf")), "more than 100000000 samples"),
+]
+
+
+@pytest.mark.parametrize(("made", "words"), NO_MOTIONS, ids=[words for _, words in NO_MOTIONS])
+def test_what_is_no_motion_is_told_by_one_error(made, words):
+    with pytest.raises(ValueError, match=words):
+        made()

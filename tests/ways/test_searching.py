@@ -57,6 +57,27 @@ def test_a_start_or_goal_in_contact_is_named_before_anything_is_sampled():
     assert (dict(found.hits), found.samples) == ({1: 1}, 0)
 
 
+@pytest.mark.parametrize("number", range(3))
+def test_a_pocket_that_opens_towards_the_bounds_is_left(number):
+    """Samples between the bounds lie on the other side of it: with these alone 1600 samples do not do."""
+
+    def configurations(Q):
+        x, y = Q[:, 0], Q[:, 1]
+        inside = (x > 8) & (x < 9) & (y > 8) & (y < 9.2)
+        around = (x > 7.7) & (x < 9.3) & (y > 7.7) & (y < 9.2)
+        return np.where(around & ~inside, 0, -1)
+
+    def segment(a, b):
+        shares = np.linspace(0, 1, max(2, int(100 * np.linalg.norm(b - a))))
+        return int(configurations(a + shares[:, None] * (b - a)).max())
+
+    space, bound = FreeSpace(configurations, segment, 1), np.full(4, 10.0)
+    goal = np.array([8.5, 8.5, 0, 0])
+    path = find_way(np.zeros(4), goal, space, -bound, bound, stream_key("pocket", number), samples=1000)
+    assert not isinstance(path, NoPath)
+    assert all(segment(a, b) < 0 for a, b in pairwise(path))
+
+
 def test_the_same_key_gives_the_same_path_and_another_key_another():
     paths = [path_in(wall(gap=0.5), stream_key("same")) for _ in range(2)]
     other = path_in(wall(gap=0.5), stream_key("other"))
@@ -190,6 +211,26 @@ def test_without_obstacles_little_remains_of_a_detour():
     nothing = Discs(np.empty((0, 2)), np.empty(0))
     short = shortened(DETOUR, nothing.space(looks=False), KEY, 100)
     assert length(short) < 1.05 * np.linalg.norm(RIGHT - LEFT)
+
+
+def test_way_points_that_can_be_left_out_are_before_anything_is_drawn():
+    asked, nothing = [], Discs(np.empty((0, 2)), np.empty(0))
+
+    def segment(a, b):
+        asked.append((a, b))
+        return -1
+
+    short = shortened(DETOUR, FreeSpace(nothing.free_configurations, segment, 1), KEY, 1)
+    assert np.array_equal(short, [LEFT, RIGHT])
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("gap", [0.2, 0.5])
+def test_way_points_are_left_out_only_where_the_edge_is_free(gap):
+    world = wall(gap=gap)
+    short = shortened(DETOUR, world.space(), KEY, 1)
+    assert 2 < len(short) < len(DETOUR)
+    assert world.clearance(short) > 0
 
 
 def test_a_straight_path_and_no_attempts_and_a_path_that_stands_still_are_left_alone():

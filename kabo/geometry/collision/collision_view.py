@@ -2,49 +2,37 @@
 
 "Free" is reported only if proven, otherwise a hit: a collision is never overlooked, but a gap narrower than the
 budget's epsilon may be. A view keeps scratch space, so it belongs to one thread; its answers depend on its
-arguments only.
+arguments only. Views that are given the same `BodyMemories` use the arrays of the same bodies in turn.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.compilation import call_first
 from kabo.geometry.budget import Budget
+from kabo.geometry.collision.body_memory import Arrangement, BodyMemories, BodyMemory
 from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.kernels.bundles import (
     CHECKS,
-    CHILD_COUNT,
-    COUNTER_PLACES,
     FIRST_OPEN,
     FREE,
-    OPEN,
     PARTS,
     POSITIVE,
     SEARCHES,
     SWEEPS,
-    Scene,
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import swept_hits
-from kabo.geometry.collision.part_trees import deviation_within, refine, require_fine
+from kabo.geometry.collision.part_trees import refine, require_fine
 from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
-from kabo.geometry.collision.view_arrays import (
-    bodies_of,
-    chain_of,
-    memory_of,
-    sweep_of,
-    tracks_of,
-    usable_deviations,
-)
+from kabo.geometry.collision.view_arrays import usable_deviations
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
-
-SweepArguments = tuple[Any, ...]
 
 
 @dataclass
@@ -100,6 +88,7 @@ class CollisionView:
         pairs: Integers,
         budget: Budget,
         touch: Touch | None = None,
+        memories: BodyMemories | None = None,
     ) -> None:
         """A view of the bodies as they are now.
 
@@ -111,56 +100,37 @@ class CollisionView:
             budget: how epsilon is spent; no enclosure may deviate by more than `budget.geometry`.
             touch: whether the surfaces of the pair with an index meet at q (n,); asked where the roots of trees do not
                 decide, before children are made.
+            memories: shared by views that are used by the same thread; None: the view has its own.
 
         Raises:
             ValueError: arrays of wrong type, shape or values; an enclosure that breaks the budget.
         """
-        self._chain, self._size, self._budget = chain_of(tree), tree.size, budget
+        self._tree, self._size, self._budget = tree, tree.size, budget
         self._moving, self._fixed, self._pairs = moving, fixed, np.asarray(pairs).reshape(-1, 2)
         self._groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
-        self._counts = np.zeros(COUNTER_PLACES, np.int64)
-        self._careful = True  # until the first check, after which the kernel takes rows alone
-        self._memory: Array | None = None
+        self._memories = BodyMemories() if memories is None else memories
         for group in self._groups:
             require_fine(group.enclosure, budget.geometry)
         coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
-        self._coarse = None if coarse is None else CollisionView(tree, moving, fixed, self._pairs, coarse)
-        self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
-        if (
-            self._coarse is None
-        ):  # else roots mostly decide; the arrays of all parts are made when they are first asked
-            self._build()
-
-    def _build(self) -> None:
-        """Makes the arrays of all parts that are known."""
-        chain, budget = self._chain, self._budget
-        made = bodies_of(chain, self._moving, self._fixed, self._pairs, budget.geometry)
-        deviations = np.array([deviation_within(g.enclosure, budget.geometry) for g in self._groups], np.float64)
-        # The rest of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts are tighter.
-        slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
-        self._memory, hulls, tree, search = memory_of(budget.margin, chain, made)
-        search.counters[:] = self._counts
-        self._counts, self._starts = search.counters, made.bodies.groups[PARTS]
-        self._open = bool((made.children[:, CHILD_COUNT] == OPEN).any())
-        self._careful = True
-        self._sweep: SweepArguments | None = None  # made for the first sweep: many views are asked for none
-        scene = Scene(chain, made.bodies.groups, hulls, made.extents, tree)
-        self._make_sweep: Callable[[], SweepArguments] = lambda: (
-            budget.margin,
-            budget.clearance,
-            made.bodies.pairs,
-            scene,
-            sweep_of(chain, made, tracks_of(chain, made, slack)),
-            search,
+        self._coarse = (
+            None
+            if coarse is None
+            else CollisionView(tree, moving, fixed, self._pairs, coarse, None, self._memories)
         )
+        self._roots = None if self._coarse is None else RootAnswers(self._coarse, touch)
+        self._bodies, self._own = self._arranged()
+        if self._coarse is None:  # else roots mostly decide
+            self._put()
 
-    def _sweep_arguments(self) -> SweepArguments:
-        """The arguments of `first_swept_hit` behind both ends of a segment."""
-        if self._memory is None:
-            self._build()
-        if self._sweep is None:
-            self._sweep = self._make_sweep()
-        return self._sweep
+    def _arranged(self) -> tuple[BodyMemory, Arrangement]:
+        """The memory of all parts that are known, and what is put into it."""
+        bodies = self._memories.of(self._tree, self._moving, self._fixed, len(self._pairs), self._budget)
+        return bodies, Arrangement(bodies, self._groups, self._pairs)
+
+    def _put(self) -> Array:
+        """The array of `first_hit`, with what the view asks about in place."""
+        self._memory = self._bodies.put(self._own)
+        return self._memory
 
     def configuration_hit(self, q: Array) -> int:
         """-1 if all pairs are proven free at q (n,) with the budget's clearance, else the index of the first that is not.
@@ -168,7 +138,7 @@ class CollisionView:
         Raises:
             ValueError: q has the wrong size, is not finite, or lies far outside a prismatic joint's limits.
         """
-        if self._careful:
+        if not self._own.direct:
             return self._hit(q)
         try:  # a check takes a microsecond, of which a look at the array would be a tenth
             found: int = first_hit(q, self._memory)
@@ -188,10 +158,10 @@ class CollisionView:
         return self._by_parts(row) if decided is None else decided
 
     def _by_parts(self, row: Array) -> int:
-        if self._memory is None:
-            self._build()
-        found = self._decided(lambda: call_first(first_hit, row, self._memory))
-        self._careful = self._open or self._roots is not None  # whose answers do not depend on what is known
+        found = self._decided(lambda: call_first(first_hit, row, self._put()))
+        self._own.direct = (
+            not self._bodies.open and self._roots is None
+        )  # whose answers do not depend on what is known
         if found < FREE:
             raise self._refusal(row)
         return found
@@ -209,9 +179,9 @@ class CollisionView:
         if self._roots is not None:
             answers, left = self._roots.configurations_hit(rows)
             answers[left] = [self._by_parts(rows[i]) for i in left]
-        elif self._open:
+        elif self._bodies.open:
             answers[:] = [self.configuration_hit(row) for row in rows]
-        elif first_hits(rows, answers, self._memory) < len(rows):
+        elif first_hits(rows, answers, self._put()) < len(rows):
             raise self._refusal(rows[0])
         return answers
 
@@ -255,10 +225,8 @@ class CollisionView:
     def _swept(self, starts: Array, ends: Array, deviations: Array) -> Integers:
         """The answers of the kernel, with all children that it needs."""
         answers, done = np.empty(len(starts), np.int64), 0
-        if self._memory is None:
-            self._build()
         while done < len(starts):
-            step = 1 if self._open else len(starts)  # a row is asked again for each part that it divides
+            step = 1 if self._bodies.open else len(starts)  # a row is asked again for each part that it divides
             rows = slice(done, done + step)
             given = starts[rows], ends[rows], deviations[rows], answers[rows]
             if self._decided(partial(self._swept_once, *given)) < FREE:
@@ -268,7 +236,7 @@ class CollisionView:
 
     def _swept_once(self, starts: Array, ends: Array, deviations: Array, answers: Integers) -> int:
         """The last answer of the kernel, which is the first that it cannot decide; it uses the parts that are known."""
-        decided = swept_hits(starts, ends, deviations, answers, *self._sweep_arguments())
+        decided = swept_hits(starts, ends, deviations, answers, *self._bodies.sweep_arguments(self._own))
         return int(answers[min(decided, len(answers) - 1)])
 
     def _decided(self, ask: Callable[[], int]) -> int:
@@ -276,24 +244,25 @@ class CollisionView:
 
         It asks again from the beginning, and counts the last time alone, as if they had been known.
         """
-        before = self._counts.copy()
+        before = self._own.counts.copy()
         while (found := ask()) <= FIRST_OPEN:
-            part = FIRST_OPEN - found
-            group = int(np.searchsorted(self._starts, part, side="right")) - 1
-            given = self._groups[group].enclosure
-            refine(given, part - int(self._starts[group]))
-            self._counts = before.copy()
-            self._build()
+            part, starts = FIRST_OPEN - found, self._bodies.groups[PARTS]
+            group = int(np.searchsorted(starts, part, side="right")) - 1
+            refine(self._groups[group].enclosure, part - int(starts[group]))
+            self._bodies, self._own = self._arranged()
+            self._own.counts = before.copy()
         return found
 
     @property
     def kernel_checks(self) -> KernelChecks:
-        """What other kernels need to make these checks themselves: of the roots, where parts may have to be divided."""
+        """What other kernels need to make these checks themselves: of the roots, where parts may have to be divided.
+
+        It is valid until another view that shares the memories is asked.
+        """
         decided_by = self if self._coarse is None else self._coarse
-        sweep, memory = decided_by._sweep_arguments(), decided_by._memory
-        assert memory is not None  # sweeps need it
+        sweep = decided_by._bodies.sweep_arguments(decided_by._own)
         return KernelChecks(
-            memory,
+            decided_by._put(),
             sweep,
             free_counts=True,
             hit_counts=self._coarse is None,
@@ -304,7 +273,8 @@ class CollisionView:
     @property
     def counters(self) -> Counters:
         """The numbers of checks that were made so far, by roots alone and by all parts."""
-        counts = self._counts if self._coarse is None else self._counts + self._coarse._counts
+        own = self._own.counts
+        counts = own if self._coarse is None else own + self._coarse._own.counts
         return Counters(*counts[[CHECKS, SWEEPS, SEARCHES, POSITIVE]].tolist())
 
     def _refusal(self, row: Array) -> ValueError:

@@ -53,7 +53,8 @@ def require_fine(enclosure: Enclosure, geometry: float) -> None:
     Raises:
         ValueError: a part deviates by more than the budget allows, finally.
     """
-    if enclosure.finer is not None:
+    most = max(enclosure.deviation, enclosure.deviation_of_roots)
+    if enclosure.finer is not None or (not enclosure.children and most <= geometry):
         return
     open_ones = (enclosure.every_deviation > geometry) & (enclosure.every_child[:, 1] == 0)
     coarse = enclosure.every_deviation[open_ones].tolist()

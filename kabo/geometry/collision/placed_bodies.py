@@ -1,4 +1,4 @@
-"""Bodies as arrays in the frames of their joints: the same for all views that ask about other pairs of them."""
+"""Bodies as arrays in their own frames, and as they are written into the frames of their joints."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -9,73 +9,52 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.bundles import (
     AXIS,
-    CHILD_COUNT,
-    EXTENT_COLUMNS,
-    FIRST_CHILD,
     PARTS,
     ROOTS_END,
     Extents,
     Hulls,
 )
-from kabo.geometry.collision.part_trees import children_within, is_flat
-from kabo.geometry.parts import Enclosure, FixedGroup, MovingGroup, Packed, poses_of, stacked
+from kabo.geometry.parts import Enclosure, Packed, stacked
 
-MAX_PLACED = 8  # lists of bodies at their places: contacts are permitted and forbidden while nothing moves
 MAX_STACKED = 32  # lists of enclosures whose stacked parts are kept: situations of a scene have the same bodies
 
 
-class Placed(NamedTuple):
-    """Bodies in the frames of their joints, whatever pairs of them are asked about."""
+class Sources(NamedTuple):
+    """Bodies in their own frames, wherever they are."""
 
-    parts: Integers  # (2, G + 1) rows PARTS and ROOTS_END of `Bodies.groups`
+    groups: Integers  # (4, G + 1) rows PARTS and ROOTS_END of `Bodies.groups`
+    owner: Integers  # (B,) the group of each part
     packed: Packed
-    extents: Extents
     cores: Array  # (B, 9)
-    children: Integers  # (B, 2)
-    radii: Array  # (G, 2)
-    far: Array  # (G,) how far parts that are not roots may be outside them; that does not depend on which are known [m]
-    room: Array  # (G,) what of the budget's share parts that are not known may need [m]
-    kept: Array  # (2, G)
-
-
-@lru_cache(maxsize=MAX_PLACED)
-def placed_bodies(
-    given: tuple[MovingGroup | FixedGroup, ...], enclosures: tuple[Enclosure, ...], geometry: float
-) -> Placed:
-    """Bodies with the enclosures that are known of them, in the frames of their joints."""
-    source, own_cores = _stacked(enclosures)
-    count, parts = len(enclosures), len(source.sizes)
-    groups = np.zeros((4, count + 1), np.int64)
-    np.cumsum([len(enclosure.parts) for enclosure in enclosures], out=groups[PARTS, 1:])
-    groups[ROOTS_END, :-1] = groups[PARTS, :-1] + [len(enclosure.root_parts) for enclosure in enclosures]
-    hulls = Hulls(np.empty(source.blocks.shape), np.empty(parts, np.int64), np.zeros((parts, 5)))
-    extents = Extents(np.zeros((parts, EXTENT_COLUMNS)), np.zeros((count, EXTENT_COLUMNS)))
-    poses, radii = poses_of(given), np.empty((count, 2))
-    place_groups(Hulls(source.blocks, source.sizes, source.rounds), groups, poses, hulls, extents, radii)
-    trees = [not is_flat(enclosure, geometry) for enclosure in enclosures]
-    children = np.concatenate([np.empty((0, 2), np.int64), *(children_within(e, geometry) for e in enclosures)])
-    owner = np.repeat(np.arange(count), np.diff(groups[PARTS]))
-    children[:, FIRST_CHILD] += np.where(children[:, CHILD_COUNT] > 0, groups[PARTS, owner], 0)
-    return Placed(
-        groups[[PARTS, ROOTS_END]],
-        Packed(hulls.blocks, hulls.sizes, source.diameters, hulls.rounds),
-        extents,
-        _placed_cores(own_cores, poses[owner]),
-        children,
-        radii,
-        np.array(
-            [e.deviation_of_roots if tree else 0.0 for e, tree in zip(enclosures, trees, strict=True)], np.float64
-        ),
-        np.where(trees, geometry, 0.0),
-        np.array([[g.kept for g in given], [g.hand for g in given]], np.float64),
-    )
 
 
 @lru_cache(maxsize=MAX_STACKED)
-def _stacked(enclosures: tuple[Enclosure, ...]) -> tuple[Packed, Array]:
+def sources_of(enclosures: tuple[Enclosure, ...]) -> Sources:
     """The parts of several enclosures in their own frames, and their cores."""
     source = stacked([enclosure.packed for enclosure in enclosures])
-    return source, cores_of(Hulls(source.blocks, source.sizes, source.rounds))
+    groups = part_ranges(enclosures)
+    owner = np.repeat(np.arange(len(enclosures)), np.diff(groups[PARTS]))
+    return Sources(groups, owner, source, cores_of(Hulls(source.blocks, source.sizes, source.rounds)))
+
+
+def part_ranges(enclosures: tuple[Enclosure, ...]) -> Integers:
+    """The rows PARTS and ROOTS_END of `Bodies.groups` (4, G + 1), with zeros in the others."""
+    groups = np.zeros((4, len(enclosures) + 1), np.int64)
+    np.cumsum([len(enclosure.parts) for enclosure in enclosures], out=groups[PARTS, 1:])
+    groups[ROOTS_END, :-1] = groups[PARTS, :-1] + [len(enclosure.root_parts) for enclosure in enclosures]
+    return groups
+
+
+def place(
+    source: Sources, poses: Array, first: int, end: int, hulls: Hulls, extents: Extents, radii: Array, cores: Array
+) -> None:
+    """Writes the groups from `first` to `end` - 1, at their poses (G, 12): parts, boxes, radii (G, 2), cores (B, 9)."""
+    packed, some = source.packed, slice(first, end)
+    groups = np.ascontiguousarray(source.groups[:, first : end + 1])
+    own = Extents(extents.parts, extents.groups[some])
+    place_groups(Hulls(packed.blocks, packed.sizes, packed.rounds), groups, poses[some], hulls, own, radii[some])
+    parts = slice(*source.groups[PARTS, [first, end]].tolist())
+    cores[parts] = _placed_cores(source.cores[parts], poses[source.owner[parts]])
 
 
 def _placed_cores(cores: Array, poses: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import Solid
-from kabo.geometry_server.candidates import joints_at
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.foresight.measures import Measure, millimetres
 from kabo.geometry_server.frames import Frame, fits, rows, tool_frame
 from kabo.kinematics import FREE_BODY, sample

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import Candidate, Stream, from_home
+from kabo.geometry_server.candidates import Stream, from_home
+from kabo.geometry_server.configurations import Candidate
 from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame
 from kabo.geometry_server.reachability import base_distance, reach

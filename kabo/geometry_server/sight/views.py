@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull
 from kabo import geometry  # its names load when they are used: python-fcl only for bodies that touch the object
 from kabo.arrays import Array
 from kabo.geometry import Enclosure, FixedGroup
-from kabo.geometry_server.candidates import joints_at
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Robot, Sensor, beyond_angle

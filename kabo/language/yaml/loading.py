@@ -155,12 +155,15 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
     return problem
 
 
-def load_scene_description(path: str | Path, *, within: Path | None = None) -> SceneDescription:
+def load_scene_description(
+    path: str | Path, *, within: Path | None = None, whole: bool = True
+) -> SceneDescription:
     """The description of the scene in a scene file, or of a problem's scene with the bodies that the problem adds.
 
     Args:
         path: the file.
         within: if given, no file outside of this folder is opened (links are followed first).
+        whole: whether a scene file has all bodies; False where it is only looked at, and problems may add some.
 
     Raises:
         InputError: with every diagnostic.
@@ -175,7 +178,7 @@ def load_scene_description(path: str | Path, *, within: Path | None = None) -> S
         if problem is not None and scene is None:
             loading.findings.add(_first_key(root), "this problem has no scene")
     elif root is not None and kind_of(root) == "scene":
-        scene = read_scene(root, None, loading.findings, within=within).description
+        scene = read_scene(root, None, loading.findings, within=within, whole=whole).description
     elif root is not None:
         loading.findings.add(_first_key(root), "a scene is needed here, or a problem with one")
     if scene is None or loading.findings.errors:
@@ -239,7 +242,7 @@ def _check(loading: _Loading, root: Mapping, name: str) -> None:
     elif kind == "domain":
         loading.read_domain(root)
     elif kind == "scene":
-        read_scene(root, None, loading.findings)
+        read_scene(root, None, loading.findings, whole=False)
     elif kind == "task":
         read_task(root, loading.findings)
     elif kind == "exploration":

@@ -8,6 +8,7 @@ The types of stages and the meanings of their properties are not known here; the
 import re
 from pathlib import Path
 
+from kabo.content_cache import ContentCache
 from kabo.errors import InputError
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
@@ -34,6 +35,10 @@ ROOT_TYPE = "SerialContainer"
 _REFERENCE = re.compile(r"<(PARENT|INTERFACE)(?::([A-Za-z_][A-Za-z0-9_]*))?>")
 _LIKE_REFERENCE = re.compile(r"<\s*([A-Za-z]*)\s*(?::\s*([^<>]*?))?\s*>")
 _SOURCES = ("PARENT", "INTERFACE")
+_BYTES_OF_CHARACTER = 100  # that a description takes for each character of its file
+_DESCRIPTIONS: ContentCache[TaskDescription | None] = ContentCache(
+    8 << 20, lambda read: 0 if read is None else _BYTES_OF_CHARACTER * len(read.source.text)
+)
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 
 
@@ -62,6 +67,21 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
 
 def read_task_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
     """The task that `source` describes; None if it cannot be read, which is reported."""
+    found = _DESCRIPTIONS.get_or_make((source.path, source.name, source.text), lambda: _faultless(source))
+    if found is None:  # what is wrong is told each time
+        return _read_text(source, findings)
+    findings.know(source)
+    return found
+
+
+def _faultless(source: SourceFile) -> TaskDescription | None:
+    """The task that `source` describes; None if there is anything to say about it."""
+    own = Findings()
+    found = _read_text(source, own)
+    return None if own.diagnostics else found
+
+
+def _read_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
     root = read_document(source, findings, aliases=True)
     return None if root is None else read_task(root, findings)
 

@@ -162,7 +162,11 @@ class Reader:
             return None
         found = _NUMBER.fullmatch(scalar.text.strip())
         if found is None:
-            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else _without_unit(scalar.text)
+            hint = (
+                "write 0.5, not 0,5"
+                if re.fullmatch(r"-?\d+,\d+", scalar.text)
+                else _without_unit(scalar.text, angle)
+            )
             self.findings.add(scalar.place, f'{what} must be a number, this is "{_short(scalar.text)}"', hint)
             return None
         if found[2] and not angle:
@@ -309,11 +313,16 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 
-def _without_unit(text: str) -> str | None:
-    """The remedy for a length or a rate with a unit, such as `5 mm` or `90 deg/s`."""
+def _without_unit(text: str, angle: bool) -> str | None:
+    """The remedy for a length or a rate with a unit, such as `5 mm` or `90 deg/s`; `angle`: an angle may be meant."""
     found = _LENGTH.fullmatch(text.strip())
     if found is not None:
-        return f"lengths are metres: write {float(found[1]) * METRES[found[2]]:g}"
+        metres = f"{float(found[1]) * METRES[found[2]]:g}"
+        return (
+            f"angles are rad, or 45deg; lengths are metres: {metres}"
+            if angle
+            else f"lengths are metres: write {metres}"
+        )
     found = _RATE.fullmatch(text.strip())
     if found is None:
         return None

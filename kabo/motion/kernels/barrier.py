@@ -12,6 +12,7 @@ import numpy as np
 from kabo.compilation import kernel
 
 DECREASE = 0.02  # of the weight of the barrier, when a minimum is near
+NEAR, ROUGHLY = 0.5, 20.0  # promised decreases below which a minimum is near: at the last weight, and before
 PATIENCE = 12  # Newton steps at one weight, at most
 TINY = 1e-280
 
@@ -244,11 +245,11 @@ def fastest_law(rows, precision, most):
     tx, tg, tw = np.zeros(cells + 1), np.zeros(cells + 1), np.zeros(cells)
     time = merit(rows, x, g, w, 1e-30) * 1e-30
     weight, steps, patience = time / (4.0 * cells), 0, 0
+    now = merit(rows, x, g, w, weight)
     while steps < most:
         derivatives(rows, x, g, w, weight, q, m)
         promise = newton_step(h, q, m, gains, dx, dg, dw)
         steps, patience = steps + 1, patience + 1
-        now = merit(rows, x, g, w, weight)
         share = 1.0
         moved = False
         for _ in range(40):
@@ -260,12 +261,15 @@ def fastest_law(rows, precision, most):
                 break
             share *= 0.5
         if moved:
+            now = new
             x[:] = tx
             g[:] = tg
             w[:] = tw
-        if promise < 0.5 or not moved or patience >= PATIENCE:
+        limit = NEAR if weight * 2.0 * cells <= precision * time else ROUGHLY
+        if promise < limit or not moved or patience >= PATIENCE:
             time = merit(rows, x, g, w, 1e-30) * 1e-30
             if weight * 2.0 * cells <= precision * time:
                 break
             weight, patience = weight * DECREASE, 0
+            now = merit(rows, x, g, w, weight)
     return x, g, w, steps

@@ -3,6 +3,7 @@
 import numpy as np
 
 from kabo.compilation import kernel
+from kabo.motion.kernels.grids import delayed
 from kabo.motion.kernels.pieces import halve
 
 BINOMIALS = (1.0, 5.0, 10.0, 10.0, 5.0, 1.0)
@@ -77,12 +78,38 @@ def distances_of_path(times, padded, waypoints, passing):
         delay = low - times[piece]
         for j in range(n):
             step[j] = waypoints[own + 1, j] - waypoints[own, j]
-            for k in range(6):
-                part[j, k] = padded[piece, j, k]
-            for level in range(5):  # the same polynomial in powers of a time that begins later
-                for k in range(4, level - 1, -1):
-                    part[j, k] += delay * part[j, k + 1]
+            delayed(padded[piece, j], delay, part[j])
             part[j, 0] -= waypoints[own, j]
         raise_distances(part, step, high - low, rows, controls, found[own])
         low = high
+    return found
+
+
+@kernel  # (k + 1,) f8, (k, n, 6) f8, (n,) f8 x 2 -> (k,) b1
+def pieces_beyond(times, padded, lower, upper):
+    """Whether each piece of a motion may leave its bounds."""
+    found, controls = np.zeros(len(padded), np.bool_), np.empty((4, 6))
+    for k in range(len(padded)):
+        for j in range(padded.shape[1]):
+            low, high = range_of(padded[k, j], times[k + 1] - times[k], controls)
+            found[k] = found[k] or low < lower[j] or high > upper[j]
+    return found
+
+
+@kernel  # (k + 1,) f8, (k, n, 6) f8, (m,) f8 -> (m, n) f8
+def positions_at(times, padded, moments):
+    """The positions at some moments of a motion; those at or after a border belong to the piece that begins there."""
+    n, piece = padded.shape[1], 0
+    found = np.empty((len(moments), n))
+    for i in range(len(moments)):
+        while piece < len(padded) - 1 and times[piece + 1] <= moments[i]:
+            piece += 1
+        while piece > 0 and times[piece] > moments[i]:
+            piece -= 1
+        t = moments[i] - times[piece]
+        for j in range(n):
+            value = 0.0
+            for power in range(5, -1, -1):
+                value = value * t + padded[piece, j, power]
+            found[i, j] = value
     return found

@@ -9,6 +9,16 @@ HUGE = 1e18
 LEAST = 6  # cells of a blend
 
 
+@kernel  # (6,) f8, f8, (6,) f8 -> none
+def delayed(source, delay, out):
+    """Writes the same polynomial in powers of a parameter that begins `delay` later, by Horner's scheme."""
+    for k in range(6):
+        out[k] = source[k]
+    for level in range(5):
+        for k in range(4, level - 1, -1):
+            out[k] += delay * out[k + 1]
+
+
 @kernel  # (n, 6) f8, f8, i8, (n,) f8 -> none
 def slope(piece, ds, order, out):
     """Writes the derivative of the given order (0 to 3) of a piece of a path, `ds` after its beginning."""
@@ -22,6 +32,44 @@ def slope(piece, ds, order, out):
             out[j] = 2.0 * c[2] + ds * (6.0 * c[3] + ds * 12.0 * c[4])
         else:
             out[j] = 6.0 * c[3] + ds * 24.0 * c[4]
+
+
+@kernel  # (k, n, 6) f8, (k + 1,) f8, (k,) b1, (3, n) f8, (3,) f8, f8 -> (k + 2, n, 6) f8, (k + 3,) f8, (k + 2,) b1
+def with_rest_cells(pieces, borders, curved, limits, shares, most):
+    """Pieces, borders and kinds of a path, with a piece of its own for the jerk at both ends.
+
+    Args:
+        pieces, borders, curved: the path.
+        limits: of velocity, acceleration and jerk.
+        shares: of the way with constant jerk that such a piece takes, of a curved piece and of a straight one, at most.
+        most: limits are no greater.
+    """
+    k, n = len(curved), pieces.shape[1]
+    found, edges, kinds = np.empty((k + 2, n, 6)), np.empty(k + 3), np.empty(k + 2, np.bool_)
+    d, own = np.empty(n), np.empty(3)
+    whole = borders[k] - borders[0]
+    edges[0], edges[k + 2] = borders[0], borders[k]
+    for i in range(1, k):
+        edges[i + 1] = borders[i]
+    for end in range(2):
+        p = 0 if end == 0 else k - 1
+        length = borders[p + 1] - borders[p]
+        slope(pieces[p], 0.0 if end == 0 else length, 1, d)
+        for order in range(3):
+            own[order] = most
+            for j in range(n):
+                if abs(d[j]) > 1e-12:
+                    own[order] = min(own[order], limits[order, j] / abs(d[j]))
+        ramp = min(own[1] / own[2], np.sqrt(own[0] / own[2]))
+        share = shares[0] * min(own[2] * ramp**3 / 6.0, whole / 12.0)
+        share = min(share, (shares[1] if curved[p] else shares[2]) * length)
+        edges[1 if end == 0 else k + 1] = borders[0] + share if end == 0 else borders[k] - share
+    for i in range(k + 2):
+        p = min(max(i - 1, 0), k - 1)
+        kinds[i] = curved[p]
+        for j in range(n):
+            delayed(pieces[p, j], edges[i] - borders[p], found[i, j])
+    return found, edges, kinds
 
 
 @kernel  # (k, n, 6) f8, (k + 1,) f8, (3, n) f8, i8, f8 -> (m,) f8, (m,) f8, (m,) i8

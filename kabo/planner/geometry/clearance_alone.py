@@ -12,6 +12,7 @@ from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.epsilon_alone import Repeated, with_measures
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import Where
+from kabo.tasks.robots.motion.kept_distances import kept_between, told_distance
 
 
 def with_clearance(
@@ -41,20 +42,16 @@ class _Unkept(Repeated):
         return GeometryServer(scene, self.epsilon, given.seed, given.surroundings.exact, self.stop)
 
     def _told(self, passing: Sequence[Refusal], blocked: int) -> Measure:
-        found = [(gap, self._wanted(each, gap[1])) for each in passing if (gap := self._gap(each)) is not None]
+        found = [(apart, self._wanted(each), each) for each in passing if (apart := self._apart(each)) is not None]
         if not found:
-            wanted = max((self._wanted(each, each.pairs[0][0]) for each in passing if each.pairs), default=0.0)
+            wanted = max((self._wanted(each) for each in passing if each.pairs), default=0.0)
             said = f"{len(passing)} of {blocked} attempts would pass if no {millimetres(wanted)} were to be kept"
             return Measure("clearance", said, wanted, 0.0)
-        (apart, (first, second)), wanted = max(found, key=lambda each: each[0][0] - each[1])
-        are = f"{first} and {second} are {millimetres(apart)} apart"
-        return Measure("clearance", f"{are}, but {millimetres(wanted)} are to be kept", wanted, apart)
+        apart, wanted, nearest = max(found, key=lambda each: each[0] - each[1])
+        return Measure("clearance", told_distance(nearest.pairs[0][0], apart, wanted), wanted, apart)
 
-    def _wanted(self, refusal: Refusal, pair: tuple[str, str]) -> float:
-        """The distance that a pair is to keep where an attempt was refused [m]."""
-        surroundings, situation = self.asked.server.surroundings, getattr(refusal.question, "scene", None)
-        carriers = {}
-        if situation is not None:
-            robots = situation.situation.robots
-            carriers = {name: robot for robot in robots for name in situation.situation.carried(robot)}
-        return sum(surroundings.kept(name, carriers.get(name)) for name in pair)
+    def _wanted(self, refusal: Refusal) -> float:
+        """The distance that the first pair is to keep where an attempt was refused [m]."""
+        given = getattr(refusal.question, "scene", None)
+        situation = None if given is None else given.situation
+        return kept_between(self.asked.server.surroundings, situation, refusal.pairs[0][0])

@@ -6,25 +6,21 @@ exact geometry. It is done once a run has ended without a plan, for the first of
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import floor, inf, log10
+from math import floor, log10
 from typing import Any
 
-import numpy as np
-
-from kabo import geometry  # its names load when they are used: python-fcl only here
 from kabo.errors import CutOff
-from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Refusal, ScenePredicates, millimetres
+from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Refusal, millimetres
 from kabo.language.formulas import GroundCall
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN, Where
 from kabo.tasks.refusals import refusal_of
+from kabo.tasks.robots.motion.kept_distances import least_distance
 
 MAX_CALLS = 2  # refused calls that are repeated
 MAX_ATTEMPTS = 24  # attempts of each that are asked again with exact geometry
 MAX_SEARCHES = 1  # of them searches for a path
 DIVISOR = 4  # of epsilon, which is tried where no distance is known
-STEPS = 8  # of a straight piece of motion at which the distance is measured
 DIGITS = 2  # of an epsilon that is proposed, rounded down
 
 
@@ -122,7 +118,8 @@ class Repeated:
         return found
 
     def _told(self, passing: Sequence[Refusal], blocked: int) -> Measure:
-        gaps = [gap for each in passing if (gap := self._gap(each)) is not None and gap[0] > 0.0]
+        found = [(apart, each.pairs[0][0]) for each in passing if (apart := self._apart(each)) is not None]
+        gaps = [each for each in found if each[0] > 0.0]
         if not gaps:
             less, of = self.epsilon / DIVISOR, f"{len(passing)} of {blocked} attempts"
             said = f"exact geometry would pass in {of}, epsilon = {millimetres(self.epsilon)} does not"
@@ -134,22 +131,9 @@ class Repeated:
         said = f"{first} and {second} are {millimetres(apart)} apart, nearer than epsilon = {millimetres(self.epsilon)}"
         return Measure("epsilon", f"{said} (try --epsilon {_rounded(less):g})", apart, self.epsilon, epsilon=True)
 
-    def _gap(self, refusal: Refusal) -> tuple[float, tuple[str, str]] | None:
-        """The least distance of the pair that is taken to collide, where it was asked; None of searches for a path."""
-        question: Any = refusal.question
-        path = [np.array(q) for q in getattr(question, "waypoints", ())]
-        if not path or question.is_search or not refusal.pairs:
-            return None
-        first, second = pair = refusal.pairs[0][0]
-        shares = np.linspace(0.0, 1.0, STEPS, endpoint=False)
-        between = [a + share * (b - a) for a, b in pairwise(path) for share in shares]
-        apart = inf
-        for q in (*between, path[-1]):
-            things = ScenePredicates(
-                self.relaxed.surroundings, question.scene.at(question.robot, q).situation.first
-            )
-            apart = min(apart, float(geometry.exact_distance(things.thing(first), things.thing(second))))
-        return apart, pair
+    def _apart(self, refusal: Refusal) -> float | None:
+        """The least distance of the pair that is taken to collide, where it was asked [m]; None of searches for a way."""
+        return least_distance(refusal, self.relaxed.surroundings)
 
 
 def _rounded(metres: float) -> float:

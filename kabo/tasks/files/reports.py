@@ -41,6 +41,7 @@ from kabo.tasks.files.running import TaskRun
 from kabo.tasks.learned import learned_by, learned_in
 
 if TYPE_CHECKING:
+    from kabo.geometry_server import ProcedureContext
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
@@ -149,8 +150,25 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
         "stage": None if found.stage is None else paths[id(found.stage)],
         "failures": counted(found.failures),
         "mismatches": counted(found.mismatches),
-        "examples": list(dict.fromkeys(failure.comment for failure in found.examples if failure.comment)),
+        "examples": list(dict.fromkeys(_examples(found.examples))),
     }
+
+
+def _examples(failures: Sequence[Solution]) -> Iterator[str]:
+    """What failures say, with the distance that is missing where what bodies keep from each other alone refuses them."""
+    relaxed: dict[int, ProcedureContext] = {}
+    for failure in failures:
+        if not failure.comment:
+            continue
+        missing = None
+        given = getattr(getattr(failure.details, "question", None), "scene", None)
+        if given is not None and given.context.surroundings.keeps:
+            # Loads kernels, as a task that moves robots has done.
+            from kabo.tasks.robots.motion.kept_distances import missing_distance, nothing_kept
+
+            known = relaxed.setdefault(id(given.context), nothing_kept(given.context))
+            missing = missing_distance(failure.details, known)
+        yield failure.comment if missing is None else missing
 
 
 def _stage(task: Task, stage: Stage, scene: "Scene | None") -> StageFigures:

@@ -99,7 +99,7 @@ class TaskScene:
     def workspace(self, robot: str) -> Workspace:
         """Everything that moves with a robot, and everything that it may collide with.
 
-        A workspace takes a megabyte and scenes are kept by thousands, so only the last workspaces are kept; others are
+        Scenes are kept by thousands, so only the last workspaces are kept; others are
         computed again when needed, with the same result.
         """
         known = self._known.get(robot)

@@ -49,8 +49,19 @@ def check_collision(
         world: the scene.
         tally: the figures and earlier proofs, to which this check adds.
     """
+    yield from check_pairs(node, paths, list(_pairs(moving, standing, permits, world)), permits, tally)
+
+
+def check_pairs(
+    node: str,
+    paths: tuple[Path, Path],
+    pairs: Sequence[tuple[SweptBody, SweptBody]],
+    permits: Permits,
+    tally: Tally,
+) -> Iterator[Finding]:
+    """Proves the bodies of each pair apart, as `check_collision` does."""
     path, fine = paths
-    count, open_ = open_intervals(path, list(_pairs(moving, standing, permits, world)))
+    count, open_ = open_intervals(path, pairs)
     tally.pairs += count
     for pair, intervals in open_:
         names = pair.first.name, pair.second.name

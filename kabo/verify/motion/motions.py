@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from kabo.plan import Node
+from kabo.verify.motion.added import AddedBodies
 from kabo.verify.motion.calls import Call, Calls
 from kabo.verify.motion.collision import Tally
 from kabo.verify.motion.components import Components
@@ -22,8 +23,12 @@ def check_motion(
     components: Components,
     tally: Tally,
     walked: dict[str, Motion] | None = None,
+    added: AddedBodies | None = None,
 ) -> Iterator[Finding]:
-    """The findings about a node's motion, in the order of time; adds the checked motion to `walked`, if given."""
+    """The findings about a node's motion, in the order of time; adds the checked motion to `walked`, if given.
+
+    `added` are the bodies that only planning knows, if there are any.
+    """
     try:
         call = calls.of(content)
     except ValueError as error:
@@ -49,7 +54,7 @@ def check_motion(
         yield Finding(node, str(error))
         return
     if start is not None and content.motion:
-        walk = Walk(node, call, world, start, content.motion, tally)
+        walk = Walk(node, call, world, start, content.motion, tally, added)
         yield from walk.check(content)
         if walked is not None:
             walked[node] = walk.motion()

@@ -10,6 +10,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.plan import Node, Segment
+from kabo.verify.motion.added import AddedBodies
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.collision import Tally, check_collision
 from kabo.verify.motion.constraints import UnknownFeatureError
@@ -45,6 +46,7 @@ class Walk:
     start: Situation
     segments: Sequence[Segment]
     tally: Tally
+    added: AddedBodies | None = None  # what only planning knows
     permitted: dict[int, Permits] = field(default_factory=dict)  # of the segments that have begun
     sweeps: list[Sweep] = field(default_factory=list)  # the bodies that moved, window by window
     how: list[Followed] = field(default_factory=list)  # the curve and deviations of each segment
@@ -192,6 +194,9 @@ class Walk:
             MotionStretch(self.node, window.running, path, moving, standing, granted.pairs, roots=roots)
         )
         yield from check_collision(self.node, (path, fine), moving, standing, granted, self.world, self.tally)
+        if self.added is not None:
+            things = moving, standing
+            yield from self.added.check(self.node, window, (path, fine), things, granted, self.world, self.holding)
 
     def _granted(self, i: int, window: Window) -> Permits:
         """The contacts that a segment permits in a window; fingers must not touch an object that an arm then carries."""

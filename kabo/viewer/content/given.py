@@ -78,7 +78,7 @@ def _of_scene(given: GivenFile, options: ViewOptions) -> ViewDocument:
             hint = "plans of it can be viewed: kabo view PLAN"
             raise InputError([Diagnostic(str(path), 1, 1, "this problem has no scene to show", hint)])
     else:
-        description = load_scene_description(path)
+        description = load_scene_description(path, whole=False)
     made = document_of_scene(given.kind, dict.fromkeys((given.path, path)), description, options)
     return made if title is None else replace(made, title=title)
 

@@ -11,13 +11,13 @@ from kabo.scene.tree import KinematicTree
 # What `run` returns. ASK: answer `Journal.question` and call again; FULL: give more room; PAUSE: look at the clock.
 FOUND, BLOCKED, ASK, FULL, PAUSE = 1, 0, -9, -10, -11
 LOOK, PROOF = 0, 1  # kinds of questions about an edge
-STRAIGHT, GROW, SHORTEN, SETTLE, OVER = 0, 1, 2, 3, 4  # phases
+STRAIGHT, GROW, CUT, SHORTEN, SETTLE, OVER = 0, 1, 2, 3, 4, 5  # phases
 # Places of `Journal.state`.
 (
     FREE_COUNTS, HIT_COUNTS, PROJECTS, CONSTRAINT, USED, ANSWERED, KIND, RECENT, SAMPLE, SPENT, RESTARTS, COUNTS,
-    PHASE, PATH, SAFE, ATTEMPT, VAIN, LOOKS,
-) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16, 17, 18)  # fmt: skip
-STATE_PLACES = 19
+    PHASE, PATH, SAFE, ATTEMPT, VAIN, LOOKS, CORNER, AHEAD,
+) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16, 17, 18, 19, 20)  # fmt: skip
+STATE_PLACES = 21
 
 
 class Kept(NamedTuple):
@@ -57,7 +57,7 @@ class Effort(NamedTuple):
     attempts: int  # to shorten the path
     patience: int  # attempts in vain in a row
     least: float  # of an extension that is tried again, shorter, because it is blocked [rad, L2]
-    local: int  # one of so many samples lies near a node; 0: none
+    wide: int  # one of so many samples is drawn between the bounds, the others near a node; 1: all
     near: float  # how far at most, along each joint [rad or m]
 
 

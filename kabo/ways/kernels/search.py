@@ -15,6 +15,7 @@ from kabo.ways.kernels.bundles import (
     ATTEMPT,
     BLOCKED,
     COUNTS,
+    CUT,
     FOUND,
     GROW,
     OVER,
@@ -32,7 +33,7 @@ from kabo.ways.kernels.bundles import (
 )
 from kabo.ways.kernels.bundles import VAIN as IN_VAIN
 from kabo.ways.kernels.edges import edge_hit, rounded
-from kabo.ways.kernels.shortening import VAIN, measure, save, settle, shorten
+from kabo.ways.kernels.shortening import VAIN, cut, measure, save, settle, shorten
 from kabo.ways.kernels.trees import extend, nearest, reach
 
 NOT_MET, MET = 0, 1
@@ -64,10 +65,10 @@ def _straight(effort, space, grown, journal):
 
 @lean_kernel  # (n,) f8 x 2, u8, i8, Effort, Grown, Journal -> writes points[2]
 def _draw(low, high, key, tree, effort, grown, journal):
-    """Draws a sample: uniform between the bounds, or now and then near a node of the tree, which leads out of pockets."""
+    """Draws a sample: mostly near a node of the tree, which leads out of pockets, now and then between the bounds."""
     state, drawn = journal.state, journal.points[2]
     n, number = drawn.shape[0], state[SAMPLE]
-    local = effort.local > 0 and number % effort.local == 1
+    local = number % effort.wide > 0
     node = int(uniform(key, number, n) * state[COUNTS + tree])
     for k in range(n):
         share = uniform(key, number, k)
@@ -129,7 +130,7 @@ def _next(low, high, key, effort, space, grown, journal):
     if state[PHASE] == STRAIGHT:
         found = _straight(effort, space, grown, journal)
         if found >= 0:
-            state[PHASE] = SHORTEN if found == FOUND else OVER if found == OVER else GROW
+            state[PHASE] = CUT if found == FOUND else OVER if found == OVER else GROW
             if found == FOUND:
                 save(grown, journal)
         return found
@@ -142,12 +143,17 @@ def _next(low, high, key, effort, space, grown, journal):
             state[SAMPLE] += 1
             state[SPENT] += 1
             if found == MET:
-                state[PHASE] = SHORTEN
+                state[PHASE] = CUT
                 save(grown, journal)
             elif state[SAMPLE] == effort.restart:
                 state[SAMPLE] = 0
                 state[RESTARTS] += 1
                 state[COUNTS] = state[COUNTS + 1] = 1
+        return found
+    if state[PHASE] == CUT:
+        found = cut(effort, space, grown, journal)
+        if found == OVER:
+            state[PHASE] = SHORTEN
         return found
     if state[PHASE] == SHORTEN:
         if state[PATH] < 3 or state[ATTEMPT] >= effort.attempts or state[IN_VAIN] >= effort.patience:

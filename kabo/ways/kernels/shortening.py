@@ -1,12 +1,13 @@
-"""Shortcuts: pairs of points along a path are connected directly where this is proven free [Geraerts, Overmars 2007].
+"""Shortcuts: way points are left out, then pairs of points along a path connected directly [Geraerts, Overmars 2007].
 
-What is left of a cut edge is a piece of a proven one; it is proven by itself in the end, as plans store it.
+Each shortcut is proven free. What is left of a cut edge is a piece of a proven one; it is proven by itself in the end, as
+plans store it.
 """
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.bundles import FREE
 from kabo.kinematics.kernels.streams import uniform
-from kabo.ways.kernels.bundles import ATTEMPT, COUNTS, FULL, PATH, PROJECTS, SAFE
+from kabo.ways.kernels.bundles import AHEAD, ATTEMPT, CORNER, COUNTS, FULL, OVER, PATH, PROJECTS, SAFE
 from kabo.ways.kernels.edges import between, distance, edge_hit, equal, prove
 from kabo.ways.kernels.trees import extend
 
@@ -113,6 +114,46 @@ def _spliced(i, j, detour, whole, grown, journal):
             path[k, c] = grown.path[1, k, c]
     journal.state[PATH] = count
     return SHORTER
+
+
+@lean_kernel  # Effort, Space, Grown, Journal -> i8
+def cut(effort, space, grown, journal):
+    """One attempt to leave out way points: VAIN, SHORTER, OVER after the last one, or an interrupt.
+
+    From each way point the edge to the last one is tried, then that to the one half as far ahead, and so on.
+    """
+    state, path = journal.state, grown.path[0]
+    i, ahead, last = state[CORNER], state[AHEAD], state[PATH] - 1
+    if state[PROJECTS] or effort.attempts == 0 or i + 2 > last:
+        return OVER
+    if ahead == 0:
+        state[AHEAD] = last - i
+        return VAIN
+    measure(grown, journal)
+    if grown.lengths[i + ahead] - grown.lengths[i] - distance(path[i], path[i + ahead]) < LEAST_GAIN:
+        state[CORNER], state[AHEAD] = i + 1, 0  # nor would a shorter one gain more
+        return VAIN
+    hit = edge_hit(path[i], path[i + ahead], effort.spacing, True, space, journal)
+    if hit < FREE:
+        return hit
+    if hit != FREE:
+        state[AHEAD] = ahead // 2
+        return VAIN
+    _leave_out(i + 1, i + ahead, grown, journal)
+    state[CORNER], state[AHEAD] = i + 1, 0
+    return SHORTER
+
+
+@lean_kernel  # i8, i8, Grown, Journal
+def _leave_out(first, end, grown, journal):
+    """Removes the way points from `first` to before `end`; the edge that takes their place is proven."""
+    path, flags, gap = grown.path[0], grown.flags[0], end - first
+    for i in range(end, journal.state[PATH]):
+        flags[i - gap] = flags[i]
+        for k in range(path.shape[1]):
+            path[i - gap, k] = path[i, k]
+    flags[first] = 1
+    journal.state[PATH] -= gap
 
 
 @lean_kernel  # Grown, Journal

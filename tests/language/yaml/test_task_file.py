@@ -188,3 +188,16 @@ def test_whatever_is_done_to_a_task_file_it_is_read_or_told(
     task, found = read(changed)
     assert task is not None or found
     assert all(each.line >= 1 and each.column >= 1 for each in found)
+
+
+def test_a_description_is_read_once_for_each_text_and_its_faults_are_told_each_time(tmp_path: Path) -> None:
+    path, text = tmp_path / "t.yaml", "name: t\nstages: [{name: start, stage: CurrentState}]\n"
+    path.write_text(text)
+    first, again = load_task_description(path), load_task_description(path)
+    assert first is again
+    path.write_text(text.replace("name: t", "name: u"))
+    assert load_task_description(path).name == "u"
+    path.write_text(text.replace("stages", "stagez"))
+    for _ in range(2):
+        with pytest.raises(InputError, match="stages"):
+            load_task_description(path)

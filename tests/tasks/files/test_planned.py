@@ -1,5 +1,6 @@
 """Tasks that callers in Python plan from files, and their reports."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import kabo
 from kabo.errors import InputError
 from kabo.tasks import InitialisationError, Task
 from kabo.tasks.files import load_task_file
+from kabo.tasks.files.describing import describe_report
 from kabo.tasks.files.report_form import read_report, report_bytes
 from kabo.tasks.robots import CurrentState, MoveTo
 
@@ -57,3 +59,21 @@ def test_a_name_takes_the_task_of_the_library():
     assert load_task_file("pick").name == "pick"
     with pytest.raises(InputError, match="pik"):
         load_task_file("pik")
+
+
+def test_a_clearance_that_cannot_be_had_is_told_with_the_pair_and_how_much_there_is():
+    report = kabo.plan_task(EXAMPLE / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1, clearance=0.05)
+    why = report.content["runs"][0]["explanation"]
+    (told,) = why["examples"]
+    found = re.fullmatch(r"arm\.link_5 and arm\.link_7 are ([\d.]+) mm apart, but 50 mm are to be kept", told)
+    assert found is not None, told
+    assert 10.0 < float(found[1]) < 50.0  # noqa: PLR2004
+    assert told in describe_report(report.content)
+
+
+def test_a_collision_that_no_clearance_decides_is_told_by_its_pair_alone():
+    """Else a smaller clearance would seem to help."""
+    task = Task("down", CurrentState("now"), MoveTo("down", goal={"joint_2": 2.0}), robot="arm")
+    report = kabo.plan_task(task, EXAMPLE / "scene.yaml", max_solutions=1, clearance=0.002)
+    why = report.content["runs"][0]["explanation"]
+    assert why["examples"] and not any("to be kept" in told for told in why["examples"]), why

@@ -62,7 +62,12 @@ class SceneReading:
 
 
 def read_scene(
-    root: Mapping, additions: Mapping | None, findings: Findings, *, within: Path | None = None
+    root: Mapping,
+    additions: Mapping | None,
+    findings: Findings,
+    *,
+    within: Path | None = None,
+    whole: bool = True,
 ) -> SceneReading:
     """The scene of a document, with the `bodies` and `regions` of the problem `additions` merged in.
 
@@ -71,6 +76,7 @@ def read_scene(
         additions: the problem file, if there is one.
         findings: the collection that receives findings.
         within: if given, no mesh or URDF outside of this folder is accepted.
+        whole: whether no body is missing; else problems may add some, and names of nobody in `uncertain` are warnings.
     """
     reading = SceneReading(findings, Reader(findings, within))
     reader, before = reading.reader, len(findings.errors)
@@ -92,7 +98,8 @@ def read_scene(
         _read_mates(body_reader, root.get("mates"), bodies.models),
         _read_motion_constraints(body_reader, root.get("motion_constraints"), roles),
         contacts, packages, root.source.path,
-        read_uncertain(reader, root.get("uncertain"), [*robots, *bodies.parts], regions), contact_places,
+        read_uncertain(reader, root.get("uncertain"), [*robots, *bodies.parts], regions, whole),
+        contact_places,
     )  # fmt: skip
     _check_frames(reading, bodies.parts, reading.description)
     reading.unsound = len(findings.errors) > before

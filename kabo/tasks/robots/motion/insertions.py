@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Frame, candidate, carried_frame, tool_frame
+from kabo.geometry_server import Frame, candidate, carried_frame, poses_at, tool_frame
 from kabo.scene import PRISMATIC
 from kabo.tasks.robots.motion.parts import MotionPart
 
@@ -94,12 +94,12 @@ def _offset(part: MotionPart, rows: Array, strays: Array | float) -> float:
     frame = tool_frame(robot)
 
     def places(q: Array) -> Array:
-        pose = candidate(robot, q).pose(frame)
-        return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+        poses = poses_at(robot, frame, q)
+        return np.asarray(points @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3])
 
-    ends = np.array([places(q) for q in rows])
-    middles = np.array([places((a + b) / 2) for a, b in zip(rows, rows[1:], strict=False)])
-    way = places(part.stretch.path[-1])[0] - places(part.stretch.path[0])[0]
+    ends, middles = places(rows), places((rows[:-1] + rows[1:]) / 2)
+    first, last = places(part.stretch.path[[0, -1]])[:, 0]
+    way = last - first
     unit = way / max(float(np.linalg.norm(way)), 1e-12)
 
     def aside(found: Array) -> Array:

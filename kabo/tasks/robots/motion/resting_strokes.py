@@ -4,7 +4,7 @@ There bodies touch, or nearly do. So the motion leaves exactly along the first s
 path the more closely the nearer it is to the rest. Farther away corners are rounded, while the tool keeps its line.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,16 +29,18 @@ class RestingStroke:
     distances: tuple[float, ...]
     line: ToolLine | None
 
-    def greatest_trims(self, bends: Array) -> Iterator[tuple[int, float]]:
-        """The corners of the stroke at which the motion may be rounded, each with the greatest trim [rad, L2].
+    def greatest_trims(self, places: Array, bends: Array) -> Array:
+        """The greatest trims (m,) [rad, L2] of the corners of the route with which the stroke keeps its shape.
 
-        `bends` (m,): the norm of the turn at each corner of the route.
+        Args:
+            places: of the corners along the path (m,) [rad, L2].
+            bends: the norm of the turn at each corner (m,).
         """
-        whole = self.distances[-1]
-        for number, distance in zip(self.corners[1:-1], self.distances[1:-1], strict=True):
-            yield number, min(distance / 2, INNER_DEVIATION / CORNER_SHARE / max(bends[number], ROUNDING))
-        if 0 < self.corners[-1] < len(bends) - 1:
-            yield self.corners[-1], (1.0 - STRAIGHT_SHARE) * whole
+        found, own, far = np.full(len(places), np.inf), list(self.corners[1:-1]), self.corners[-1]
+        inner = INNER_DEVIATION / CORNER_SHARE / np.maximum(bends[own], ROUNDING)
+        found[own] = np.minimum(np.array(self.distances[1:-1]) / 2, inner)
+        found[far] = (1.0 - STRAIGHT_SHARE) * self.distances[-1]
+        return found
 
     def steady(self, starts: Array, ends: Array, away: Array, *, curved: bool = False) -> Booleans:
         """Whether the motion is near enough (N,) to pieces of the stroke's path from `starts` to `ends` (N, n).

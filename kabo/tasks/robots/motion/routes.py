@@ -15,7 +15,6 @@ import numpy as np
 
 from kabo.arrays import Array, Booleans, Integers
 from kabo.motion import Timed, thinned
-from kabo.motion.bernstein import ranges, values
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
 from kabo.tasks.robots.motion.curves import knots_of, slopes_of
 from kabo.tasks.robots.motion.insertions import inserts, keeps_insertion
@@ -30,14 +29,16 @@ MARGIN = 4.0
 AT_LIMIT = 1e-10  # rad or m by which rounding may take a joint out of its limits
 MAX_HALVINGS = 4  # of a chord that is not proven with its margin; the last ones are proven without
 LINE_PLACES = np.linspace(0.0, 1.0, 9)  # shares of the time of a stroke at which its line is compared
+BENDING_SHARE = 0.7  # rounds that bend the path as much as this share of the most that one does, shrink
 STROKE_TOLERANCE = 1e-9  # rad of the distance of a point from a stroke
 
 
 class Refused(NamedTuple):
-    """What is not proven of a motion: the corners whose rounds are part of it, and the parts that are curves there."""
+    """What is not proven of a motion: the corners next to it, the parts that are curves there, and the times (k, 2)."""
 
     corners: list[int]
     curves: frozenset[int]
+    spans: Array
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ class Route:
 
     def whole(self, rows: Array) -> Array:
         """Configurations (k, N) for values (k, n) of the joints that move, as plans store them."""
-        found = np.tile(self._resting, (len(rows), 1))
+        found = np.empty((len(rows), len(self._resting)))
+        found[:] = self._resting
         found[:, self.parts[0].columns] = np.round(rows, JOINT_DECIMALS) + 0.0
         return found
 
@@ -91,21 +93,42 @@ class Route:
                 made, waiting = halved(made, refused)
         return self._refused(made, refused)
 
-    def _refused(self, made: Timed, pieces: Sequence[int]) -> Refused:
+    def looked_at(self, made: Timed) -> Refused | None:
+        """What is surely not proven of a motion, by a cheap look: joints beyond limits, bent strokes, places that hit."""
+        if beyond := self._beyond(made):
+            return self._refused(made, beyond)
+        bent = self._bent(made, inserted=False)
+        if bent is None and (hopeless := self._unproven(made, list(range(len(made.passing) - 1)), None)):
+            return self._refused(made, hopeless)
+        return bent
+
+    def judged(self, made: Timed) -> Refused | None:
+        """What is not proven of a motion."""
+        found = self.looked_at(made) or self.proven(made)
+        return found if isinstance(found, Refused) else None
+
+    def _refused(self, made: Timed, refused: Sequence[int]) -> Refused:
+        pieces = np.asarray(refused, np.int64)
         owners = frozenset(self._owners_of(made, pieces).tolist())
+        corners = sorted({corner for i in pieces for corner in self._corners_by(made, i)})
         return Refused(
-            sorted({corner for i in pieces for corner in self._corners_by(made, i)}), owners & self.curves
+            corners, owners & self.curves, np.stack([made.passing[pieces], made.passing[pieces + 1]], axis=1)
         )
 
-    def _owners_of(self, made: Timed, pieces: Sequence[int]) -> Integers:
+    def _owners_of(self, made: Timed, pieces: Integers) -> Integers:
         """The numbers of the parts to which pieces of the path belong."""
         at = np.searchsorted(made.corners, pieces, side="right") - 1
         return np.asarray(self.owners)[np.minimum(at, len(self.owners) - 1)]
 
     @cached_property
+    def _places(self) -> Array:
+        """The lengths (m,) of the straight pieces up to each corner [rad, L2]."""
+        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.corners, axis=0), axis=1))])
+
+    @cached_property
     def _strokes(self) -> tuple[RestingStroke, ...]:
         """The strokes from where the motion rests: its first part and its last one, where they are strokes."""
-        places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.corners, axis=0), axis=1))])
+        places = self._places
         cuts = [0, *self.borders, len(self.corners) - 1]
         first, last = range(cuts[1] + 1), range(cuts[-1], cuts[-2] - 1, -1)
         found = (
@@ -116,29 +139,48 @@ class Route:
 
     def greatest_shares(self, deviation: float) -> Array:
         """The greatest share (m,) of each corner's trim with which strokes keep their shape."""
-        bends = self.bends
+        bends, places = self.bends, self._places
         found = np.where(bends > 0.0, 1.0, 0.0) if self.curves else np.ones(len(self.corners))
+        room = np.minimum(places, places[-1] - places)
+        room = np.minimum(room, deviation / CORNER_SHARE / np.maximum(bends, GENTLE_TURN))[1:-1]
         for stroke in self._strokes:
-            for number, most in stroke.greatest_trims(bends):
-                room = min(
-                    room_of(self.corners, number), deviation / CORNER_SHARE / max(bends[number], GENTLE_TURN)
-                )
-                found[number] = min(found[number], most / room)
+            most = stroke.greatest_trims(places, bends)[1:-1]
+            found[1:-1] = np.minimum(found[1:-1], most / room)
         return found
 
-    def _bent(self, made: Timed) -> Refused | None:
-        """The corners of strokes whose lines are not kept, and those strokes that are curves."""
+    def bending(self, path: Timed, trims: Array, spans: Array) -> list[int]:
+        """The corners whose rounds bend a path most on parts of it: on each, nearly as much as another one, or more.
+
+        Args:
+            path: at unit speed.
+            trims: of its rounds, for each corner (m,).
+            spans: where the parts begin and end (k, 2).
+        """
+        places = path.passing[list(path.corners)][:, None]
+        away = np.maximum(np.maximum(spans[:, 0] - places, places - spans[:, 1]), 0.0)
+        t = np.maximum(0.0, 1.0 - away / np.maximum(trims, MOVING)[:, None]) / 2.0
+        bent = (self.bends * trims)[:, None] * (2.0 * t**3 - t**4)
+        most = bent.max(axis=0)
+        return list(np.flatnonzero(((bent >= BENDING_SHARE * most) & (most > 0.0)).any(axis=1)).tolist())
+
+    def _bent(self, made: Timed, *, inserted: bool = True) -> Refused | None:
+        """The corners of strokes whose lines are not kept, and those strokes that are curves.
+
+        `inserted`: whether curves on which parts are put together must be near enough to their line, too.
+        """
         found: set[int] = set()
         curves: set[int] = set()
+        spans = []
         for stroke in self._strokes:
             near, far = (made.passing[made.corners[stroke.corners[k]]] for k in (0, -1))
-            rows = self.whole(at_times(made, near + (far - near) * LINE_PLACES))
+            rows = self.whole(made.at(near + (far - near) * LINE_PLACES))
             number = 0 if stroke.part is self.parts[0] else len(self.parts) - 1
-            if stroke.kept(rows) and self._inserted(made, stroke, number):
+            if stroke.kept(rows) and not (inserted and not self._inserted(made, stroke, number)):
                 continue
             found.update(corner for corner in stroke.corners[1:] if corner not in (0, len(self.corners) - 1))
             curves.update({number} & self.curves)
-        return Refused(sorted(found), frozenset(curves)) if found or curves else None
+            spans.append(sorted((near, far)))
+        return Refused(sorted(found), frozenset(curves), np.array(spans)) if found or curves else None
 
     def _inserted(self, made: Timed, stroke: RestingStroke, number: int) -> bool:
         """Whether a curve on which parts may be put together keeps to its line, as mates want it."""
@@ -152,45 +194,48 @@ class Route:
         """The pieces of the path on which a joint leaves its limits: way points on a limit leave no room for a round."""
         first = self.parts[0]
         tree = first.scene.robot(first.stretch.robot).tree
-        low, high = ranges(
-            made.coefficients, np.repeat(np.diff(made.times)[:, None], made.waypoints.shape[1], axis=1)
-        )
-        out = (low < tree.lower[first.columns] - AT_LIMIT) | (high > tree.upper[first.columns] + AT_LIMIT)
+        lower, upper = tree.lower[first.columns] - AT_LIMIT, tree.upper[first.columns] + AT_LIMIT
         found: set[int] = set()
-        for k in np.flatnonzero(out.any(axis=1)):
+        for k in np.flatnonzero(made.beyond(lower, upper)):
             ends = np.searchsorted(made.passing, made.times[k : k + 2], side="right") - 1
             found.update(range(max(0, int(ends[0])), min(int(ends[1]), len(made.deviations) - 1) + 1))
         return sorted(found)
 
-    def _unproven(self, made: Timed, pieces: Sequence[int], margin: float) -> list[int]:
-        """Those pieces of the path that are not proven for a motion that stays near them."""
+    def _unproven(self, made: Timed, pieces: Sequence[int], margin: float | None) -> list[int]:
+        """Those pieces of the path that are not proven for a motion near them; without a margin, in their middle only."""
         numbers = np.asarray(pieces, np.int64)
-        owners = self._owners_of(made, numbers.tolist())
+        owners = self._owners_of(made, numbers)
         off_path = made.deviations[numbers].max(axis=1) > ON_PATH
         refused: list[Integers] = []
-        for owner in np.unique(owners).tolist():
+        for owner in range(len(self.parts)):
             own = numbers[(owners == owner) & (off_path | (owner in self.curves))]
             if len(own):
                 refused.append(own[~self._proven(made, own, owner, margin)])
         return sorted(np.concatenate(refused).tolist()) if refused else []
 
-    def _proven(self, made: Timed, pieces: Integers, owner: int, margin: float) -> Booleans:
+    def _proven(self, made: Timed, pieces: Integers, owner: int, margin: float | None) -> Booleans:
         """Whether pieces (k,) of the path of one part are proven for a motion that stays near them."""
+        if margin is None:
+            middles = made.at((made.passing[pieces] + made.passing[pieces + 1]) / 2)
+            return self._near(middles, middles, np.zeros(middles.shape), owner)
         part, away = self.parts[owner], made.deviations[pieces]
         starts, ends = made.waypoints[pieces], made.waypoints[pieces + 1]
         proven = np.ones(len(pieces), bool)
         for stroke in self._strokes:
             if stroke.part is part:
                 proven &= stroke.steady(starts, ends, away.max(axis=1), curved=owner in self.curves)
-        starts, ends, away = starts[proven], ends[proven], away[proven]
+        proven[proven] = self._near(starts[proven], ends[proven], margin * away[proven], owner)
+        return proven
+
+    def _near(self, starts: Array, ends: Array, away: Array, owner: int) -> Booleans:
+        """Whether a part's motion that is `away` (k, n) from segments is proven, from `starts` to `ends` (k, n)."""
+        part, apart = self.parts[owner], np.zeros(len(away), bool)
         strays = np.zeros((len(away), len(self._resting)))
-        strays[:, part.columns] = margin * away
-        apart = np.zeros(len(away), bool)
+        strays[:, part.columns] = away
         if part.touches:
             near = self.stroke + self._bulge(owner) + STROKE_TOLERANCE
             apart = np.maximum(self._distances(starts, owner), self._distances(ends, owner)) > near
-        proven[proven] = part.proven_near(self.whole(starts), self.whole(ends), strays, apart)
-        return proven
+        return part.proven_near(self.whole(starts), self.whole(ends), strays, apart)
 
     def _distances(self, rows: Array, owner: int) -> Array:
         """The distance (k,) of each point (k, n) from the straight pieces of a part [rad, L2]."""
@@ -227,7 +272,7 @@ def halved(made: Timed, pieces: Sequence[int]) -> tuple[Timed, list[int]]:
     """The same motion with a way point in the middle of some pieces of its path, and the indices of their halves."""
     places = np.asarray(pieces)
     inner = np.round((made.passing[places] + made.passing[places + 1]) / 2, TIME_DECIMALS)
-    rows = np.round(at_times(made, inner), JOINT_DECIMALS) + 0.0
+    rows = np.round(made.at(inner), JOINT_DECIMALS) + 0.0
     shifts = np.searchsorted(places, made.corners, side="left")
     found = replace(
         made,
@@ -244,18 +289,6 @@ def turns(corners: Array) -> Array:
     steps = np.diff(corners, axis=0)
     units = steps / np.linalg.norm(steps, axis=1)[:, None]
     return np.concatenate([[0.0], np.linalg.norm(np.diff(units, axis=0), axis=1), [0.0]])
-
-
-def room_of(corners: Array, number: int) -> float:
-    """The distance of a corner from the nearer end of the whole path [rad, L2]."""
-    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    return float(min(lengths[:number].sum(), lengths[number:].sum()))
-
-
-def at_times(made: Timed, times: Array) -> Array:
-    """The values (k, n) of the joints at some times (k,) [s]."""
-    k = np.clip(np.searchsorted(made.times, times, side="right") - 1, 0, len(made.coefficients) - 1)
-    return values(made.coefficients[k], (times - made.times[k])[:, None])
 
 
 def route_of(

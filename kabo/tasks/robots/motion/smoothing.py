@@ -4,18 +4,18 @@ Corners are rounded as far as the motion is proven: the trajectory that is sent,
 no round is proven the motion stops at the corner.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.motion import Held, MotionLimits, Timed, timed_path
+from kabo.motion import Held, MotionLimits, Timed, rounded_path, timed_path
 from kabo.motion.bernstein import derivative, values
 from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.insertions import insertion_nearness, inserts
 from kabo.tasks.robots.motion.parts import MotionPart
-from kabo.tasks.robots.motion.routes import Route, route_of
+from kabo.tasks.robots.motion.routes import Refused, Route, route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
 
 DEVIATION = 0.2  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
@@ -23,6 +23,7 @@ EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
 MAX_THINNING = 5e-3  # rad, L2: the same, at most
+SHRINKING = 0.5**0.25  # of rounds that are not proven
 LEAST_SHARE = 1.0 / 64  # of the greatest blend, below which the motion stops at the corner
 TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pieces of a motion are few
 LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
@@ -52,6 +53,15 @@ def smoothed(
     Raises:
         ValueError: a joint that moves has no limits above 0, or what is held slips even at rest.
     """
+    found = smoothed_within(parts, limits, deviation, held, np.inf)
+    assert found is not None
+    return found
+
+
+def smoothed_within(
+    parts: Sequence[MotionPart], limits: MotionLimits, deviation: float, held: Held | None, seconds: float
+) -> Smoothed | None:
+    """As `smoothed`; None as soon as the motion is not faster than some time, for it only gets slower by its proof."""
     thinning = min(THINNING_SHARE * deviation, MAX_THINNING)
     within = deviation - thinning
     curves = curves_of(parts) if deviation > 0.0 else frozenset()
@@ -59,7 +69,9 @@ def smoothed(
     while True:
         samples = {number: found for number, found in finer.items() if found is not None}
         route = route_of(parts, thinning, curves, samples)
-        found = _rounded(route, limits, within, held)
+        found = _rounded(route, limits, within, held, seconds)
+        if found is None:
+            return None
         if isinstance(found, Timed):
             return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))
         tried = {number: finer_samples(parts[number]) for number in sorted(found - finer.keys())}
@@ -67,29 +79,69 @@ def smoothed(
         finer |= tried
 
 
-def _rounded(route: Route, limits: MotionLimits, within: float, held: Held | None) -> Timed | frozenset[int]:
-    """The motion along a route with corners rounded as far as it is proven, or the curves of which it is not."""
+def _rounded(
+    route: Route, limits: MotionLimits, within: float, held: Held | None, seconds: float
+) -> Timed | frozenset[int] | None:
+    """The motion along a route with corners rounded as far as it is proven, or the curves of which it is not.
+
+    None if it does not take less than some seconds.
+    """
     greatest = route.greatest_shares(within) if within > 0.0 else np.zeros(len(route.corners))
-    shares, near = greatest.copy(), nearness_of(route.parts, route.curves, within)
+    near = nearness_of(route.parts, route.curves, within)
+    chord = min(COARSEST_CHORD, near)
+    shares = _fitting(route, greatest, greatest, within, chord, route.looked_at)
     while True:
         made = timed_path(
             route.corners,
             limits,
             deviation=within,
-            shares=shares.tolist(),
-            chord=min(COARSEST_CHORD, near),
+            shares=shares,
+            chord=chord,
             tolerance=min(TOLERANCE, near),
             held=held,
             slopes=route.slopes,
         )
+        if made.duration >= seconds:
+            return None
         found = route.proven(made)
         if isinstance(found, Timed):
             return found
         if not shares[found.corners].any():
             # With stops at all corners in question nothing is left to shrink: the straight path was proven before.
             return found.curves or route.curves or made
-        less = 0.5 * shares[found.corners]
-        shares[found.corners] = np.where(less >= LEAST_SHARE * greatest[found.corners], less, 0.0)
+        less = _fitting(route, shares, greatest, within, chord, route.judged)
+        shares = _shrunk(shares, found.corners, greatest) if np.array_equal(less, shares) else less
+
+
+def _fitting(
+    route: Route,
+    shares: Array,
+    greatest: Array,
+    within: float,
+    chord: float,
+    judge: Callable[[Timed], Refused | None],
+) -> Array:
+    """Shares (m,), none greater than those given, with which a judge does not refuse the path for its rounds.
+
+    The path is judged before the motion along it, as times cost more.
+    """
+    while shares.any():
+        path, trims = rounded_path(
+            route.corners, deviation=within, shares=shares, chord=chord, slopes=route.slopes
+        )
+        refused = judge(path)
+        bending = [] if refused is None else route.bending(path, trims, refused.spans)
+        if not bending:
+            break
+        shares = _shrunk(shares, bending, greatest)
+    return shares
+
+
+def _shrunk(shares: Array, corners: list[int], greatest: Array) -> Array:
+    """The shares (m,) with less at some corners; none where little is left of the greatest ones."""
+    found, less = np.array(shares), SHRINKING * shares[corners]
+    found[corners] = np.where(less >= LEAST_SHARE * greatest[corners], less, 0.0)
+    return found
 
 
 def _stops(made: Timed) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, candidate, tool_frame
+from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, poses_at, tool_frame
 from kabo.scene import Robot
 from kabo.tasks.robots.motion.parts import MotionPart
 
@@ -31,18 +31,12 @@ class ToolLine:
     def kept(self, q: Array) -> bool:
         """Whether a rounded stroke keeps its line; q (k, n) are configurations from the near end to the far one."""
         length = float(np.linalg.norm(self.away))
-        unit = self.away / length
-        for one in q[1:]:
-            pose = _pose(self.robot, one)
-            moved = pose[:3, 3] - self.near[:3, 3]
-            along = float(moved @ unit)
-            if along > length + MAX_GROWTH:
-                return False
-            if along < STRAIGHT_SHARE * length:
-                aside = float(np.linalg.norm(moved - along * unit))
-                if aside > MAX_OFFSET + MAX_SLOPE * max(0.0, along) or _turn(self.near, pose) > MAX_TURN:
-                    return False
-        return True
+        poses = poses_at(self.robot, tool_frame(self.robot), q)[1:]
+        moved = poses[:, :3, 3] - self.near[:3, 3]
+        along = moved @ (self.away / length)
+        aside = np.linalg.norm(moved - along[:, None] * (self.away / length), axis=1)
+        off = (aside > MAX_OFFSET + MAX_SLOPE * np.maximum(0.0, along)) | (_turns(self.near, poses) > MAX_TURN)
+        return not ((along > length + MAX_GROWTH) | ((along < STRAIGHT_SHARE * length) & off)).any()
 
 
 def tool_line(part: MotionPart, *, backward: bool) -> ToolLine | None:
@@ -56,24 +50,20 @@ def tool_line(part: MotionPart, *, backward: bool) -> ToolLine | None:
     if robot.tool is None:
         return None
     path = part.stretch.path[::-1] if backward else part.stretch.path
-    near, far = _pose(robot, path[0]), _pose(robot, path[-1])
+    poses = poses_at(robot, tool_frame(robot), np.concatenate([path, (path[:-1] + path[1:]) / 2]))
+    near, far = poses[0], poses[len(path) - 1]
     away = far[:3, 3] - near[:3, 3]
     length = float(np.linalg.norm(away))
     if length < LINE_DEVIATION:
         return None
-    inner = [*path[1:-1], *((path[:-1] + path[1:]) / 2)]
-    for pose in (far, *(_pose(robot, q) for q in inner)):
-        moved = pose[:3, 3] - near[:3, 3]
-        aside = float(np.linalg.norm(moved - (moved @ away) / length**2 * away))
-        if aside > 2.0 * LINE_DEVIATION or _turn(near, pose) > 2.0 * LINE_TILT:
-            return None
+    moved = poses[:, :3, 3] - near[:3, 3]
+    aside = np.linalg.norm(moved - (moved @ away)[:, None] / length**2 * away, axis=1)
+    if aside.max() > 2.0 * LINE_DEVIATION or _turns(near, poses).max() > 2.0 * LINE_TILT:
+        return None
     return ToolLine(robot, near, away)
 
 
-def _pose(robot: Robot, q: Array) -> Array:
-    return candidate(robot, q).pose(tool_frame(robot))
-
-
-def _turn(first: Array, second: Array) -> float:
-    sine = float(np.linalg.norm(first[:3, :3].T @ second[:3, :3] - np.eye(3))) / np.sqrt(8.0)
-    return 2.0 * float(np.arcsin(min(1.0, sine)))
+def _turns(first: Array, poses: Array) -> Array:
+    """The angles (k,) of the rotations between one pose (4, 4) and others (k, 4, 4) [rad]."""
+    squares = ((poses[:, :3, :3] - first[:3, :3]) ** 2).sum(axis=(1, 2))  # |A - B| = |AᵀB - 1|
+    return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.sqrt(squares / 8.0))))

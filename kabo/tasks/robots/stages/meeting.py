@@ -70,7 +70,7 @@ class MeetingTarget:
             q = team.configurations(each.q)
             away = float(np.abs((each.q - home) * team.moving).max())
             first = candidate(team.robots[0], q[self.robot])
-            made.append((round(away, 6), tuple(each.q), Meeting(first.q, first.joints, q[self.partner])))
+            made.append((round(away, 6), tuple(each.q), Meeting(first.q, first.tree, q[self.partner])))
         return [each for _, _, each in sorted(made, key=lambda one: one[:2])]
 
     @property

@@ -15,6 +15,12 @@ WRONG_SCENES = [
         "lengths are metres: write 0.02",
     ),
     ("epsilon: 0.02", "epsilon: «0»", "epsilon must be greater than 0", None),
+    (
+        "home: [0, -90 deg, 0.5]",
+        "home: [0, «5mm», 0.5]",
+        'every number of the configuration "home" must be a number, this is "5mm"',
+        "angles are rad, or 45deg; lengths are metres: 0.005",
+    ),
     ("epsilon: 0.02", "epsilon: «nan»", 'epsilon must be a number, this is "nan"', None),
     ("epsilon: 0.02", "epsilon: «1e999»", "epsilon is too large to be a number", None),
     ("epsilon: 0.02", "epsilon: «20 deg»", "epsilon is no angle: only angles have the suffix deg", None),

@@ -2,7 +2,8 @@
 
 import pytest
 
-from kabo.language import check_files, load_problem
+from kabo.errors import InputError
+from kabo.language import check_files, load_problem, load_scene_description
 from tests.language.conftest import SCENE, Kitchen
 
 KEY = "allowed_contacts:\n"
@@ -16,10 +17,6 @@ WRONG = [
      "lengths are metres; move the scene to its origin"),
     ("uncertain: {table: «[1]»}", 'the error of "table" must be text, this is a list', None),
 ]  # fmt: skip
-NOBODY = [
-    ("tabel", 'no robot or body is called "tabel", so `uncertain` says nothing of it here', 'did you mean "table"?'),
-    ("shelf", '"shelf" is a region, and regions are exact', "write uncertain: {name: 5mm}"),
-]  # fmt: skip
 
 
 @pytest.mark.parametrize(("given", "message", "hint"), WRONG, ids=[row[0] for row in WRONG])
@@ -29,13 +26,32 @@ def test_a_wrong_error_is_reported_at_its_place(
     kitchen.expect("scene", KEY, f"{given}\n{KEY}", message, hint)
 
 
-@pytest.mark.parametrize(("name", "message", "hint"), NOBODY)
-def test_an_error_of_nobody_is_a_warning(kitchen: Kitchen, name: str, message: str, hint: str) -> None:
-    path = kitchen.write(scene=SCENE.replace(KEY, f"uncertain: {{left: 1mm, {name}: 5mm}}\n{KEY}"))
-    found = [each for each in check_files([path]) if each.severity == "warning" and name in each.message]
-    assert [(each.message, each.hint, each.column) for each in found] == [(message, hint, 24)]
-    scene = load_problem(path).scene
-    assert scene is not None and scene.uncertain == {"left": 0.001}
+NOBODY = 'no robot or body is called "{}"{}: `uncertain` takes names of robots and bodies'
+
+
+def test_an_error_of_nobody_is_refused_where_all_bodies_are_known(kitchen: Kitchen) -> None:
+    """Else nothing would be kept from the body that is meant."""
+    hint = 'did you mean "table"?'
+    given = f"uncertain: {{left: 1mm, «tabel»: 5mm}}\n{KEY}"
+    kitchen.expect("scene", KEY, given, NOBODY.format("tabel", ""), hint)
+    with pytest.raises(InputError, match="tabel"):
+        load_problem(kitchen.folder / "problem.yaml")
+
+
+def test_an_error_of_nobody_is_a_warning_of_a_scene_alone_to_which_problems_add_bodies(kitchen: Kitchen) -> None:
+    kitchen.write(scene=SCENE.replace(KEY, f"uncertain: {{tabel: 5mm}}\n{KEY}"))
+    path = kitchen.folder / "scene.yaml"
+    (found,) = [each for each in check_files([path]) if "uncertain" in each.message]
+    assert (found.severity, found.message) == ("warning", NOBODY.format("tabel", " in the scene alone"))
+    assert found.hint == 'did you mean "table"?'
+    assert load_scene_description(path, whole=False).uncertain == {}
+    with pytest.raises(InputError, match="tabel"):
+        load_scene_description(path)
+
+
+def test_regions_are_exact(kitchen: Kitchen) -> None:
+    given, text = f"uncertain: {{«shelf»: 5mm}}\n{KEY}", '"shelf" is a region, and regions are exact'
+    kitchen.expect("scene", KEY, given, text, "write uncertain: {name: 5mm}")
 
 
 def test_errors_are_metres_or_have_their_unit_and_are_of_bodies_of_problems_too(kitchen: Kitchen) -> None:

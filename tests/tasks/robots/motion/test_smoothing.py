@@ -8,14 +8,15 @@ import pytest
 
 from kabo.geometry_server import LINE_DEVIATION, GeometryServer, Situation, Success, candidate, tool_frame
 from kabo.language.formulas import GroundCall
-from kabo.motion import timed_path
+from kabo.motion import Timed, rounded_path, timed_path
 from kabo.planner.refine.legs import legs_of
 from kabo.scene import motion_limits
 from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.robots.motion import smoothing
 from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.resting_strokes import CURVED
-from kabo.tasks.robots.motion.routes import route_of
+from kabo.tasks.robots.motion.routes import Route, route_of
 from kabo.tasks.robots.motion.smoothing import Smoothed, smoothed
 from kabo.tasks.robots.motion.timing import groups_of
 from tests.tasks.conftest import DOMAINS, scene_of
@@ -137,6 +138,37 @@ def test_where_nothing_is_proven_it_stops(monkeypatch: pytest.MonkeyPatch, block
     inner = len(route_of(group(), 0.1 * DEVIATION).corners) - 2
     assert inner > 0
     assert found.stops == (inner if blocked else 0)
+
+
+def test_rounds_that_reach_over_a_corner_bend_the_path_there() -> None:
+    """A sharp turn between short pieces is rounded over its neighbours; to shrink theirs would change nothing."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.04], [0.99, 0.08], [0.99, 1.0]])
+    route = Route((), corners, (0, 0, 0, 0), 0.0)
+    path, trims = rounded_path(corners, deviation=0.1, shares=[1.0] * 5, chord=1e-3)
+    after = path.passing[path.corners[2]]
+    assert trims[1] > after - path.passing[path.corners[1]]
+    assert route.bending(path, trims, np.array([[after, after + 0.01]])) == [1]
+    gentle, less = rounded_path(corners, deviation=0.1, shares=[1.0, 1e-3, 1.0, 1.0, 1.0], chord=1e-3)
+    assert 1 not in route.bending(gentle, less, np.array([[after, after + 0.01]]))
+
+
+def test_what_is_surely_not_proven_of_a_path_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounds shrink until the path is free, and only then a motion along it is made."""
+    part, timed, routes = group()[0], list[Timed](), list[Route]()
+
+    def counted(*arguments: object, **options: object) -> Timed:
+        timed.append(timed_path(*arguments, **options))
+        return timed[-1]
+
+    def found(*arguments: object) -> Route:
+        routes.append(route_of(*arguments))
+        return routes[-1]
+
+    monkeypatch.setattr(smoothing, "timed_path", counted)
+    monkeypatch.setattr(smoothing, "route_of", found)
+    monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__: np.zeros(len(starts), bool))
+    smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
+    assert len(timed) == len(routes) > 1  # with its curves, and with chords instead
 
 
 def test_no_round_takes_a_joint_out_of_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,47 @@
+"""The pairs of bodies that a workspace checks, by their indices and by their names."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kabo.arrays import Integers
+from kabo.geometry_server.answers import Pair
+
+Contacts = frozenset[frozenset[str]]
+
+
+def contacts(pairs: Iterable[Pair]) -> Contacts:
+    """The pairs of things as a set of unordered pairs."""
+    return frozenset(frozenset(pair) for pair in pairs)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedPairs:
+    """Pairs of a moving body and another one: `indices` (P, 2) among the moving and then the fixed ones, and names."""
+
+    indices: Integers
+    names: list[Pair]
+
+    @cached_property
+    def _places(self) -> dict[frozenset[str], list[int]]:
+        """Where the pairs of two names are; there are several if a body may be at several poses."""
+        found: dict[frozenset[str], list[int]] = {}
+        for place, pair in enumerate(self.names):
+            found.setdefault(frozenset(pair), []).append(place)
+        return found
+
+    def without(self, permitted: Contacts) -> "CheckedPairs":
+        """These pairs without those that are permitted to touch, in the same order."""
+        places = self._places
+        dropped = sorted(place for pair in permitted for place in places.get(pair, ()))
+        names = self.names.copy()
+        for place in reversed(dropped):
+            del names[place]
+        return CheckedPairs(np.delete(self.indices, dropped, axis=0), names)
+
+    def among(self, permitted: Contacts) -> list[tuple[int, Pair]]:
+        """The moving bodies of the pairs that are permitted to touch, with their names, in order."""
+        places = sorted(place for pair in permitted for place in self._places.get(pair, ()))
+        return [(int(self.indices[place, 0]), self.names[place]) for place in places]
