@@ -6,9 +6,10 @@ what friction holds); `joins` and `rests`: the greatest jump of position, veloci
 `off path` how far a sample is from the way points, `stated` what the plan says about that; `least` the least distance
 of bodies on the original meshes.
 
-*Durations*, all nodes together: `phases` is the time-optimal time of each segment's path from rest to rest, `motions`
-that of all paths between rests, `lines` that of straight lines between these (no strokes, no detours: nothing goes
-faster), all with jerk limited; `phases, no jerk` without that limit. Corners cost these bounds nothing.
+*Durations*, all nodes together: what a node that begins `early` shares with the one before is not counted in `lasts`;
+`phases` is the time-optimal time of each segment's path from rest to rest, `motions` that of all paths between rests,
+`lines` that of straight lines between these (no strokes, no detours: nothing goes faster), all with jerk limited;
+`phases, no jerk` without that limit. Corners cost these bounds nothing.
 
 *Proven distances*: for segments whose certificate tells a clearance, that beside the measured least distance.
 """
@@ -40,8 +41,8 @@ class Judged:
     def whole(self) -> dict[str, float]:
         """The sums of all nodes' durations and bounds."""
         rows = self.verdict.get("durations") or []
-        names = ("lasts", "phases", "phases_without_jerk", "motions", "lines")
-        return {name: sum(row[name] for row in rows) for name in names}
+        names = ("lasts", "early", "phases", "phases_without_jerk", "motions", "lines")
+        return {name: sum(row.get(name, 0.0) for row in rows) for name in names}
 
 
 class Tables:
@@ -102,6 +103,7 @@ def duration_row(each: Judged, base: dict[str, float]) -> dict[str, Any]:
     own = each.whole
     return {
         "lasts": own["lasts"],
+        "early": own["early"],
         "longest branch": each.verdict["longest_s"],
         "phases": own["phases"],
         "phases, no jerk": own["phases_without_jerk"],

@@ -83,7 +83,7 @@ def judge(job: dict[str, Any]) -> dict[str, Any]:
                 if node.get("overlap"):
                     early(verdict, plan, name, motion, collisions, scene, found)
             if job.get("durations", False):
-                verdict.durations.append({"node": name, **durations(motion)})
+                verdict.durations.append({"node": name, **durations(motion, node.get("overlap") or 0.0)})
     return {
         "format": plan["format"],
         "bytes": Path(job["plan"]).stat().st_size,
@@ -170,12 +170,13 @@ def colliding(verdict: Verdict, motion: Motion, name: str, collisions: Collision
             verdict.faults.append(Fault(name, number, "collision", at, 0.0, f"{first} {second}"))
 
 
-def durations(motion: Motion) -> dict[str, float]:
+def durations(motion: Motion, early: float) -> dict[str, float]:
     """How long a node's motion lasts, and bounds: its phases and its motions from rest to rest, and straight lines.
 
     A phase is a segment; a motion is a row of them without a rest. Of robots that move at once the slowest counts;
     robots that wait for each other add up. Standing still is what a plan asks for (a sensor that takes its time) and
     no motion can shorten it: it lasts as long as it is stated.
+    What begins `early` [s] lasts from the end of what came before it: only that time is added to a branch.
     """
     from motion_durations import least, line  # noqa: PLC0415 - CasADi is not needed for anything else
 
@@ -198,7 +199,7 @@ def durations(motion: Motion) -> dict[str, float]:
                 sums[kind] += stood
         slowest = max(found.values(), key=lambda sums: sums["phases"])
         whole = {kind: whole[kind] + slowest[kind] for kind in whole}
-    return {"lasts": motion.end, **whole}
+    return {"lasts": motion.end - early, "early": early, **whole}
 
 
 def stands(each: Any) -> bool:

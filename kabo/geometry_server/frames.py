@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,7 +29,13 @@ class Frame:
 
     def feature(self, name: str) -> FrameFeature:
         """A feature of this frame by name, expressed in the joint's frame."""
-        return self.moved(self.features[name])
+        if name not in self._known:
+            self._known[name] = self.moved(self.features[name])
+        return self._known[name]
+
+    @cached_property
+    def _known(self) -> dict[str, FrameFeature]:
+        return {}
 
     def moved(self, feature: Feature) -> FrameFeature:
         """A feature given in this frame, expressed in the joint's frame."""
@@ -55,7 +62,10 @@ def tool_frame(robot: Robot) -> Frame:
     if robot.tool is None:
         raise ValueError(f"robot {robot.name} has no tool")
     link = robot.links[robot.tool.frame]
-    return Frame(link.joint, link.joint_T_link, robot.tool.features)
+    if "tool frame" not in robot.memory:
+        robot.memory["tool frame"] = Frame(link.joint, link.joint_T_link, robot.tool.features)
+    frame: Frame = robot.memory["tool frame"]
+    return frame
 
 
 def standing_frame(body: Body, world_T_body: Array) -> Frame:

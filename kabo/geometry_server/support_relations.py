@@ -95,9 +95,11 @@ def _stands(
     under_pose: Array,
     constraints: tuple[Constraint, ...],
 ) -> bool:
+    if not _boxes_meet(surroundings, body, pose, under, under_pose):
+        return False
     roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
     about = [c for c in constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)]
-    if not about or not fits(about, roles) or not _boxes_meet(surroundings, body, pose, under, under_pose):
+    if not about or not fits(about, roles):
         return False
     return satisfied(rows(about, roles), np.empty(0), WORLD_TREE, STANDING_TOLERANCE)
 
@@ -128,7 +130,10 @@ def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region:
 
 def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> float:
     """The distance by which a body at a pose (4, 4) reaches out of a region [m]; negative if it lies inside."""
-    region_T_body = np.linalg.inv(region.world_T_region) @ pose
+    region_T_world = surroundings.remembered(
+        ("region_T_world", region.name), lambda: np.linalg.inv(region.world_T_region)
+    )
+    region_T_body = region_T_world @ pose
     normals = region.normals @ region_T_body[:3, :3]
     offsets = region.offsets - region.normals @ region_T_body[:3, 3]
     farthest = -np.inf

@@ -354,15 +354,15 @@ class Workspace:
         return CheckedPairs(np.array(indices, np.int64).reshape(-1, 2), names)
 
     def _checked(self, first: str, second: str) -> bool:
-        if not self.extras and self.surroundings.never_collide(first, second):
+        added = [extra for extra in self.extras if extra.name in (first, second)]
+        if not added and self.surroundings.never_collide(first, second):
             return False
         pair = frozenset((first, second))
         if pair in self.permitted or pair in self._touched:
             return False
-        added = [extra for extra in self.extras if extra.name in pair]
         if added:
             return len(added) == 1 and self._checked_extra(added[0], second if added[0].name == first else first)
-        return not self.surroundings.never_collide(first, second)
+        return True
 
     def _checked_extra(self, extra: Extra, other: str) -> bool:
         """Whether an extra body is checked against a thing; padding may touch what its parent may touch."""

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from kabo.arrays import Array, Integers
 from kabo.kinematics.closed_form import chain_of
 from kabo.kinematics.constraints import Rows, stacked
-from kabo.kinematics.families import between_frames, family_of
+from kabo.kinematics.families import UNMOVED, between_frames, family_of
 from kabo.kinematics.joined_trees import JoinedTree
 from kabo.kinematics.kernels import drawing as kernels
 from kabo.kinematics.kernels import rows as columns
@@ -143,7 +143,7 @@ def _family_in_world(arm: ClosedArm, rows: Rows, free: Rows | None) -> Family | 
     joints = _joints(every)
     if not arm.reaches_poses or not all(arm.carries(joint) for joint in joints):
         return None
-    placed = {0: (0, np.eye(4)), **{joint: (1, arm.end_T(joint)) for joint in joints}}
+    placed = {0: (0, UNMOVED), **{joint: (1, arm.end_T(joint)) for joint in joints}}
     moved = between_frames(every, placed)
     return None if moved is None else family_of(moved[: len(rows)], moved[len(rows) :])
 
@@ -172,7 +172,7 @@ def _families_of_two(
     there = {joint: (0, pose) for joint, pose in placed[lead].items()}
     back = {joint: (1, pose) for joint, pose in placed[1 - lead].items()}
     families = []
-    for chosen, where in ((least < 0, {0: (0, np.eye(4)), **front}), (least >= 0, {**there, **back})):
+    for chosen, where in ((least < 0, {0: (0, UNMOVED), **front}), (least >= 0, {**there, **back})):
         moved = between_frames(every[chosen], where)
         if moved is None:
             return None

@@ -34,6 +34,8 @@ _SPREAD = 0.5  # [m] of the seeds about the origin
 _ANYWHERE = np.full(FREE_BODY.size, np.inf)
 _FAMILIES: ContentCache[Family | None] = ContentCache(1 << 20, lambda _: 0)
 
+UNMOVED: Array = np.eye(4)
+
 Placed = Mapping[
     int, tuple[int, Array]
 ]  # joint of rows: which of two frames carries it, and its pose (4, 4) there
@@ -55,6 +57,10 @@ def _move(row: Array, column: int, frame: int, frame_T_joint: Array) -> None:
     """Gives one feature of a row in another frame; an origin that holds a direction only turns."""
     kind = row[columns.KIND]
     origin, direction = slice(column + 1, column + 4), slice(column + 4, column + 7)
+    if frame_T_joint is UNMOVED:
+        row[column] = frame
+        row[origin] += 0.0  # no negative zeros, as where something is added
+        return
     turn = frame_T_joint[:3, :3]
     is_direction = (kind == columns.ALIGNED and column == columns.FIRST) or (
         kind == columns.AZIMUTH and column == columns.SECOND

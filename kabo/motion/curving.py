@@ -42,10 +42,15 @@ def natural_slopes(knots: Array) -> Array:
     matrix, right = np.zeros((len(knots), len(knots))), np.zeros_like(knots)
     matrix[0, :2], right[0] = (2.0, 1.0), 3.0 * chords[0]
     matrix[-1, -2:], right[-1] = (1.0, 2.0), 3.0 * chords[-1]
-    for i in range(1, len(knots) - 1):
-        matrix[i, i - 1 : i + 2] = h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1]
-        right[i] = 3.0 * (h[i] * chords[i - 1] + h[i - 1] * chords[i])
+    _set_inner(matrix, right, h, chords)
     return np.asarray(np.linalg.solve(matrix, right))
+
+
+def _set_inner(matrix: Array, right: Array, h: Array, chords: Array) -> None:
+    """Sets all rows but the first and the last: curvature does not jump at inner knots."""
+    i = np.arange(1, len(h))
+    matrix[i, i - 1], matrix[i, i], matrix[i, i + 1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
+    right[1:-1] = 3.0 * (h[1:, None] * chords[:-1] + h[:-1, None] * chords[1:])
 
 
 def _free_slopes(points: Array, places: Array) -> Array:
@@ -60,9 +65,7 @@ def _free_slopes(points: Array, places: Array) -> Array:
         end, inner = (0, 1) if row == 0 else (m - 1, m - 2)
         matrix[row, [end, inner]] = b, a + b
         right[row] = ((a + 2.0 * (a + b)) * b * chords[c] + a**2 * chords[d]) / (a + b)
-    for i in range(1, m - 1):
-        matrix[i, i - 1 : i + 2] = h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1]
-        right[i] = 3.0 * (h[i] * chords[i - 1] + h[i - 1] * chords[i])
+    _set_inner(matrix, right, h, chords)
     return np.asarray(np.linalg.solve(matrix, right))
 
 

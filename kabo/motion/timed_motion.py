@@ -169,19 +169,22 @@ class _Rounding(NamedTuple):
 
 def _prepared(corners: ArrayLike, joints: int, given: _Rounding) -> tuple[Array, list[int], _Rounding]:
     """The corners (m, n) that differ from the one before, the number of each given one, and the shares of those."""
-    points = np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0
+    points: Array = np.asarray(np.round(np.array(corners, np.float64), WAYPOINT_DECIMALS) + 0.0, np.float64)
     if points.ndim != 2 or not len(points) or points.shape[1] != joints:
         raise ValueError(f"corners (m, n) and limits (n,) do not fit: {points.shape}, ({joints},)")
-    different = np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_CORNER])
-    numbers = (np.cumsum(different) - 1).tolist()
+    different = np.ones(len(points), np.bool_)
+    different[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_CORNER
     wanted = np.zeros(len(points)) if given.shares is None else np.array(given.shares, np.float64)
-    wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
-    chosen = points[different]
-    if len(chosen) > 1:
-        chosen[-1] = points[-1]  # the end is reached exactly
-        wanted = np.where(_reversals(chosen) | (given.deviation <= 0.0), 0.0, wanted)
-    slopes = given.slopes if different.all() else None
-    return chosen, numbers, given._replace(shares=wanted, slopes=slopes)
+    numbers, slopes = list(range(len(points))), given.slopes
+    if not different.all():
+        numbers, slopes = (np.cumsum(different) - 1).tolist(), None
+        wanted = np.where(np.diff(np.flatnonzero(np.append(different, True))) == 1, wanted[different], 0.0)
+        end, points = points[-1], points[different]
+        if len(points) > 1:
+            points[-1] = end  # the end is reached exactly
+    if len(points) > 1:
+        wanted[_reversals(points) | (given.deviation <= 0.0)] = 0.0
+    return points, numbers, given._replace(shares=wanted, slopes=slopes)
 
 
 def _blended(points: Array, rounding: _Rounding) -> Blended:
@@ -266,7 +269,9 @@ def _reversals(points: Array) -> NDArray[np.bool_]:
     """Whether the path turns back on itself at each corner."""
     steps = np.diff(points, axis=0)
     units = steps / np.linalg.norm(steps, axis=1)[:, None]
-    return np.concatenate([[False], np.linalg.norm(np.diff(units, axis=0), axis=1) > REVERSAL, [False]])
+    found = np.zeros(len(points), np.bool_)
+    found[1:-1] = np.linalg.norm(np.diff(units, axis=0), axis=1) > REVERSAL
+    return found
 
 
 def _places(times: Array, padded: Array, passing: Array) -> Array:

@@ -136,8 +136,10 @@ def _rounded_pose(pose: ObjectPose) -> ObjectPose:
 
 
 def _rounded_segment(segment: Segment) -> Segment:
-    waypoints = tuple(tuple(_number(value, JOINT_DECIMALS) for value in row) for row in segment.waypoints)
-    times = tuple(_number(t, TIME_DECIMALS) for t in segment.times)
+    waypoints = tuple(
+        [tuple([round(float(value), JOINT_DECIMALS) + 0.0 for value in row]) for row in segment.waypoints]
+    )
+    times = tuple([round(float(t), TIME_DECIMALS) + 0.0 for t in segment.times])
     own = segment.trajectory
     trajectory = None if own is None else rounded_trajectory(own, waypoints)
     return replace(segment, waypoints=waypoints, times=times, trajectory=trajectory)

@@ -137,7 +137,9 @@ def _goes_on(last: _RunPiece, piece: _RunPiece, acts: Sequence[ActMotion], legs:
 
 def _pieces(legs: Sequence[Leg], freedoms: Freedoms, act: int) -> Iterator[_RunPiece]:
     """The pieces of an act's legs; a stroke beside a free path is cut into the part to keep and a loose part."""
-    kinds = [freedoms.of(leg.segment.stage) if leg.arm else freedoms.of(None) for leg in legs]
+    kinds = [
+        freedoms.of(leg.segment.stage if leg.arm and leg.segment.trajectory is None else None) for leg in legs
+    ]
     for k, (leg, freedom) in enumerate(zip(legs, kinds, strict=True)):
         after_way = k > 0 and kinds[k - 1].kind == "way"
         before_way = k + 1 == len(legs) or kinds[k + 1].kind == "way"

@@ -52,10 +52,10 @@ class Leg:
 def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
     """The legs of a motion that begins in a situation, or None if legs cannot represent it.
 
-    Legs cannot represent a motion of several robots, of a robot with several possible configurations, or with
-    objects attached to objects, nor a motion that does not start at the robot's configuration.
+    Legs cannot represent a motion of several robots, of a robot with several possible configurations, nor a motion that
+    does not start at the robot's configuration.
     """
-    if situation.nested or len({segment.robot for segment in motion}) > 1:
+    if len({segment.robot for segment in motion}) > 1:
         return None
     scene, found = TaskScene.of(context, situation), list[Leg]()
     for segment in motion:
@@ -104,17 +104,33 @@ def _leg(scene: TaskScene, segment: Segment) -> Leg | None:
 
 
 def _after(scene: TaskScene, segment: Segment) -> TaskScene | None:
-    """The scene after what a segment takes and lets go at its end."""
+    """The scene after what a segment takes and lets go at its end; None if a pose that matters for it is not known."""
     for name in segment.detach:
-        if scene.holder(name) != segment.robot:
+        pose = _only_pose(scene, name)
+        if pose is None or scene.holder(name) != segment.robot:
             return None
-        scene = scene.placing(name, attachment("world", scene.pose(name)))
+        scene = scene.placing(name, attachment("world", pose))
     for name, to in segment.attach:
-        robot, _, link = to.partition(".")
-        if robot != segment.robot or len(scene.situation.objects[name]) != 1 or scene.holder(name) is not None:
+        frame, pose = _only_frame(scene, to, segment.robot), _only_pose(scene, name)
+        loose = name in scene.situation.objects and scene.situation.root(name) == name
+        if frame is None or pose is None or not loose or scene.holder(name) is not None:
             return None
-        scene = scene.placing(name, attachment(to, inverse(_links(scene, robot)[link]) @ scene.pose(name)))
+        scene = scene.placing(name, attachment(to, inverse(frame) @ pose))
     return scene
+
+
+def _only_frame(scene: TaskScene, to: str, robot: str) -> Array | None:
+    """The pose (4, 4) of a link of the robot, or of an object; None if there are several, or it is anything else."""
+    holder, dot, link = to.partition(".")
+    if dot:
+        return _links(scene, robot)[link] if holder == robot else None
+    return _only_pose(scene, to) if to in scene.situation.objects else None
+
+
+def _only_pose(scene: TaskScene, name: str) -> Array | None:
+    """The pose (4, 4) of an object; None if it may have several."""
+    poses = scene.context.surroundings.poses(scene.situation, name)
+    return poses[0] if len(poses) == 1 else None
 
 
 def _links(scene: TaskScene, robot: str) -> Mapping[str, Array]:

@@ -84,7 +84,7 @@ def _body(leg: Leg) -> _Body:
                 (own, MovingGroup(link.joint, placed, enclosure, arrays, link.elements, surroundings.asked(own)))
             )
     for held in scene.situation.carried(name):
-        at, body = scene.situation.attachment(held), scene.context.scene.bodies[held]
+        at, body = scene.situation.held(held), scene.context.scene.bodies[held]
         link = robot.links[at.parent.partition(".")[2]]
         pose = flat(link.joint_T_link @ transform(at.position, at.quaternion))
         enclosure, arrays = surroundings.enclosure(held), (body.mesh.vertices, body.mesh.faces)

@@ -1,11 +1,11 @@
-"""Refines a plan: makes the motion along its linear stretches shorter, never longer.
+"""Refines a plan: makes the motion along its linear stretches faster, never slower.
 
 A stretch is a chain of nodes with one predecessor and one successor each. Actions, knowledge and proofs are kept.
 Each stretch begins and ends in the same geometric state as before, except that the end may change if only the goal
 follows. Every changed motion is proven collision-free again, for all values that components may have there.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -15,7 +15,9 @@ from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
+from kabo.planner.refine.hastening import faster
 from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
+from kabo.planner.refine.legs import legs_of
 from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
 from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
@@ -23,7 +25,7 @@ from kabo.planner.refine.timing import duration, timed
 from kabo.tasks.procedures import GeometricProcedures
 
 SAMPLES = 20_000  # samples that tasks may draw for other solutions
-BETTER = 1e-6  # rad or s by which a motion has to differ to count as longer
+BETTER = 1e-6  # seconds by which a motion has to differ to count as slower
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
         samples: the number of samples that may be drawn to find other solutions of tasks.
     """
     began = perf_counter()
-    found.untime()
+    found.untime(server)
     stops = found.stops
     stretches = list(stretches_of(stops))
     draft = PlanDraft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
@@ -73,12 +75,10 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     for stretch in stretches:
         with suppress(CutOff):
             _refine(stretch, server)
+    paths = {stop: stop.answer for stop in stops}
     time_motion(stops, server)
-    for stretch in stretches:
-        if found.is_faster(stretch):
-            found.time(stretch)
-    if longest(stops, seconds_of) > found.seconds + BETTER or longest(stops, length_of) > found.length + BETTER:
-        found.time()
+    paths |= found.restore_faster(stretches)
+    _hasten(paths, server)
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)
     return RefinementFigures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
@@ -91,6 +91,17 @@ def time_motion(stops: Sequence[Stop], server: GeometricProcedures) -> None:
         if stop.answer is not None and stop.answer.motion:
             made = timed(context, stop.situation, stop.answer.motion)
             stop.keep(stop.situation, replace(stop.answer, motion=made))
+
+
+def _hasten(paths: Mapping[Stop, Success | None], server: GeometricProcedures) -> None:
+    """Makes the motion of stops along `paths` faster, as long as there is time."""
+    context = server.server.context()
+    for stop, answer in paths.items():
+        if answer is not None and answer.motion and not server.stop():
+            with suppress(CutOff):
+                made = faster(context, stop.situation, answer.motion, freedoms_of(stop, server))
+                if duration(made) < seconds_of(stop) - BETTER:
+                    stop.keep(stop.situation, replace(answer, motion=made))
 
 
 class FoundMotion:
@@ -108,24 +119,49 @@ class FoundMotion:
     def _now(self) -> dict[Stop, tuple[Situation, Success | None]]:
         return {stop: (stop.situation, stop.answer) for stop in self.stops}
 
-    def untime(self) -> None:
+    def untime(self, server: GeometricProcedures) -> None:
         """Gives the plan the motion that was found, as paths without times."""
+        self._untimed = {
+            stop: (at, _untimed(stop, answer, server)) for stop, (at, answer) in self._untimed.items()
+        }
         self._keep(self._untimed)
 
     def time(self, stops: Sequence[Stop] | None = None) -> None:
         """Gives the plan the motion that was found, with its times; only that of some stops, if they are given."""
         self._keep({stop: self._timed[stop] for stop in self.stops if stops is None or stop in stops})
 
-    def is_faster(self, stretch: Sequence[Stop]) -> bool:
-        """Whether a stretch was faster as it was found, and can be so again: what follows it begins in the same state."""
-        answers = [self._timed[stop][1] for stop in stretch]
+    def restore_faster(self, stretches: Iterable[Sequence[Stop]]) -> dict[Stop, Success | None]:
+        """Gives the plan the motion that was found, with its times, where that is faster; returns its paths there."""
+        slower = [
+            stop
+            for stretch in stretches
+            for part in self._parts(stretch)
+            if self._is_faster(part)
+            for stop in part
+        ]
+        self.time(slower)
+        if longest(self.stops, seconds_of) > self.seconds + BETTER:
+            slower = self.stops
+            self.time()
+        return {stop: self._untimed[stop][1] for stop in slower}
+
+    def _parts(self, stretch: Sequence[Stop]) -> Iterator[list[Stop]]:
+        """The parts of a stretch that each begin and end in the states in which they did when they were found."""
+        part: list[Stop] = []
+        for stop in stretch:
+            part.append(stop)
+            if all(after.is_goal or self._begins_alike(after) for after in stop.following):
+                if self._begins_alike(part[0]):
+                    yield part
+                part = []
+
+    def _begins_alike(self, stop: Stop) -> bool:
+        return stop.situation.key == self._timed[stop][0].key
+
+    def _is_faster(self, part: Sequence[Stop]) -> bool:
+        answers = [self._timed[stop][1] for stop in part]
         seconds = sum(duration(answer.motion) for answer in answers if answer is not None)
-        same = all(
-            after.situation.key == self._timed[after][0].key
-            for after in (stretch[0], *stretch[-1].following)
-            if not after.is_goal
-        )
-        return same and sum(map(seconds_of, stretch)) > seconds + BETTER
+        return sum(map(seconds_of, part)) > seconds + BETTER
 
     def _keep(self, kept: Mapping[Stop, tuple[Situation, Success | None]]) -> None:
         for stop, (situation, answer) in kept.items():
@@ -138,6 +174,18 @@ def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
         return NONE
     bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())
     return freedoms(server.stages(stop.call), [body for body in bodies if body is not None])
+
+
+def _untimed(stop: Stop, answer: Success | None, server: GeometricProcedures) -> Success | None:
+    """An answer without times that its task gave to all of its motion, if they can be given anew: to ways and strokes."""
+    if answer is None or not answer.motion or any(each.trajectory is None for each in answer.motion):
+        return answer
+    known = freedoms_of(stop, server)
+    if any(known.of(each.stage).kind == "fixed" for each in answer.motion):
+        return answer
+    counted = tuple(replace(each, trajectory=None) for each in answer.motion)
+    legs = legs_of(server.server.context(), stop.situation, counted)
+    return answer if legs is None else replace(answer, motion=counted)
 
 
 # ------------------------------------------------------------------------------------------------------ refinement

@@ -76,6 +76,18 @@ def test_a_refined_plan_is_verified_and_free_by_sampling_the_exact_meshes(case):
     assert not list(collisions(scene_of(DOMAINS / case), plan, list(plan.nodes)))
 
 
+def test_an_assembly_is_faster_early_and_verified_though_parts_hang_on_parts():
+    case = "assembly/gearbox.yaml"
+    result = planned(case, "good")
+    statistics, fast = result.statistics, planned(case, "fast").plan
+    assert statistics["duration"] < 0.9 * statistics["duration_found"]
+    assert kabo.verify(problem_of(DOMAINS / case), result.plan).ok
+    hanging = [n for n in result.plan.nodes.values() if any("." not in to for s in n.motion for _, to in s.attach)]
+    assert hanging
+    changed = [name for name, node in result.plan.nodes.items() if node.motion != fast.nodes[name].motion]
+    assert {name for name, node in result.plan.nodes.items() if node in hanging} & {*changed}
+
+
 def test_refinement_is_the_same_on_every_run():
     case = CASES[0]
     again = kabo.solve(kabo.load_problem(DOMAINS / case), quality="good")

@@ -11,6 +11,8 @@ class Flow(Enum):
     BACKWARD = "← ←"
     CONNECT = "→ ←"
 
+    __hash__ = object.__hash__  # there is one object of each, and the hash of an enum takes long
+
     @property
     def reads_start(self) -> bool:
         """Whether the stage reads the states written by the stage before it."""

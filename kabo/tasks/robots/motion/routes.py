@@ -66,7 +66,8 @@ class Route:
 
     def whole(self, rows: Array) -> Array:
         """Configurations (k, N) for values (k, n) of the joints that move, as plans store them."""
-        found = np.tile(self._resting, (len(rows), 1))
+        found = np.empty((len(rows), len(self._resting)))
+        found[:] = self._resting
         found[:, self.parts[0].columns] = np.round(rows, JOINT_DECIMALS) + 0.0
         return found
 
@@ -206,7 +207,7 @@ class Route:
         owners = self._owners_of(made, numbers)
         off_path = made.deviations[numbers].max(axis=1) > ON_PATH
         refused: list[Integers] = []
-        for owner in np.unique(owners).tolist():
+        for owner in range(len(self.parts)):
             own = numbers[(owners == owner) & (off_path | (owner in self.curves))]
             if len(own):
                 refused.append(own[~self._proven(made, own, owner, margin)])

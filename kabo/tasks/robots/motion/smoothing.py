@@ -23,7 +23,7 @@ EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
 MAX_THINNING = 5e-3  # rad, L2: the same, at most
-SHRINKING = 0.5**0.5  # of rounds that are not proven
+SHRINKING = 0.5**0.25  # of rounds that are not proven
 LEAST_SHARE = 1.0 / 64  # of the greatest blend, below which the motion stops at the corner
 TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pieces of a motion are few
 LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
@@ -53,6 +53,15 @@ def smoothed(
     Raises:
         ValueError: a joint that moves has no limits above 0, or what is held slips even at rest.
     """
+    found = smoothed_within(parts, limits, deviation, held, np.inf)
+    assert found is not None
+    return found
+
+
+def smoothed_within(
+    parts: Sequence[MotionPart], limits: MotionLimits, deviation: float, held: Held | None, seconds: float
+) -> Smoothed | None:
+    """As `smoothed`; None as soon as the motion is not faster than some time, for it only gets slower by its proof."""
     thinning = min(THINNING_SHARE * deviation, MAX_THINNING)
     within = deviation - thinning
     curves = curves_of(parts) if deviation > 0.0 else frozenset()
@@ -60,7 +69,9 @@ def smoothed(
     while True:
         samples = {number: found for number, found in finer.items() if found is not None}
         route = route_of(parts, thinning, curves, samples)
-        found = _rounded(route, limits, within, held)
+        found = _rounded(route, limits, within, held, seconds)
+        if found is None:
+            return None
         if isinstance(found, Timed):
             return Smoothed(tuple(cut(found, parts[0].joints, route.borders)), _stops(found))
         tried = {number: finer_samples(parts[number]) for number in sorted(found - finer.keys())}
@@ -68,8 +79,13 @@ def smoothed(
         finer |= tried
 
 
-def _rounded(route: Route, limits: MotionLimits, within: float, held: Held | None) -> Timed | frozenset[int]:
-    """The motion along a route with corners rounded as far as it is proven, or the curves of which it is not."""
+def _rounded(
+    route: Route, limits: MotionLimits, within: float, held: Held | None, seconds: float
+) -> Timed | frozenset[int] | None:
+    """The motion along a route with corners rounded as far as it is proven, or the curves of which it is not.
+
+    None if it does not take less than some seconds.
+    """
     greatest = route.greatest_shares(within) if within > 0.0 else np.zeros(len(route.corners))
     near = nearness_of(route.parts, route.curves, within)
     chord = min(COARSEST_CHORD, near)
@@ -85,6 +101,8 @@ def _rounded(route: Route, limits: MotionLimits, within: float, held: Held | Non
             held=held,
             slopes=route.slopes,
         )
+        if made.duration >= seconds:
+            return None
         found = route.proven(made)
         if isinstance(found, Timed):
             return found

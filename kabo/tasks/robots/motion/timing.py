@@ -4,7 +4,7 @@ Arms stop where something is attached, released or waited for; grippers move fro
 already keeps them.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from kabo.motion import MotionLimits, Trajectory, timed_path
 from kabo.plan import Segment
@@ -68,8 +68,13 @@ def timed_group(
     return smoothed(group, own, deviation_of(first, deviation), first.held).parts
 
 
-def timed_segments(given: Sequence[tuple[MotionPart, Segment]], deviation: float = DEVIATION) -> list[Segment]:
-    """Segments with trajectories, in the given order, each for its part.
+TimesOf = Callable[[Sequence[MotionPart], float], tuple[TimedPath, ...]]  # as `timed_group`
+
+
+def timed_segments(
+    given: Sequence[tuple[MotionPart, Segment]], deviation: float = DEVIATION, times_of: TimesOf = timed_group
+) -> list[Segment]:
+    """Segments with trajectories, in the given order, each for its part; `times_of` makes those of each group.
 
     A part begins when all before it have ended, or as its stretch says (`since`).
     """
@@ -78,7 +83,7 @@ def timed_segments(given: Sequence[tuple[MotionPart, Segment]], deviation: float
     for group in groups:
         since = group[0].stretch.since
         begin = ended if since is None else begin + since
-        for timed in timed_group(group, deviation):
+        for timed in times_of(group, deviation):
             made.append(timed.beginning(begin + timed.times[0]).of(given[len(made)][1]))
         ended = max(ended, made[-1].times[-1])
     return made
