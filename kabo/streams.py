@@ -19,7 +19,7 @@ def stream_key(*parts: str | int | float | bytes) -> Key:
 
     The same parts give the same key on every machine; parts of different types never coincide.
     """
-    digest = hashlib.blake2b(digest_size=8)
+    whole: list[bytes] = []
     for part in parts:
         if isinstance(part, bytes):
             tag, data = b"b", part
@@ -29,8 +29,9 @@ def stream_key(*parts: str | int | float | bytes) -> Key:
             tag, data = b"f", struct.pack("<d", part)
         else:
             tag, data = b"i", str(int(part)).encode()
-        digest.update(tag + struct.pack("<q", len(data)) + data)
-    key: Key = np.uint64(int.from_bytes(digest.digest(), "little"))
+        whole += tag, struct.pack("<q", len(data)), data
+    digest = hashlib.blake2b(b"".join(whole), digest_size=8).digest()
+    key: Key = np.uint64(int.from_bytes(digest, "little"))
     return key
 
 

@@ -304,3 +304,17 @@ def test_motions_that_are_none_are_refused_or_not_verified(report: TaskReport, p
     except InputError:
         return
     assert not kabo.verify(scene, plan).ok
+
+
+@pytest.mark.parametrize("far", [1e5, 1e18, 1e300])
+def test_a_motion_that_leads_nowhere_is_refused_at_once(report: TaskReport, plan: Plan, far: float):
+    """Proofs along it would never end, or numbers would overflow."""
+    number, carried = numbered(plan, "move to place")
+    followed = carried.trajectory
+    assert followed is not None
+    first = ((far, *followed.coefficients[0][0][1:]), *followed.coefficients[0][1:])
+    astray = replace(followed, coefficients=(first, *followed.coefficients[1:]))
+    away = (*carried.waypoints[:-1], (far, *carried.waypoints[-1][1:]))
+    for changes in ({"trajectory": astray}, {"waypoints": away, "trajectory": None}):
+        found = kabo.verify(report.scene, spoilt(plan, number, **changes))
+        assert any("farther than" in str(each) or "too far" in str(each) for each in found.findings), found

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
-from kabo.geometry_server.configurations import Candidate, candidate, joints_at
+from kabo.geometry_server.configurations import Candidate, candidate, joints_at, poses_at
 from kabo.geometry_server.driving.standing import Standing
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.open_turns import open_turn
@@ -321,13 +321,15 @@ class PlacementStream:
             return from_home(self.stream.robot, found)
         base = base_position(self.stream.robot)
 
-        def preference(c: Candidate) -> tuple[float, ...]:
-            at = c.pose(self.this)[:3, 3]
+        places = poses_at(self.stream.robot, self.this, np.array([c.q for c in found])) if found else ()
+
+        def preference(number: int) -> tuple[float, ...]:
+            at, c = places[number][:3, 3], found[number]
             others = [length(at[:2] - other[:2]) for other in self.others]
             own = length(at[:2] - base[:2])
             return (round(max(own, *others), 3), -round(own, 3), *c.q) if others else (-round(own, 3), *c.q)
 
-        return sorted(found, key=preference)
+        return [found[number] for number in sorted(range(len(found)), key=preference)]
 
 
 def base_position(robot: Robot) -> Array:

@@ -290,8 +290,7 @@ class Workspace:
         )
 
     def _fixed(self) -> tuple[list[FixedGroup], list[str]]:
-        groups: list[FixedGroup] = []
-        names: list[str] = []
+        groups, names = list[FixedGroup](), list[str]()
         for robot in self.surroundings.scene.robots.values():
             for q in self.situation.robots[robot.name]:
                 # Where they are decides, which for links that do not move with the robot itself is always the same.
@@ -319,8 +318,8 @@ class Workspace:
     def _standing_links(self, robot: Robot, q: Configuration) -> dict[str, FixedGroup]:
         """The links of a robot at q that do not move with this one, by name."""
         poses, links = self.surroundings.links(robot.name, q), robot.links.values()
-        still = (each for each in links if each.mesh is not None)
-        chosen = [each.name for each in still if robot is not self.robot or not self._moves(each.joint)]
+        own = robot is self.robot
+        chosen = [each.name for each in links if each.mesh is not None and not (own and self._moves(each.joint))]
         return {f"{robot.name}.{name}": self._standing(f"{robot.name}.{name}", poses[name]) for name in chosen}
 
     def _poses(self, parent: str) -> list[Array]:
@@ -340,8 +339,7 @@ class Workspace:
         return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays, elements, kept)
 
     def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> CheckedPairs:
-        indices: list[tuple[int, int]] = []
-        names: list[Pair] = []
+        indices, names = list[tuple[int, int]](), list[Pair]()
         for i, (first, joint) in enumerate(moving):
             for k, (second, other_joint) in enumerate(moving[i + 1 :], i + 1):
                 if joint != other_joint and self._checked(first, second):

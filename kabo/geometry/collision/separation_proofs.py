@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Things, Trail, Work
-from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, POSITIONS_PER_PIECE, SMALL_SHARE, prove_pairs
+from kabo.geometry.collision.kernels.witness import (
+    AXIS,
+    EXACT_AXIS,
+    FIRST,
+    POSITIONS_PER_PIECE,
+    SECOND,
+    SMALL_SHARE,
+    prove_pairs,
+)
 from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for, way_of
 from kabo.geometry.collision.view_arrays import reach as reach_of
 from kabo.geometry.parts import Enclosure, Packed, stacked
@@ -91,22 +99,17 @@ class Unproven:
 
 def order_of(enclosure: Enclosure) -> list[int]:
     """The numbers of an enclosure's parts, sorted by recursive splits at the median of their centres."""
-    middles = np.array([part.mean(axis=0) for part in enclosure.parts])
+    return in_order(np.array([part.mean(axis=0) for part in enclosure.parts]))
+
+
+def in_order(middles: Array) -> list[int]:
+    """The numbers of parts with these middles (B, 3), sorted by recursive splits at the median."""
     return _halved(middles, list(range(len(middles))))
 
 
 def ordered(enclosure: Enclosure) -> Parts:
     """The parts of an enclosure without a tree, in the order of `order_of`."""
-    return _in_order(enclosure, order_of(enclosure))
-
-
-def ordered_as_given(enclosure: Enclosure) -> Parts:
-    """The parts of an enclosure without a tree, in their own order: of parts that were ordered before."""
-    return _in_order(enclosure, list(range(len(enclosure.parts))))
-
-
-def _in_order(enclosure: Enclosure, order: list[int]) -> Parts:
-    packed = enclosure.packed
+    packed, order = enclosure.packed, order_of(enclosure)
     vertices = tuple(enclosure.parts[i] for i in order)
     own = Packed(packed.blocks[order], packed.sizes[order], packed.diameters[order], packed.rounds[order])
     boxes = np.array([[*part.min(axis=0), *part.max(axis=0)] for part in vertices])
@@ -138,6 +141,13 @@ class ProofArrays:
     def sizes(self) -> Integers:
         """The number of nodes of each proof (P,); 0 where none is needed."""
         return np.diff(self.where)
+
+    @cached_property
+    def halves(self) -> NDArray[np.bool_]:
+        """Whether each proof (P, 2) halves ranges of parts of the first, and of the second body."""
+        before = np.zeros((len(self.codes) + 1, 2), np.int64)
+        np.cumsum(self.codes[:, None] == (FIRST, SECOND), axis=0, out=before[1:])
+        return np.asarray(np.diff(before[self.where], axis=0) > 0)
 
     @cached_property
     def _written(self) -> tuple[str, Integers, bytes, bytes]:

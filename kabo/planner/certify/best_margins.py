@@ -1,40 +1,238 @@
-"""Better proofs for the pairs that decide how much clearance a stretch has: their parts are cut closer to their meshes.
+"""Better proofs for the pairs that decide how much clearance a stretch has: their parts become tighter, and more.
 
-What the least margin of a stretch is short of the distance of the meshes is mostly what convex parts stick out. Where
-an axis of such a pair ends at a part, this part is cut across the axis, up to its mesh; then the pair is proven again. In
-each of a few rounds the pairs with the least margins get this work, until it gains nothing.
+What the least margin of a stretch is short of the distance of the meshes is what convex parts stick out. So it is found
+where along the path the parts of such a pair are nearest to each other, and at which points; the part whose point is
+farther from the mesh is drawn tight, or halved, until the distance of the parts tells the truth. Then pairs are
+proven again. In each of a few rounds the pairs with the least margins get this work, until it gains nothing.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.witness import POSITIONS_PER_PIECE
-from kabo.geometry.collision.separation_proofs import Course, Witness
+from kabo.arrays import Array
+from kabo.geometry.collision.kernels.bundles import Hulls
+from kabo.geometry.collision.kernels.tight_parts import (
+    Between,
+    Lists,
+    body_poses,
+    distance_to,
+    least_along,
+    nearest_points,
+    poses_at,
+)
+from kabo.geometry.collision.separation_proofs import Course, Parts, in_order
+from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for
+from kabo.geometry.parts import COLUMNS, LANE, Packed, with_columns
 from kabo.planner.certify.certified_bodies import CertifiedBodies
-from kabo.planner.certify.cut_parts import CutParts
 from kabo.planner.certify.proven_stretches import ProvenStretch
+from kabo.planner.certify.tight_parts import TightPart, tight_part
 from kabo.scene import Mesh
-from kabo.scene.kernels.poses import forward_kinematics
 
-ROUNDS = 4
+ROUNDS = 3
 NEXT = 1.05  # of the least margin of a stretch: pairs up to this one get the same work
-ENOUGH = 1.03  # of its margin: a pair that gains less is settled
-WORTH = 0.08  # of its margin: less is not worth a cut
-MAX_NODES = 8  # of a proof, of which axes are looked at
-MAX_CUTS = 1  # across one axis of one body
+WORTH = 1.03  # of a margin: a pair is not proven again for less
+TRUE = 0.12  # of a distance of parts: so much less than that of meshes it may be
+PLACES = 72  # along a path, about, where distances are looked at
+MAX_STEPS = 48  # of drawing parts of a pair tight, or halving them
+MAX_PARTS = 160  # of a body, after which none is halved
 
 
-class Node(NamedTuple):
-    """An axis of a proof: the stretch, the parts of both bodies, and the axis from the second to the first."""
+@dataclass(eq=False)
+class Leaves:
+    """The parts of one mesh as they are now: each of one of the parts that they were at first."""
 
-    begin: int
-    end: int
-    parts: tuple[tuple[int, int], tuple[int, int]]
-    axis: Array  # (3,)
+    mesh: Mesh | None  # None: they stay as they are
+    first: Parts
+    names: list[tuple[int, str | None]]  # of each the part that it was, and which half of a half; None: that part
+    hulls: Hulls  # of so many parts at most
+    boxes: Array  # (B, 6) middles and half sides
+    tight: list[TightPart | None]  # what each is drawn from; None if it is as it was
+    halved: bool = False  # since the last proofs
+    changed: bool = False
+
+    @classmethod
+    def of(cls, parts: Parts, mesh: Mesh | None) -> "Leaves":
+        """The parts as they are at first."""
+        count, packed = len(parts.vertices), parts.packed
+        rows = count if mesh is None else max(count, MAX_PARTS)
+        hulls = Hulls(np.zeros((rows, 3, COLUMNS)), np.zeros(rows, np.int64), np.zeros((rows, 5)))
+        hulls.blocks[:count] = with_columns(packed.blocks, COLUMNS)
+        hulls.sizes[:count], hulls.rounds[:count] = packed.sizes, packed.rounds
+        low, high, boxes = parts.boxes[:, :3], parts.boxes[:, 3:], np.zeros((rows, 6))
+        boxes[:count] = np.hstack([0.5 * (low + high), 0.5 * (high - low)])
+        return cls(mesh, parts, [(i, None) for i in range(count)], hulls, boxes, [None] * count)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def _put(self, i: int, corners: Array) -> None:
+        """Writes the corners of a part that is not round."""
+        self.hulls.blocks[i, :, : len(corners)] = corners.T
+        self.hulls.blocks[i, :, len(corners) :] = corners[:1].T
+        self.hulls.sizes[i] = -(-len(corners) // LANE) * LANE
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        self.boxes[i, :3], self.boxes[i, 3:] = 0.5 * (low + high), 0.5 * (high - low)
+
+    def corners(self, i: int) -> Array:
+        """The corners of a part (V, 3)."""
+        tight = self.tight[i]
+        return self.first.vertices[self.names[i][0]] if tight is None else tight.corners
+
+    def held(self, i: int) -> Array | None:
+        """What a part holds (T, 3, 3); None if it can neither be drawn tight nor halved."""
+        if self.mesh is None or len(self) >= MAX_PARTS:
+            return None
+        part, path = self.names[i]
+        found = self.tight[i] or self._tight(part, "")
+        return found.triangles if path is None or found.can_be_halved(len(path)) else None
+
+    def _tight(self, part: int, path: str) -> TightPart:
+        assert self.mesh is not None
+        return tight_part(self.mesh, self.first.vertices[part], path)
+
+    def refine(self, i: int) -> list[int]:
+        """Draws a part tight, or puts its halves in its place; the numbers of what is there instead."""
+        part, path = self.names[i]
+        after = [""] if path is None else [path + "0", path + "1"]
+        made = [self._tight(part, each) for each in after]
+        kept = [k for k, each in enumerate(made) if len(each.triangles)] or [0]
+        self.changed, self.halved = True, self.halved or len(kept) > 1
+        for n, k in enumerate(kept):
+            if n:
+                self.names.append((part, after[k]))
+                self.tight.append(made[k])
+            else:
+                self.names[i], self.tight[i] = (part, after[k]), made[k]
+            self._put(len(self) - 1 if n else i, made[k].corners)
+        return [i, *range(len(self) - len(kept) + 1, len(self))]
+
+    def made(self) -> Parts:
+        """The parts as they are now, in the order in which they are numbered from now on."""
+        count = len(self)
+        if self.halved:
+            order = in_order(self.boxes[:count, :3])
+            self.names, self.tight = [self.names[i] for i in order], [self.tight[i] for i in order]
+            for own in (*self.hulls, self.boxes):
+                own[:count] = own[order]
+        self.halved = self.changed = False
+        middles, halves = self.boxes[:count, :3], self.boxes[:count, 3:]
+        blocks, sizes, rounds = (own[:count].copy() for own in self.hulls)
+        packed = Packed(blocks, sizes, np.full(count, np.nan), rounds)  # nobody asks for diameters
+        boxes = np.hstack([middles - halves, middles + halves])
+        return Parts(tuple(self.corners(i) for i in range(count)), packed, boxes)
+
+
+class _Along:
+    """The places along a course where distances are looked at, and the poses of bodies there."""
+
+    def __init__(self, course: Course) -> None:
+        self._course = course
+        pieces = len(course.waypoints) - 1
+        step = max(1, -(-pieces // PLACES))
+        count = -(-PLACES // pieces) if step == 1 else 1
+        self.places = np.unique(np.append(np.arange(0, pieces, step / count), pieces))
+        chain = chain_of(course.tree)
+        self._frames = np.zeros((len(self.places), chain.joints.shape[1], 12))
+        self._frames[:, 0, [0, 4, 8]] = 1.0
+        poses_at(course.waypoints, self.places, chain, np.zeros(course.waypoints.shape[1]), self._frames)
+        self._known: dict[int, Array] = {}
+
+    def of(self, number: int) -> Array:
+        """The poses (K, 12) of a body of the course."""
+        if number not in self._known:
+            body, poses = self._course.bodies[number], np.empty((len(self.places), 12))
+            body_poses(self._frames, body.joint, body.joint_T_body, poses)
+            self._known[number] = poses
+        return self._known[number]
+
+
+class _Nearest:
+    """The parts of two bodies in arrays, those of one mesh once; they are refined where the bodies are nearest."""
+
+    def __init__(self, leaves: tuple[Leaves, Leaves], poses: Array, far: float) -> None:
+        """`poses` (2, K, 12) of both bodies; no coordinate is farther from the origin than `far`."""
+        self.leaves, self.poses = leaves, poses
+        self.own = leaves[:1] if leaves[0] is leaves[1] else leaves
+        self.which = [(each, i) for each in self.own for i in range(len(each))]
+        rows = len(self.which) + MAX_STEPS
+        self.hulls = Hulls(np.empty((rows, 3, COLUMNS)), np.zeros(rows, np.int64), np.zeros((rows, 5)))
+        self.boxes = np.zeros((rows, 6))
+        self.lists = Lists(np.zeros((2, rows), np.int64), np.zeros(2, np.int64))
+        end = 0
+        for each in self.own:
+            begin, end = end, end + len(each)
+            for own, theirs in zip((*self.hulls, self.boxes), (*each.hulls, each.boxes), strict=True):
+                own[begin:end] = theirs[: len(each)]
+            for e in range(2):
+                if self.leaves[e] is each:
+                    self._list(e, range(begin, end))
+        self.search, self.ends = search_for(offset_for(far)), np.zeros((2, 4), np.int64)
+        self.lower, self.nearest = np.full(poses.shape[1], -np.inf), np.full((poses.shape[1], 2), -1, np.int64)
+        self.chosen = np.array([0, *self.lists.numbers[:, 0]])
+        self.between = Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3))
+        self.points, self.room = np.zeros((2, 3)), np.zeros((2, 3, 40))
+
+    def _put(self, leaves: Leaves, i: int, row: int | None = None) -> int:
+        """Writes a part into a row of the arrays."""
+        if row is None:
+            row = len(self.which)
+            self.which.append((leaves, i))
+        for own, theirs in zip((*self.hulls, self.boxes), (*leaves.hulls, leaves.boxes), strict=True):
+            own[row] = theirs[i]
+        return row
+
+    def _list(self, e: int, rows: Sequence[int]) -> None:
+        count = int(self.lists.counts[e])
+        self.lists.numbers[e, count : count + len(rows)] = rows
+        self.lists.counts[e] = count + len(rows)
+
+    def refined(self, near: float) -> float:
+        """The least distance after the parts were refined that make it less than that of the meshes [m]."""
+        for _ in range(MAX_STEPS):
+            distance = self._least()
+            if distance >= near or not self._refine(distance):
+                return distance
+        return self._least()
+
+    def _least(self) -> float:
+        return float(
+            least_along(
+                self.hulls,
+                self.boxes,
+                self.lists,
+                self.poses,
+                self.lower,
+                self.nearest,
+                self.ends,
+                self.search,
+                self.between,
+                self.chosen,
+            )
+        )
+
+    def _refine(self, distance: float) -> bool:
+        """Refines one of the two parts that are nearest to each other, if they are nearer than what they hold."""
+        nearest_points(self.hulls, self.poses, self.chosen, self.ends, self.search, self.points, self.room)
+        away = [0.0, 0.0]
+        for e in range(2):
+            leaves, i = self.which[int(self.chosen[1 + e])]
+            held = leaves.held(i)
+            if held is not None:
+                away[e] = float(distance_to(held, self.points[e], self.search.simplex))
+        if sum(away) <= TRUE * max(distance, 0.0):
+            return False
+        row = int(self.chosen[1 + int(away[1] > away[0])])
+        leaves, i = self.which[row]
+        _, *new = leaves.refine(i)
+        self._put(leaves, i, row)
+        self.nearest[(self.nearest == row).any(axis=1)] = -1
+        rows = [self._put(leaves, k) for k in new]
+        for e, each in enumerate(self.leaves):
+            if each is leaves:
+                self._list(e, rows)
+        return True
 
 
 def sharpen(
@@ -43,36 +241,80 @@ def sharpen(
     meshes: Mapping[str, Mesh],
     near: float,
     look: Callable[[], None],
-) -> None:
-    """Cuts parts and proves pairs again until the least margin of every stretch is the best that is found.
+) -> bool:
+    """Refines parts and proves pairs again until the least margin of every stretch is the best that is found.
 
     Args:
         proven: all stretches with their proofs, which are replaced.
         bodies: the parts, which are replaced.
-        meshes: what parts may be cut to, by the hashes of meshes.
+        meshes: what parts may be refined of, by the hashes of meshes.
         near: margins from this on [m] do not count.
         look: called before each stretch.
+
+    Returns:
+        False if a proof was not found any more: then the others are worth nothing.
     """
-    cut: dict[str, CutParts] = {}
+    work = _Sharpening(bodies, meshes, near)
     settled: list[set[int]] = [set() for _ in proven]
     for _ in range(ROUNDS):
         chosen = [
             _least_pairs(each.proofs.margins, done, near) for each, done in zip(proven, settled, strict=True)
         ]
-        changed: set[str] = set()
-        for each, pairs in zip(proven, chosen, strict=True):
-            if pairs:
-                look()
-                poses = _Poses(each.course)
-                for pair in pairs:
-                    changed |= _cut_pair(each, pair, poses, bodies, meshes, cut)
-        if not changed:
-            return
-        bodies.replace_parts({mesh: cut[mesh].made() for mesh in sorted(changed)})
+        wanted: list[dict[int, float]] = []
         for each, pairs, done in zip(proven, chosen, settled, strict=True):
             if pairs:
                 look()
-                done |= _prove_again(each, pairs, bodies)
+            wanted.append(work.refined(each, pairs))
+            done |= set(pairs) - set(wanted[-1])
+        halved = work.replace()
+        if not any(wanted):
+            return True
+        for each, own in zip(proven, wanted, strict=True):
+            look()
+            if not _prove_again(each, own, halved, bodies, near):
+                return False
+    return True
+
+
+class _Sharpening:
+    """The parts of all meshes while they are refined, and where bodies are along each course."""
+
+    def __init__(self, bodies: CertifiedBodies, meshes: Mapping[str, Mesh], near: float) -> None:
+        self._bodies, self._meshes, self._near = bodies, meshes, near
+        self._leaves: dict[str, Leaves] = {}
+        self._along: dict[int, _Along] = {}
+
+    def refined(self, each: ProvenStretch, pairs: Sequence[int]) -> dict[int, float]:
+        """Refines parts of pairs of a stretch; the margins that may be wanted of those for which this was any use [m]."""
+        wanted: dict[int, float] = {}
+        for pair in pairs:
+            course = each.course
+            numbers = course.pairs[pair, :2].tolist()
+            first, second = (self._of(course.bodies[k].mesh) for k in numbers)
+            if first.mesh is None and second.mesh is None:
+                continue
+            if id(each) not in self._along:
+                self._along[id(each)] = _Along(course)
+            along = self._along[id(each)]
+            poses = np.array([along.of(k) for k in numbers])
+            far = 2.0 * float(np.abs(poses[:, :, 9:]).max() + 4.0)
+            distance = min(self._near, _Nearest((first, second), poses, far).refined(self._near))
+            if distance > WORTH * each.proofs.margins[pair]:
+                wanted[pair] = distance
+        return wanted
+
+    def _of(self, mesh: str) -> Leaves:
+        if mesh not in self._leaves:
+            self._leaves[mesh] = Leaves.of(self._bodies.parts[mesh], self._meshes.get(mesh))
+        return self._leaves[mesh]
+
+    def replace(self) -> set[str]:
+        """Gives the parts that have changed to the bodies; the meshes of which any was halved."""
+        changed = {mesh: own for mesh, own in sorted(self._leaves.items()) if own.changed}
+        halved = {mesh for mesh, own in changed.items() if own.halved}
+        if changed:
+            self._bodies.replace_parts({mesh: own.made() for mesh, own in changed.items()})
+        return halved
 
 
 def _least_pairs(margins: Array, settled: set[int], near: float) -> list[int]:
@@ -83,132 +325,24 @@ def _least_pairs(margins: Array, settled: set[int], near: float) -> list[int]:
     return [pair for pair in below if pair not in settled]
 
 
-def _prove_again(each: ProvenStretch, pairs: list[int], bodies: CertifiedBodies) -> set[int]:
-    """Proves pairs with the parts as they are, keeps what is better; the pairs that gained too little."""
-    course, numbers = each.course, np.array(pairs)
+def _prove_again(
+    each: ProvenStretch, wanted: Mapping[int, float], halved: set[str], bodies: CertifiedBodies, near: float
+) -> bool:
+    """Proves pairs with the parts as they are: those of which more is wanted, and where other parts are numbered."""
+    course, margins = each.course, each.proofs.margins
+    own = np.array([body.mesh in halved for body in course.bodies])
+    stale = own[course.pairs[:, :2]] & each.proofs.halves if halved else np.zeros((len(margins), 2), bool)
+    again = np.asarray(stale.any(axis=1), bool)
+    again[list(wanted)] = True
+    numbers = np.flatnonzero(again)
+    if not len(numbers):
+        return True
+    aims = np.array([wanted.get(pair, min(near, float(margins[pair]))) for pair in numbers.tolist()])
     kept = None if course.kept is None else course.kept[numbers]
-    made = bodies.prove_again(replace(course, pairs=np.ascontiguousarray(course.pairs[numbers]), kept=kept))
+    made = bodies.prove_again(replace(course, pairs=np.ascontiguousarray(course.pairs[numbers]), kept=kept), aims)
     if made is None:
-        return set(pairs)
-    before = each.proofs.margins[numbers]
-    better = np.flatnonzero(made.margins > before)
-    rest = np.setdiff1d(np.arange(len(each.proofs.margins)), numbers[better])
+        return False
+    better = np.flatnonzero((made.margins > margins[numbers]) | stale[numbers].any(axis=1))
+    rest = np.setdiff1d(np.arange(len(margins)), numbers[better])
     each.proofs = each.proofs.only(rest).joined(made.only(better), rest, numbers[better])
-    return {pairs[k] for k in np.flatnonzero(made.margins < ENOUGH * before).tolist()}
-
-
-def _cut_pair(
-    each: ProvenStretch,
-    pair: int,
-    poses: "_Poses",
-    bodies: CertifiedBodies,
-    meshes: Mapping[str, Mesh],
-    cut: dict[str, CutParts],
-) -> set[str]:
-    """Cuts the parts at which axes of a pair end; the meshes whose parts are others now."""
-    witness, course = each.proofs.witness(pair), each.course
-    first, second, frame = course.pairs[pair].tolist()
-    own = [course.bodies[first].mesh, course.bodies[second].mesh]
-    if witness is None or not any(mesh in meshes for mesh in own):
-        return set()
-    changed: set[str] = set()
-    counts = [len(bodies.parts[mesh].vertices) for mesh in own]
-    worth = WORTH * witness.margin
-    for node in _axes_of(witness, len(course.waypoints), counts[0], counts[1]):
-        for e, (mesh, number) in enumerate(zip(own, (first, second), strict=True)):
-            if mesh in meshes:
-                made = cut.get(mesh) or CutParts(bodies.parts[mesh], meshes[mesh].vertices, meshes[mesh].faces)
-                cut[mesh] = made
-                axis = node.axis / np.linalg.norm(node.axis)
-                direction = axis if e else -axis
-                if _cut_across(made, node, e, direction, poses.of(number, frame, node), worth):
-                    changed.add(mesh)
-    return changed
-
-
-def _cut_across(made: CutParts, node: Node, e: int, direction: Array, poses: Array, worth: float) -> bool:
-    """Cuts those parts of a body that reach farthest along a direction, at the pose at which it does."""
-    turned, along = direction @ poses[:, :3, :3], poses[:, :3, 3] @ direction
-    low, high = node.parts[e]
-    reaches = np.array([(made.parts[part] @ turned.T).max(axis=0) + along for part in range(low, high)])
-    at = int(reaches.max(axis=0).argmax())
-    own, any_cut = reaches[:, at] - along[at], False
-    for _ in range(MAX_CUTS):
-        part = int(own.argmax())
-        height = made.needed(low + part, turned[at], own[part] - worth)
-        if own[part] - height <= worth or not made.cut(low + part, turned[at]):
-            break
-        own[part], any_cut = height, True
-    return any_cut
-
-
-def _axes_of(witness: Witness, rows: int, first: int, second: int) -> Iterator[Node]:
-    """Some axes of a proof along a path of so many way points, of bodies of so many parts: each k-th, at most MAX_NODES."""
-    count, places = {letter: witness.walk.count(letter) for letter in "ae"}, {"a": 0, "e": 0}
-    own = {
-        "a": np.frombuffer(witness.axes, "<i2", 3 * count["a"]).reshape(-1, 3),
-        "e": np.frombuffer(witness.axes, "<f8", offset=6 * count["a"]).reshape(-1, 3),
-    }
-    stride = max(1, -(-sum(count.values()) // MAX_NODES))
-    ahead = [(0, (rows - 1) * POSITIONS_PER_PIECE, (0, first), (0, second))]
-    for letter in witness.walk:
-        begin, end, a, b = ahead.pop()
-        if letter in "ae":
-            if sum(places.values()) % stride == 0:
-                yield Node(begin, end, (a, b), own[letter][places[letter]])
-            places[letter] += 1
-        elif letter == "t":
-            middle = (begin + end) >> 1
-            if end - begin > POSITIONS_PER_PIECE:
-                middle = (begin // POSITIONS_PER_PIECE + end // POSITIONS_PER_PIECE) // 2 * POSITIONS_PER_PIECE
-            ahead += [(middle, end, a, b), (begin, middle, a, b)]
-        elif letter == "f":
-            middle = sum(a) // 2
-            ahead += [(begin, end, (middle, a[1]), b), (begin, end, (a[0], middle), b)]
-        elif letter == "s":
-            middle = sum(b) // 2
-            ahead += [(begin, end, a, (middle, b[1])), (begin, end, a, (b[0], middle))]
-
-
-class _Poses:
-    """The poses of bodies along a course, each position computed once."""
-
-    def __init__(self, course: Course) -> None:
-        self._course = course
-        self._known: dict[int, Array] = {}
-
-    def of(self, body: int, frame: int, node: Node) -> Array:
-        """The poses (P, 4, 4) of a body at the ends of a node and at way points between, with the frame held."""
-        step = POSITIONS_PER_PIECE if node.end - node.begin >= POSITIONS_PER_PIECE else node.end - node.begin
-        placed = self._course.bodies[body]
-        if placed.joint == 0:
-            return _whole(placed.joint_T_body)[None]
-        positions: Integers = np.arange(node.begin, node.end + 1, step)
-        joints = np.array([self._at(int(s)) for s in positions])
-        poses = joints[:, placed.joint] @ _whole(placed.joint_T_body)
-        if frame:
-            poses = self._at(0)[frame] @ np.linalg.inv(joints[:, frame]) @ poses
-        return np.asarray(poses)
-
-    def _at(self, s: int) -> Array:
-        """The poses (J, 4, 4) of all joints at a position."""
-        if s not in self._known:
-            piece, share = divmod(s, POSITIONS_PER_PIECE)
-            rows, tree = self._course.waypoints, self._course.tree
-            q = rows[piece] + (share / POSITIONS_PER_PIECE * (rows[piece + 1] - rows[piece]) if share else 0.0)
-            world_T = np.zeros((len(tree.parent), 12))
-            world_T[0, [0, 4, 8]] = 1.0
-            forward_kinematics(
-                q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T
-            )
-            whole = np.tile(np.eye(4), (len(world_T), 1, 1))
-            whole[:, :3, :3], whole[:, :3, 3] = world_T[:, :9].reshape(-1, 3, 3), world_T[:, 9:]
-            self._known[s] = whole
-        return self._known[s]
-
-
-def _whole(flat: Array) -> Array:
-    """A pose (12,) as a matrix (4, 4)."""
-    found = np.eye(4)
-    found[:3, :3], found[:3, 3] = flat[:9].reshape(3, 3), flat[9:]
-    return found
+    return True

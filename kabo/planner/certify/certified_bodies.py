@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry import Budget, Enclosure
@@ -61,6 +62,15 @@ class PairProofs:
             sizes[own] = made.sizes[self.row[own]]
         return np.flatnonzero(sizes)
 
+    @property
+    def halves(self) -> NDArray[np.bool_]:
+        """Whether the proof of each pair (P, 2) halves ranges of parts of the first, and of the second body."""
+        found = np.zeros((len(self.row), 2), bool)
+        for number, made in enumerate(self.sources):
+            own = self.source == number
+            found[own] = made.halves[self.row[own]]
+        return found
+
     def witness(self, pair: int) -> Witness | None:
         """The proof of a pair; None if it needs none."""
         source: ProofArrays = self.sources[int(self.source[pair])]
@@ -83,9 +93,12 @@ class CertifiedBodies:
         self._prover = Prover(self._parts, near, budget.clearance)
         self._known: dict[tuple[object, ...], tuple[Integers, PairProofs]] = {}
 
-    def prove_again(self, course: Course) -> PairProofs | None:
-        """The proofs of a course with the parts as they are; None if one is not found any more."""
-        found = self._prover.arrays(course, self._near)
+    def prove_again(self, course: Course, wanted: Array) -> PairProofs | None:
+        """The proofs of a course with the parts as they are, with margins `wanted` (P,) [m] where that can be.
+
+        None if one is not found any more.
+        """
+        found = self._prover.arrays(course, wanted)
         return None if isinstance(found, Unproven) else PairProofs.of(found)
 
     def prove(self, course: Course) -> PairProofs | Unproven:
@@ -153,7 +166,7 @@ class CertifiedBodies:
         return self._parts
 
     def replace_parts(self, cut: Mapping[str, Parts]) -> None:
-        """Replaces the parts of some meshes by as many that lie within them: proofs that were found still hold."""
+        """Replaces the parts of some meshes by some that lie within them: proofs that halve no range of them still hold."""
         self._parts.update(cut)
         self._prover = Prover(self._parts, self._near, self._budget.clearance)
         self._known.clear()

@@ -108,10 +108,14 @@ def certify(
         ValueError: the plan has a cycle, no start state, or moves something that may be in several places.
     """
     covers: dict[str, Cover] = {}
+    sharp = True
     while True:
         enough = max(surroundings.budget.epsilon, NEAR_FACTOR * surroundings.greatest_kept)
         certifying = _Certifying(plan, surroundings, near or enough, look, covers)
-        made = certifying.made()
+        made = certifying.made(sharp)
+        if made is None:
+            sharp = False  # once more
+            continue
         if not certifying.bodies.divided:
             return made
         covers = certifying.bodies.covers  # all proofs are to be about the same parts
@@ -143,7 +147,8 @@ class _Certifying:
         # Of motions that share time with another one.
         self._moved: dict[str, list[MovingStretch]] = {name: [] for name in shared}
 
-    def made(self) -> Certificate | list[UnprovenPair]:
+    def made(self, sharp: bool) -> Certificate | list[UnprovenPair] | None:
+        """The certificate, or what is not proven; None if proofs were lost while they were to become `sharp`."""
         proven: list[ProvenStretch] = []
         with phase("certifying", len(self.order), "nodes", log=_LOG) as step:
             for name in self.order:
@@ -152,8 +157,9 @@ class _Certifying:
                 step()
         if self.gaps:
             return self.gaps
-        if not self.bodies.divided:  # else all is proven once more, with the divided parts
-            sharpen(proven, self.bodies, self.things.cuttable(), self.near, self.look)
+        sharp = sharp and not self.bodies.divided  # else all is proven once more, with the divided parts
+        if sharp and not sharpen(proven, self.bodies, self.things.cuttable(), self.near, self.look):
+            return None
         proofs = tuple(each.proof() for each in proven)
         segments = [each for name in self.order for each in self._clearances(name, proven)]
         return Certificate(

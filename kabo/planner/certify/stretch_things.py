@@ -46,7 +46,7 @@ class StretchThings:
         return made
 
     def cuttable(self) -> dict[str, Mesh]:
-        """The meshes of bodies that are nothing but this mesh, by their hashes: their parts may be cut closer to them."""
+        """The meshes of bodies that are nothing but this mesh, by their hashes: their parts may be refined."""
         names = [f"{r.name}.{link}" for r in self._scene.robots.values() for link in r.links]
         found: dict[str, Mesh] = {}
         others: set[str] = set()

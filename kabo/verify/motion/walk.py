@@ -35,6 +35,9 @@ from kabo.verify.motion.views import check_view
 from kabo.verify.motion.windows import Window, columns, fine_path, one_by_one, window_path, windows
 from kabo.verify.report import Finding
 
+LONGEST_WAY = 1e3  # [rad or m] between two values of a joint in a segment
+FARTHEST_ASTRAY = 10.0  # [rad or m] that a joint may be from its path where collisions are looked for
+
 
 @dataclass
 class Walk:
@@ -77,6 +80,9 @@ class Walk:
         self.how = [followed(segment) for segment in self.segments]
         yield from self._check_numbers()
         yield from self._check_trajectories()
+        if lost := list(self._check_astray()):
+            yield from lost
+            return
         self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments, self.how)
         for window in windows(self.segments):
             path, fine = (
@@ -180,6 +186,20 @@ class Walk:
         for i, segment in enumerate(self.segments):
             yield from SegmentJudge(self.node, i, segment, arms[segment.robot], figures).check(self.how[i])
         yield from check_borders(self.node, self.segments, self.how, arms)
+
+    def _check_astray(self) -> Iterator[Finding]:
+        """Findings about trajectories so far from their paths, and paths so long, that proofs would never end."""
+        for i, (segment, how) in enumerate(zip(self.segments, self.how, strict=True)):
+            far = float(how.deviations.max(initial=0.0))
+            long = float(np.ptp(np.asarray(segment.waypoints), axis=0).max(initial=0.0))
+            if not far <= FARTHEST_ASTRAY:
+                text = (
+                    f"segment {i}: its trajectory is up to {far:.3g} rad or m from its path, too far for any proof"
+                )
+                yield Finding(self.node, text, segment.times[0])
+            if not long <= LONGEST_WAY:
+                text = f"segment {i}: a joint moves by {long:.3g} rad or m, too far for any proof"
+                yield Finding(self.node, text, segment.times[0])
 
     # ------------------------------------------------------------------------------------------------ contacts
     def _check_collision(self, window: Window, path: Path, fine: Path) -> Iterator[Finding]:

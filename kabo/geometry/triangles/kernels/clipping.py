@@ -1,7 +1,5 @@
 """Triangles clipped by a convex part: what of a mesh is inside [Sutherland and Hodgman 1974]."""
 
-import numpy as np
-
 from kabo.compilation import kernel
 
 
@@ -48,38 +46,3 @@ def triangles_at(vertices, faces, box, found):
             found[count, 0], found[count, 1], found[count, 2] = vertices[a], vertices[b], vertices[c]
             count += 1
     return count
-
-
-@kernel  # (T, 3, 3) f8, (P, 4) f8, f8, (3,) f8, f8, (2, P + 4, 3) f8 -> f8
-def clipped_reach(triangles, planes, slack, direction, enough, polygons):
-    """How far triangles reach along a direction within `slack` of a convex part; -inf if none of them does.
-
-    Args:
-        triangles: their corners.
-        planes: of the part: n·x + d <= 0, with |n| = 1.
-        slack: [m].
-        direction: of length 1.
-        enough: a reach at which the search ends, with a reach of at least this.
-        polygons: room to work in.
-    """
-    x, y, z = direction[0], direction[1], direction[2]
-    best = -np.inf
-    for t in range(len(triangles)):
-        least = best
-        for i in range(3):
-            least = max(least, triangles[t, i, 0] * x + triangles[t, i, 1] * y + triangles[t, i, 2] * z)
-        if least <= best:
-            continue
-        own, size = 0, 3
-        polygons[0, :3] = triangles[t]
-        for p in range(len(planes)):
-            left = clip(polygons, own, size, planes[p], slack)
-            if left >= 0:
-                own, size = 1 - own, left
-                if size == 0:
-                    break
-        for i in range(size):
-            best = max(best, polygons[own, i, 0] * x + polygons[own, i, 1] * y + polygons[own, i, 2] * z)
-        if best >= enough:
-            break
-    return best

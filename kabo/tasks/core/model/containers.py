@@ -80,28 +80,33 @@ class Serial(Container):
     @property
     def flows(self) -> Flows:
         """The flows that the sequence of children permits; empty if the children do not fit together."""
-        sections = self.sections()
+        sections = self._sections()
         if sections is None:
             return frozenset()
-        first, last = (any(is_generator(c) for c in sections[i]) for i in (0, -1))
+        first, last = (any(Flow.GENERATE in flows for _, flows in sections[i]) for i in (0, -1))
         if first and last:
             return frozenset((Flow.GENERATE,))
         if len(sections) == 1:
-            common = PROPAGATE.intersection(*(c.flows for c in sections[0])) if sections[0] else PROPAGATE
-            return frozenset(common)
+            return PROPAGATE.intersection(*(flows for _, flows in sections[0]))
         if last:
             return frozenset((Flow.FORWARD,))
         return frozenset((Flow.BACKWARD if first else Flow.CONNECT,))
 
     def sections(self) -> list[list[Stage]] | None:
         """The children split at connectors; None if a section has two generators, or an inner section has none."""
-        found: list[list[Stage]] = [[]]
+        sections = self._sections()
+        return None if sections is None else [[child for child, _ in section] for section in sections]
+
+    def _sections(self) -> list[list[tuple[Stage, Flows]]] | None:
+        """As `sections`, with the flows of each child, which is asked once: containers ask all that they hold."""
+        found: list[list[tuple[Stage, Flows]]] = [[]]
         for child in self.children:
-            if is_connector(child):
+            flows = child.flows
+            if Flow.CONNECT in flows:
                 found.append([])
             else:
-                found[-1].append(child)
-        counts = [sum(is_generator(c) for c in section) for section in found]
+                found[-1].append((child, flows))
+        counts = [sum(Flow.GENERATE in flows for _, flows in section) for section in found]
         if any(count > 1 for count in counts) or any(count == 0 for count in counts[1:-1]):
             return None
         return found

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from kabo.verify.report import Finding
 from kabo.verify.trajectory_report import GreatestDeviation, LimitUse
 
 MAX_COEFFICIENTS = 6  # of a polynomial of degree 5
+LONGEST = 1e30  # [s] beyond which a piece counts as so long: powers of it are still numbers
+FARTHEST = 1e6  # [rad or m] that one power may lead in its piece; no motion, and beyond it numbers overflow
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +75,11 @@ def _malformed(segment: Segment) -> str | None:
     for k, piece in enumerate(given.coefficients):
         if len(piece) != len(segment.joints):
             return f"piece {k} of its trajectory has {len(piece)} polynomials for {len(segment.joints)} joints"
-        if not all(1 <= len(own) <= MAX_COEFFICIENTS and np.isfinite(own).all() for own in piece):
+        if not all(1 <= len(own) <= MAX_COEFFICIENTS and all(map(isfinite, own)) for own in piece):
             return f"piece {k} of its trajectory has no 1 to {MAX_COEFFICIENTS} finite coefficients for each joint"
+        span = min(float(times[k + 1] - times[k]), LONGEST)
+        if any(abs(c) * span**power > FARTHEST for own in piece for power, c in enumerate(own)):
+            return f"piece {k} of its trajectory leads farther than {FARTHEST:g} rad or m"
     return None
 
 

@@ -66,6 +66,8 @@ def test_a_right_trajectory_has_no_finding(robot):
         ),
         (spoilt(joint=1, power=1, by=0.01), "leaves its path by up to"),
         (spoilt(power=5, by=float("nan")), "has no 1 to 6 finite coefficients"),
+        (spoilt(power=5, by=1e300), "piece 0 of its trajectory leads farther than 1e+06 rad or m"),
+        (spoilt(by=-1e300), "piece 0 of its trajectory leads farther than 1e+06 rad or m"),
         (spoilt(times=(0.0, 0.4)), "segment 3: its trajectory lasts from 0 to 0.4 s, it lasts from 0 to 0.8 s"),
         (spoilt(times=(0.0, 0.4, 0.8)), "segment 3: its trajectory has 1 pieces and 3 times"),
         (spoilt(deviation=-1.0), "states a deviation of -1.0"),

@@ -1,0 +1,408 @@
+"""Convex parts drawn tight around what they hold of a mesh, and halved; where along a path parts are nearest.
+
+A polytope is its corners, each with marks: the bits of the planes on which it lies. Two corners are the ends of an edge if
+they share two planes; so a plane cuts a polytope without a list of its faces.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kabo.arrays import Array, Integers
+from kabo.compilation import kernel, lean_kernel
+from kabo.geometry.collision.kernels.simplex import nearest
+from kabo.geometry.collision.kernels.witness_axes import END, HIGH, LOW, START, gap_along, greatest_gap
+from kabo.geometry.triangles.kernels.clipping import clip
+from kabo.scene.kernels.poses import forward_kinematics
+
+
+class Room(NamedTuple):
+    """Room for a cut: heights of corners above the plane, and the new corners."""
+
+    heights: Array  # (64,)
+    corners: Array  # (64, 3)
+    marks: Integers  # (64, WORDS)
+
+
+class Between(NamedTuple):
+    """Room for where a body is in the frame of another one, and the way between two of their parts."""
+
+    turn: Array  # (3, 3)
+    at: Array  # (3,)
+    apart: Array  # (3,)
+
+
+class Lists(NamedTuple):
+    """The parts of two bodies, as rows of `Hulls`."""
+
+    numbers: Integers  # (2, N)
+    counts: Integers  # (2,) how many of each
+
+
+WORDS, BITS = 3, 62  # of marks: so many planes a polytope may have been cut by
+MOST_CORNERS = 64
+ON_PLANE = 1e-10  # [m] a corner so near a plane lies on it
+SAME = 1e-9  # [m] corners so near each other are one
+SEARCH_STEPS = 32
+LOSS = 0.02  # of a distance, to which it is known
+ALIKE = 0.97  # of a distance: those between are as good as the least one
+EXCESS, NORMAL, OFFSET = (
+    0,
+    1,
+    4,
+)  # columns of `ends` of corners: how far each sticks out, along which direction, to where
+
+
+@lean_kernel
+def _joined(marks, i, k):
+    """Whether two corners share at least two planes."""
+    count = 0
+    for w in range(WORDS):
+        both = marks[i, w] & marks[k, w]
+        while both != 0 and count < 2:
+            both &= both - 1
+            count += 1
+    return count >= 2
+
+
+@kernel
+def cut(corners, marks, excess, count, plane, bit, room):
+    """Cuts a polytope of `count` corners at n·x <= d; returns how many it has then, -1 if these are too many.
+
+    Nothing is written if these are too many. New corners have an excess of infinity: it is not known.
+    """
+    kept, made = 0, 0
+    heights, fresh, fresh_marks = room.heights, room.corners, room.marks
+    for i in range(count):
+        heights[i] = plane[0] * corners[i, 0] + plane[1] * corners[i, 1] + plane[2] * corners[i, 2] - plane[3]
+        kept += 1 if heights[i] <= ON_PLANE else 0
+    if kept == count:
+        return count
+    for i in range(count):
+        if heights[i] <= ON_PLANE:
+            continue
+        for k in range(count):
+            if heights[k] >= -ON_PLANE or not _joined(marks, i, k):
+                continue
+            share = heights[k] / (heights[k] - heights[i])
+            x = corners[k, 0] + share * (corners[i, 0] - corners[k, 0])
+            y = corners[k, 1] + share * (corners[i, 1] - corners[k, 1])
+            z = corners[k, 2] + share * (corners[i, 2] - corners[k, 2])
+            at = 0
+            while at < made and abs(fresh[at, 0] - x) + abs(fresh[at, 1] - y) + abs(fresh[at, 2] - z) > SAME:
+                at += 1
+            if kept + at >= MOST_CORNERS:
+                return -1
+            for w in range(WORDS):
+                both = marks[i, w] & marks[k, w]
+                fresh_marks[at, w] = both if at == made else fresh_marks[at, w] | both
+            if at == made:
+                fresh[made, 0], fresh[made, 1], fresh[made, 2] = x, y, z
+                made += 1
+    word, flag = bit // BITS, np.int64(1) << (bit % BITS)
+    kept = 0
+    for i in range(count):
+        if heights[i] <= ON_PLANE:
+            corners[kept], marks[kept], excess[kept] = corners[i], marks[i], excess[i]
+            if heights[i] >= -ON_PLANE:
+                marks[kept, word] |= flag
+            kept += 1
+    for i in range(made):
+        corners[kept], marks[kept] = fresh[i], fresh_marks[i]
+        marks[kept, word] |= flag
+        excess[kept, EXCESS] = np.inf
+        kept += 1
+    return kept
+
+
+@lean_kernel
+def _stick_out(points, corner, own, simplex):
+    """Writes how far a corner sticks out of the hull of points (3, N), in which direction, and how far they reach."""
+    x, y, z = corner[0] - points[0, 0], corner[1] - points[1, 0], corner[2] - points[2, 0]
+    size, best = 0, -np.inf
+    for _ in range(SEARCH_STEPS):
+        norm = np.sqrt(x * x + y * y + z * z)
+        if not norm > 1e-9:
+            break
+        ux, uy, uz = x / norm, y / norm, z / norm
+        most, at = -np.inf, 0
+        for i in range(points.shape[1]):
+            height = points[0, i] * ux + points[1, i] * uy + points[2, i] * uz
+            if height > most:
+                most, at = height, i
+        out = corner[0] * ux + corner[1] * uy + corner[2] * uz - most
+        if out > best:
+            best, own[NORMAL], own[NORMAL + 1], own[NORMAL + 2], own[OFFSET] = out, ux, uy, uz, most
+        if norm - best <= LOSS * norm:
+            break
+        for r in range(3):
+            simplex[size, r] = corner[r] - points[r, at]
+        size, x, y, z = nearest(simplex, size + 1)
+        if size == 4:
+            break
+    own[EXCESS] = best
+
+
+@kernel
+def tighten(points, corners, marks, excess, count, bit, limits, plane, room, simplex):
+    """Cuts off corners that stick out of points (3, N), the worst ones first; returns how many corners there are then.
+
+    `limits` are what may stick out, and the distance of cuts from the points [m]; `bit` is the first free one.
+    """
+    for i in range(count):
+        excess[i, EXCESS] = np.inf
+    while bit < WORDS * BITS:
+        worst = 0
+        for i in range(count):
+            if excess[i, EXCESS] == np.inf:
+                _stick_out(points, corners[i], excess[i], simplex)
+            if excess[i, EXCESS] > excess[worst, EXCESS]:
+                worst = i
+        if not excess[worst, EXCESS] > limits[0]:
+            break
+        for r in range(3):
+            plane[r] = excess[worst, NORMAL + r]
+        plane[3] = excess[worst, OFFSET] + limits[1]
+        left = cut(corners, marks, excess, count, plane, bit, room)
+        if (
+            left < 0
+            or left == count
+            and corners[worst, 0] * plane[0] + corners[worst, 1] * plane[1] + corners[worst, 2] * plane[2]
+            > plane[3] + ON_PLANE
+        ):
+            excess[worst, EXCESS] = -np.inf
+            continue
+        if left < count:  # there is room again
+            for i in range(left):
+                excess[i, EXCESS] = np.inf if excess[i, EXCESS] == -np.inf else excess[i, EXCESS]
+        count, bit = left, bit + 1
+    return count
+
+
+@kernel  # (T, 3, 3) f8, (4,) f8, f8, (2, 4, 3) f8, (2 T, 3, 3) f8 -> i8
+def halve(triangles, plane, slack, polygons, found):
+    """Writes what of triangles is where n·x <= d, and up to `slack` beyond; returns how many triangles that is."""
+    count, x, y, z, d = 0, plane[0], plane[1], plane[2], plane[3]
+    for t in range(triangles.shape[0]):
+        low, high = np.inf, -np.inf
+        for i in range(3):
+            height = triangles[t, i, 0] * x + triangles[t, i, 1] * y + triangles[t, i, 2] * z + d
+            low, high = min(low, height), max(high, height)
+        if low > slack:
+            continue
+        if high <= slack:
+            found[count] = triangles[t]
+            count += 1
+            continue
+        polygons[0, :3] = triangles[t]
+        size = clip(polygons, 0, 3, plane, slack)
+        for i in range(1, size - 1):
+            found[count, 0], found[count, 1], found[count, 2] = polygons[1, 0], polygons[1, i], polygons[1, i + 1]
+            count += 1
+    return count
+
+
+@lean_kernel  # (T, 3, 3) f8, (3,) f8, (4, 3) f8 -> f8
+def distance_to(triangles, point, simplex):
+    """The distance of a point from triangles [m]."""
+    least = np.inf
+    for t in range(triangles.shape[0]):
+        far = 0.0
+        for r in range(3):
+            a, b, c = triangles[t, 0, r], triangles[t, 1, r], triangles[t, 2, r]
+            beyond = max(min(a, b, c) - point[r], point[r] - max(a, b, c))
+            far += beyond * beyond if beyond > 0.0 else 0.0
+            simplex[0, r], simplex[1, r], simplex[2, r] = a - point[r], b - point[r], c - point[r]
+        if far < least:
+            _, x, y, z = nearest(simplex, 3)
+            least = min(least, x * x + y * y + z * z)
+    return np.sqrt(least)
+
+
+@lean_kernel
+def _relative(poses, k, turn, at):
+    """Writes the pose of the second body in the first one's frame."""
+    for r in range(3):
+        at[r] = 0.0
+        for i in range(3):
+            at[r] += poses[0, k, 3 * i + r] * (poses[1, k, 9 + i] - poses[0, k, 9 + i])
+        for c in range(3):
+            turn[r, c] = (
+                poses[0, k, r] * poses[1, k, c]
+                + poses[0, k, 3 + r] * poses[1, k, 3 + c]
+                + poses[0, k, 6 + r] * poses[1, k, 6 + c]
+            )
+
+
+@lean_kernel
+def _box_gap(boxes, a, b, turn, at, apart):
+    """The greatest gap of the boxes of two parts along an axis of either; writes the way between their middles."""
+    gap = -np.inf
+    for r in range(3):
+        x, half = at[r] - boxes[a, r], boxes[a, 3 + r]
+        for c in range(3):
+            x += turn[r, c] * boxes[b, c]
+            half += abs(turn[r, c]) * boxes[b, 3 + c]
+        apart[r] = x
+        gap = max(gap, abs(x) - half)
+    for c in range(3):
+        x, half = 0.0, boxes[b, 3 + c]
+        for r in range(3):
+            x += turn[r, c] * apart[r]
+            half += abs(turn[r, c]) * boxes[a, 3 + r]
+        gap = max(gap, abs(x) - half)
+    return gap
+
+
+@lean_kernel
+def _gap(hulls, a, b, poses, k, best, ends, search, apart):
+    """The gap of two parts at a pose, or some gap above `best`; `apart` is about the way from one to the other."""
+    for r in range(3):
+        search.axis[r] = 0.0
+        for c in range(3):
+            search.axis[r] -= poses[0, k, 3 * r + c] * apart[c]
+    ends[0, LOW], ends[0, HIGH], ends[1, LOW], ends[1, HIGH] = a, a + 1, b, b + 1
+    return greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
+
+
+@lean_kernel
+def _least_at(hulls, boxes, parts, poses, k, ends, search, between, first, second):
+    """The two parts that are nearest at a pose, and their distance [m]; two that may be are tried first."""
+    turn = between.turn
+    _relative(poses, k, turn, between.at)
+    for e in range(2):
+        ends[e, START], ends[e, END] = k, k
+    _box_gap(boxes, first, second, turn, between.at, between.apart)
+    best = _gap(hulls, first, second, poses, k, np.inf, ends, search, between.apart)
+    for i in range(parts.counts[0]):
+        a = parts.numbers[0, i]
+        for j in range(parts.counts[1]):
+            b = parts.numbers[1, j]
+            if _box_gap(boxes, a, b, turn, between.at, between.apart) < best:
+                gap = _gap(hulls, a, b, poses, k, best, ends, search, between.apart)
+                if gap < best:
+                    best, first, second = gap, a, b
+    return best, first, second
+
+
+@lean_kernel
+def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, between, chosen):
+    """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
+
+    `lower` (K,) are lower bounds of the distance at each pose, and `nearest_parts` (K, 2) the parts that are so far
+    apart, -1 if that is not known; both are written where poses are looked at.
+    """
+    while True:
+        k = 0
+        for other in range(lower.shape[0]):
+            if lower[other] < lower[k]:
+                k = other
+        if nearest_parts[k, 0] < 0:
+            lower[k], chosen[1], chosen[2] = _least_at(
+                hulls, boxes, parts, poses, k, ends, search, between, chosen[1], chosen[2]
+            )
+            nearest_parts[k, 0], nearest_parts[k, 1] = chosen[1], chosen[2]
+        nearer = False
+        for other in range(lower.shape[0]):
+            nearer = nearer or lower[other] < min(lower[k], ALIKE * lower[k])
+        if not nearer:
+            chosen[0], chosen[1], chosen[2] = k, nearest_parts[k, 0], nearest_parts[k, 1]
+            return lower[k]
+
+
+@lean_kernel
+def nearest_points(hulls, poses, chosen, ends, search, found, rows):
+    """Writes the points (2, 3) of two parts that are nearest to each other, each in its body's frame.
+
+    `rows` (2, 3, N) is room for the supporting points of the search.
+    """
+    k, simplex, points = chosen[0], search.simplex, search.points
+    for e in range(2):
+        ends[e, LOW], ends[e, HIGH] = chosen[1 + e], chosen[1 + e] + 1
+        ends[e, START], ends[e, END] = k, k
+    x, y, z = 0.0, 0.0, 1.0
+    size, count, best = 0, 0, -np.inf
+    while count < rows.shape[2]:
+        norm = np.sqrt(x * x + y * y + z * z)
+        if not norm > 1e-10:
+            break
+        gap = gap_along(hulls, ends, poses, x / norm, y / norm, z / norm, search)
+        best = max(best, gap)
+        if size > 0 and norm - best <= 0.2 * LOSS * norm:
+            break
+        for r in range(3):
+            rows[0, r, count], rows[1, r, count] = points[0, r], points[1, r]
+            simplex[size, r] = points[0, r] - points[1, r]
+        count += 1
+        size, x, y, z = nearest(simplex, size + 1)
+        if size == 4:
+            break
+    weights = _weights(simplex, min(size, 3), x, y, z)
+    for e in range(2):
+        for r in range(3):
+            points[2 + e, r] = 0.0
+    for s in range(min(size, 3)):
+        at, least = 0, np.inf
+        for c in range(count):
+            away = 0.0
+            for r in range(3):
+                away += abs(rows[0, r, c] - rows[1, r, c] - simplex[s, r])
+            if away < least:
+                at, least = c, away
+        for e in range(2):
+            for r in range(3):
+                points[2 + e, r] += weights[s] * rows[e, r, at]
+    for e in range(2):
+        for c in range(3):
+            own = 0.0
+            for r in range(3):
+                own += poses[e, k, 3 * r + c] * (points[2 + e, r] - poses[e, k, 9 + r])
+            found[e, c] = own
+
+
+@lean_kernel
+def _weights(simplex, size, x, y, z):
+    """The weights with which one, two or three corners of a simplex make a point that lies among them."""
+    if size < 2:
+        return 1.0, 0.0, 0.0
+    ux, uy, uz = simplex[1, 0] - simplex[0, 0], simplex[1, 1] - simplex[0, 1], simplex[1, 2] - simplex[0, 2]
+    px, py, pz = x - simplex[0, 0], y - simplex[0, 1], z - simplex[0, 2]
+    uu, up = ux * ux + uy * uy + uz * uz, ux * px + uy * py + uz * pz
+    if size < 3:
+        second = min(1.0, max(0.0, up / uu)) if uu > 0.0 else 0.0
+        return 1.0 - second, second, 0.0
+    vx, vy, vz = simplex[2, 0] - simplex[0, 0], simplex[2, 1] - simplex[0, 1], simplex[2, 2] - simplex[0, 2]
+    vv, uv, vp = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz, vx * px + vy * py + vz * pz
+    whole = uu * vv - uv * uv
+    if not whole > 0.0:
+        return 1.0, 0.0, 0.0
+    second, third = (vv * up - uv * vp) / whole, (uu * vp - uv * up) / whole
+    return 1.0 - second - third, second, third
+
+
+@lean_kernel
+def poses_at(waypoints, places, chain, segment, frames):
+    """Writes the poses (K, J, 12) of all joints at places (K,) of a path: way point, and share of its piece."""
+    joints, factors = chain.joints, chain.factors
+    last = waypoints.shape[0] - 1
+    for k in range(places.shape[0]):
+        piece = min(int(places[k]), last)
+        share = places[k] - piece
+        for i in range(waypoints.shape[1]):
+            segment[i] = waypoints[piece, i]
+            if share > 0.0:
+                segment[i] += share * (waypoints[piece + 1, i] - waypoints[piece, i])
+        forward_kinematics(
+            segment, joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[k]
+        )
+
+
+@lean_kernel
+def body_poses(frames, joint, joint_T, poses):
+    """Writes the poses (K, 12) of a body on a joint, given those of all joints (K, J, 12)."""
+    for k in range(frames.shape[0]):
+        for r in range(3):
+            a, b, c = frames[k, joint, 3 * r], frames[k, joint, 3 * r + 1], frames[k, joint, 3 * r + 2]
+            for i in range(3):
+                poses[k, 3 * r + i] = a * joint_T[i] + b * joint_T[3 + i] + c * joint_T[6 + i]
+            poses[k, 9 + r] = a * joint_T[9] + b * joint_T[10] + c * joint_T[11] + frames[k, joint, 9 + r]
