@@ -77,8 +77,8 @@ def _malformed(segment: Segment) -> str | None:
             return f"piece {k} of its trajectory has {len(piece)} polynomials for {len(segment.joints)} joints"
         if not all(1 <= len(own) <= MAX_COEFFICIENTS and all(map(isfinite, own)) for own in piece):
             return f"piece {k} of its trajectory has no 1 to {MAX_COEFFICIENTS} finite coefficients for each joint"
-        span = min(float(times[k + 1] - times[k]), LONGEST)
-        if any(abs(c) * span**power > FARTHEST for own in piece for power, c in enumerate(own)):
+        lasts = min(float(times[k + 1] - times[k]), LONGEST)
+        if any(abs(c) * lasts**power > FARTHEST for own in piece for power, c in enumerate(own)):
             return f"piece {k} of its trajectory leads farther than {FARTHEST:g} rad or m"
     return None
 
