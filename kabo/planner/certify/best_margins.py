@@ -33,7 +33,7 @@ from kabo.scene import Mesh
 ROUNDS = 3
 NEXT = 1.05  # of the least margin of a stretch: pairs up to this one get the same work
 WORTH = 1.03  # of a margin: a pair is not proven again for less
-TRUE = 0.12  # of a distance of parts: so much less than that of meshes it may be
+TRUE = 0.1  # of a distance of parts: so much less than that of meshes it may be
 PLACES = 72  # along a path, about, where distances are looked at
 MAX_STEPS = 48  # of drawing parts of a pair tight, or halving them
 MAX_PARTS = 160  # of a body, after which none is halved
