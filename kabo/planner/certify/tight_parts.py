@@ -6,7 +6,9 @@ and replaced by two parts that hold a half of them each. These depend on mesh an
 """
 
 import hashlib
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -24,9 +26,17 @@ LEAST_SHARE = 0.2  # of the longest side of a box: it is not halved across short
 MAX_DEPTH = 14  # of halves of halves
 LEAST_SIZE = 1e-3  # [m] of what is halved
 CACHE_BYTES = 64 * 1024**2
+_AXES = np.array(
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [0, 1, -1], [1, 0, 1], [1, 0, -1], [1, 1, 0], [1, -1, 0]]
+)
+_DIRECTIONS = _AXES / np.linalg.norm(_AXES, axis=1)[:, None]
+_FRAMES = np.array(
+    [[0, 1, 2], [0, 3, 4], [1, 5, 6], [2, 7, 8]]
+)  # axes of boxes: straight, or turned about one of them
 
 
-class TightPart(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class TightPart:
     """A convex part, and what it has to hold."""
 
     corners: Array  # (V <= 64, 3) [m]
@@ -45,6 +55,25 @@ class TightPart(NamedTuple):
             and float(np.ptp(self.corners, axis=0).max()) > LEAST_SIZE
         )
 
+    @cached_property
+    def planes(self) -> Array | None:
+        """The planes (F, 4) n·x + d <= 0 of its faces; None if it is flat."""
+        return _hull_of(self.corners)
+
+    @cached_property
+    def best_plane(self) -> Array:
+        """The plane (4,) across an axis of the frame whose two halves have the least boxes around them."""
+        low, high = self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
+        planes = np.zeros((3 * len(SHARES), 4))
+        for row, (axis, share) in enumerate(product(range(3), SHARES)):
+            planes[row, axis], planes[row, 3] = 1.0, -(low[axis] + share * (high[axis] - low[axis]))
+        volumes = np.array(
+            [sum(_volume(_behind(self.triangles, s * plane)) for s in (1.0, -1.0)) for plane in planes]
+        )
+        lengths = np.repeat(high - low, len(SHARES))
+        volumes[lengths < LEAST_SHARE * lengths.max()] = np.inf
+        return np.asarray(planes[int(np.argmin(np.round(volumes / (np.prod(high - low) + 1e-30), 6)))])
+
 
 _MADE: ContentCache[TightPart] = ContentCache(CACHE_BYTES, lambda part: part.nbytes)
 
@@ -57,46 +86,31 @@ def tight_part(mesh: Mesh, part: Array, path: str = "") -> TightPart:
 
 def _made(mesh: Mesh, part: Array, path: str) -> TightPart:
     if not path:
-        return _drawn_tight(part, _held(mesh, part), None)
+        start = TightPart(part, np.empty((0, 3, 3)))
+        return _drawn_tight(start, _held(mesh, start), None)
     whole = tight_part(mesh, part, path[:-1])
-    plane = _best_plane(whole) * (1.0 if path[-1] == "0" else -1.0)
-    return _drawn_tight(whole.corners, _behind(whole.triangles, plane), plane)
-
-
-def _best_plane(whole: TightPart) -> Array:
-    """The plane (4,) across an axis of the frame whose two halves have the least volume."""
-    low, high = whole.triangles.min(axis=(0, 1)), whole.triangles.max(axis=(0, 1))
-    planes = []
-    for axis in range(3):
-        for share in SHARES:
-            plane = np.zeros(4)
-            plane[axis], plane[3] = 1.0, -float(low[axis] + share * (high[axis] - low[axis]))
-            planes.append(plane)
-    halves = [(_behind(whole.triangles, plane), _behind(whole.triangles, -plane)) for plane in planes]
-    lengths = np.repeat(high - low, len(SHARES))
-    volumes = np.array([sum(_volume(half) for half in both) for both in halves])
-    volumes[lengths < LEAST_SHARE * lengths.max()] = np.inf
-    return planes[int(np.argmin(np.round(volumes / (np.prod(high - low) + 1e-30), 6)))]
+    plane = whole.best_plane * (1.0 if path[-1] == "0" else -1.0)
+    return _drawn_tight(whole, _behind(whole.triangles, plane), plane)
 
 
 def _volume(triangles: Array) -> float:
-    """The volume of the hull of triangles (T, 3, 3) [m3]."""
-    try:
-        return float(ConvexHull(triangles.reshape(-1, 3)).volume)
-    except (QhullError, ValueError):
+    """A bound of the volume of triangles (T, 3, 3) [m3]: the least box around them in some frames."""
+    if not len(triangles):
         return 0.0
+    heights = triangles.reshape(-1, 3) @ _DIRECTIONS.T
+    widths = heights.max(axis=0) - heights.min(axis=0)
+    return float(widths[_FRAMES].prod(axis=1).min())
 
 
-def _held(mesh: Mesh, part: Array) -> Array:
+def _held(mesh: Mesh, part: TightPart) -> Array:
     """What is inside a part of a mesh's triangles (T, 3, 3); of a flat part nothing, for it covers nothing."""
-    hull = _hull_of(part)
-    if hull is None:
-        return np.empty((0, 3, 3))
+    if part.planes is None:
+        return part.triangles
     room = np.empty((len(mesh.faces), 3, 3))
-    box = np.concatenate([part.min(axis=0) - SLACK, part.max(axis=0) + SLACK])
+    box = np.concatenate([part.corners.min(axis=0) - SLACK, part.corners.max(axis=0) + SLACK])
     vertices, faces = np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, np.int64)
     found = np.asarray(room[: int(triangles_at(vertices, faces, box, room))].copy())
-    for plane in hull:
+    for plane in part.planes:
         found = _behind(found, plane)
     return found
 
@@ -108,30 +122,29 @@ def _behind(triangles: Array, plane: Array) -> Array:
     return np.asarray(room[:count].copy())
 
 
-def _drawn_tight(start: Array, triangles: Array, plane: Array | None) -> TightPart:
+def _drawn_tight(start: TightPart, triangles: Array, plane: Array | None) -> TightPart:
     """The part of a polytope that holds triangles inside it, cut at a plane first; the polytope if it is flat."""
-    planes = _hull_of(start)
+    planes, count = start.planes, len(start.corners)
     if planes is None or not len(triangles):
-        return TightPart(start, triangles[:0])
+        return TightPart(start.corners, triangles[:0])
     points = np.ascontiguousarray(np.unique(triangles.reshape(-1, 3), axis=0).T)
     corners, marks = np.zeros((MOST_CORNERS, 3)), np.zeros((MOST_CORNERS, WORDS), np.int64)
     excess = np.zeros((MOST_CORNERS, 5))
-    corners[: len(start)] = start
-    on = np.abs(start @ planes[:, :3].T + planes[:, 3]) < 1e-9
+    corners[:count] = start.corners
+    on = np.abs(start.corners @ planes[:, :3].T + planes[:, 3]) < 1e-9
     for bit in range(len(planes)):
-        marks[: len(start), bit // BITS] |= on[:, bit].astype(np.int64) << (bit % BITS)
+        marks[:count, bit // BITS] |= on[:, bit].astype(np.int64) << (bit % BITS)
     room = Room(np.zeros(MOST_CORNERS), np.zeros((MOST_CORNERS, 3)), np.zeros((MOST_CORNERS, WORDS), np.int64))
-    count, bit = len(start), len(planes)
+    bit = len(planes)
     if plane is not None:
         beyond = np.array([*plane[:3], SLACK - plane[3]])
         count, bit = max(cut(corners, marks, excess, count, beyond, bit, room), 0) or count, bit + 1
     limits = np.array([STICKS_OUT, SLACK])
     count = tighten(points, corners, marks, excess, count, bit, limits, np.zeros(4), room, np.zeros((4, 3)))
-    made = corners[:count].copy()
-    hull = _hull_of(made)
-    if hull is None or (hull[:, :3] @ points + hull[:, 3:]).max() > 2.0 * SLACK:
-        return TightPart(start, triangles)
-    return TightPart(made, triangles)
+    made = TightPart(corners[:count].copy(), triangles)
+    if made.planes is None or (made.planes[:, :3] @ points + made.planes[:, 3:]).max() > 2.0 * SLACK:
+        return TightPart(start.corners, triangles)
+    return made
 
 
 def _hull_of(points: Array) -> Array | None:
