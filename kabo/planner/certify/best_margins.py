@@ -118,8 +118,9 @@ class Leaves:
                 own[:count] = own[order]
         self.halved = self.changed = False
         middles, halves = self.boxes[:count, :3], self.boxes[:count, 3:]
-        blocks, sizes, rounds = (own[:count].copy() for own in self.hulls)
-        packed = Packed(blocks, sizes, np.full(count, np.nan), rounds)  # nobody asks for diameters
+        hulls, unknown = self.hulls, np.full(count, np.nan)  # nobody asks for diameters
+        blocks, sizes, rounds = hulls.blocks[:count], hulls.sizes[:count], hulls.rounds[:count]
+        packed = Packed(blocks.copy(), sizes.copy(), unknown, rounds.copy())
         boxes = np.hstack([middles - halves, middles + halves])
         return Parts(tuple(self.corners(i) for i in range(count)), packed, boxes)
 
