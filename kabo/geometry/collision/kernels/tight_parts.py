@@ -266,16 +266,22 @@ def _gap(hulls, a, b, poses, k, best, ends, search, apart):
 
 
 @lean_kernel
-def _least_at(hulls, boxes, parts, poses, k, ends, search, between, first, second):
-    """The two parts that are nearest at a pose, and their distance [m]; two that may be are tried first."""
-    turn = between.turn
+def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, first, second):
+    """The two parts that are nearest at a pose, and their distance [m]; two that may be are tried first.
+
+    The distance is `limit` if no parts are nearer than that.
+    """
+    turn, best, a, b = between.turn, limit, first, second
     _relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
-    _box_gap(boxes, first, second, turn, between.at, between.apart)
-    best = _gap(hulls, first, second, poses, k, np.inf, ends, search, between.apart)
+    _box_gap(boxes, a, b, turn, between.at, between.apart)
+    best = min(best, _gap(hulls, a, b, poses, k, best, ends, search, between.apart))
+    whole = boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
+        if _box_gap(boxes, a, whole, turn, between.at, between.apart) >= best:
+            continue
         for j in range(parts.counts[1]):
             b = parts.numbers[1, j]
             if _box_gap(boxes, a, b, turn, between.at, between.apart) < best:
@@ -286,28 +292,58 @@ def _least_at(hulls, boxes, parts, poses, k, ends, search, between, first, secon
 
 
 @lean_kernel
+def _least_box_gap(boxes, parts, poses, k, between):
+    """A lower bound of the distance of two bodies at a pose, by the boxes of their parts [m]; it may be negative."""
+    _relative(poses, k, between.turn, between.at)
+    least, whole = np.inf, boxes.shape[0] - 1
+    for i in range(parts.counts[0]):
+        a = parts.numbers[0, i]
+        if _box_gap(boxes, a, whole, between.turn, between.at, between.apart) < least:
+            for j in range(parts.counts[1]):
+                b = parts.numbers[1, j]
+                least = min(least, _box_gap(boxes, a, b, between.turn, between.at, between.apart))
+    return least
+
+
+@lean_kernel
+def _box_of_second(boxes, parts):
+    """Writes the box of the whole second body into the last row."""
+    whole = boxes.shape[0] - 1
+    for r in range(3):
+        low, high = np.inf, -np.inf
+        for j in range(parts.counts[1]):
+            b = parts.numbers[1, j]
+            low, high = min(low, boxes[b, r] - boxes[b, 3 + r]), max(high, boxes[b, r] + boxes[b, 3 + r])
+        boxes[whole, r], boxes[whole, 3 + r] = 0.5 * (low + high), 0.5 * (high - low)
+
+
+@lean_kernel
 def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, between, chosen):
     """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
 
-    `lower` (K,) are lower bounds of the distance at each pose, and `nearest_parts` (K, 2) the parts that are so far
-    apart, -1 if that is not known; both are written where poses are looked at.
+    `lower` (K,) are lower bounds of the distance at each pose, -inf at first, and `nearest_parts` (K, 2) the parts that are
+    so far apart, -1 if that is not known; both are written where poses are looked at. The last row of `boxes` is room.
     """
+    _box_of_second(boxes, parts)
+    for k in range(lower.shape[0]):
+        if lower[k] == -np.inf:
+            lower[k] = _least_box_gap(boxes, parts, poses, k, between)
     while True:
-        k = 0
+        k, known = 0, -1
         for other in range(lower.shape[0]):
             if lower[other] < lower[k]:
                 k = other
-        if nearest_parts[k, 0] < 0:
-            lower[k], chosen[1], chosen[2] = _least_at(
-                hulls, boxes, parts, poses, k, ends, search, between, chosen[1], chosen[2]
-            )
-            nearest_parts[k, 0], nearest_parts[k, 1] = chosen[1], chosen[2]
-        nearer = False
-        for other in range(lower.shape[0]):
-            nearer = nearer or lower[other] < min(lower[k], ALIKE * lower[k])
-        if not nearer:
-            chosen[0], chosen[1], chosen[2] = k, nearest_parts[k, 0], nearest_parts[k, 1]
-            return lower[k]
+            if nearest_parts[other, 0] >= 0 and (known < 0 or lower[other] < lower[known]):
+                known = other
+        limit = np.inf if known < 0 else lower[known]
+        if known >= 0 and not lower[k] < min(limit, ALIKE * limit):
+            chosen[0], chosen[1], chosen[2] = known, nearest_parts[known, 0], nearest_parts[known, 1]
+            return limit
+        found, a, b = _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chosen[1], chosen[2])
+        lower[k] = found
+        if found < limit:
+            nearest_parts[k, 0], nearest_parts[k, 1] = a, b
+            chosen[1], chosen[2] = a, b
 
 
 @lean_kernel
