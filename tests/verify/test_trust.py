@@ -31,11 +31,13 @@ def parts() -> dict[str, list[Path]]:
     certificate = [path for path in files if path.relative_to(VERIFY).parts[0].startswith("certificate")]
     certificate.append(VERIFY / "motion" / "chord_bounds.py")  # what it claims of a chord
     trajectories = [path for path in files if "traject" in str(path.relative_to(VERIFY))]
-    others = {*worlds, *certificate, *trajectories}
+    added = [VERIFY / "motion" / "added.py"]
+    others = {*worlds, *certificate, *trajectories, *added}
     return {
         "possible worlds": worlds,
         "certificate": certificate,
         "trajectories": trajectories,
+        "added bodies": added,
         "motion": [path for path in files if path not in others],
     }
 
@@ -60,7 +62,7 @@ def lines_of_code(path: Path) -> int:
     return len(lines - documents)
 
 
-BOUNDS = {"possible worlds": 2000, "certificate": 1050, "trajectories": 750, "motion": 3550}
+BOUNDS = {"possible worlds": 2000, "certificate": 1050, "trajectories": 750, "added bodies": 160, "motion": 3550}
 
 
 @pytest.mark.parametrize(("part", "bound"), BOUNDS.items())

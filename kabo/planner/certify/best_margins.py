@@ -13,15 +13,15 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry.collision.kernels.bundles import Hulls
-from kabo.geometry.collision.kernels.tight_parts import (
+from kabo.geometry.collision.kernels.nearest_places import (
     Between,
     Lists,
     body_poses,
-    distance_to,
     least_along,
     nearest_points,
     poses_at,
 )
+from kabo.geometry.collision.kernels.tight_parts import distance_to
 from kabo.geometry.collision.separation_proofs import Course, Parts, in_order
 from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for
 from kabo.geometry.parts import COLUMNS, LANE, Packed, with_columns
@@ -267,8 +267,8 @@ def sharpen(
                 look()
             wanted.append(work.refined(each, pairs))
             done |= set(pairs) - set(wanted[-1])
-        halved = work.replace()
-        if not any(wanted):
+        halved = work.replace()  # what was halved is numbered otherwise, even if that was of no use for any pair
+        if not any(wanted) and not halved:
             return True
         for each, own in zip(proven, wanted, strict=True):
             look()

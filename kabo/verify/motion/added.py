@@ -121,7 +121,8 @@ class AddedBodies:
             placed = _placed(body, paths[0], world, holding)
             others = things[0] if placed.mount is None else (*things[0], *things[1])
             pairs += [(placed, other) for other in others if _meets(body, placed, other, free, world)]
-        yield from check_pairs(node, paths, pairs, Permits(), self.tally)
+        if pairs:
+            yield from check_pairs(node, paths, pairs, Permits(), self.tally)
 
 
 def _meets(body: AddedBody, placed: SweptBody, other: SweptBody, free: set[Names], world: SceneModel) -> bool:

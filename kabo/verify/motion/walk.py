@@ -28,15 +28,13 @@ from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import Situation
 from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.sweep import Path, SweptBody
+from kabo.verify.motion.trajectories.astray import check_astray
 from kabo.verify.motion.trajectories.borders import check_borders, check_rest
 from kabo.verify.motion.trajectories.grip import check_grip
 from kabo.verify.motion.trajectories.judge import Followed, SegmentJudge, check_form, followed
 from kabo.verify.motion.views import check_view
 from kabo.verify.motion.windows import Window, columns, fine_path, one_by_one, window_path, windows
 from kabo.verify.report import Finding
-
-LONGEST_WAY = 1e3  # [rad or m] between two values of a joint in a segment
-FARTHEST_ASTRAY = 10.0  # [rad or m] that a joint may be from its path where collisions are looked for
 
 
 @dataclass
@@ -80,7 +78,7 @@ class Walk:
         self.how = [followed(segment) for segment in self.segments]
         yield from self._check_numbers()
         yield from self._check_trajectories()
-        if lost := list(self._check_astray()):
+        if lost := list(check_astray(self.node, self.segments, self.how)):
             yield from lost
             return
         self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments, self.how)
@@ -186,20 +184,6 @@ class Walk:
         for i, segment in enumerate(self.segments):
             yield from SegmentJudge(self.node, i, segment, arms[segment.robot], figures).check(self.how[i])
         yield from check_borders(self.node, self.segments, self.how, arms)
-
-    def _check_astray(self) -> Iterator[Finding]:
-        """Findings about trajectories so far from their paths, and paths so long, that proofs would never end."""
-        for i, (segment, how) in enumerate(zip(self.segments, self.how, strict=True)):
-            far = float(how.deviations.max(initial=0.0))
-            long = float(np.ptp(np.asarray(segment.waypoints), axis=0).max(initial=0.0))
-            if not far <= FARTHEST_ASTRAY:
-                text = (
-                    f"segment {i}: its trajectory is up to {far:.3g} rad or m from its path, too far for any proof"
-                )
-                yield Finding(self.node, text, segment.times[0])
-            if not long <= LONGEST_WAY:
-                text = f"segment {i}: a joint moves by {long:.3g} rad or m, too far for any proof"
-                yield Finding(self.node, text, segment.times[0])
 
     # ------------------------------------------------------------------------------------------------ contacts
     def _check_collision(self, window: Window, path: Path, fine: Path) -> Iterator[Finding]:
