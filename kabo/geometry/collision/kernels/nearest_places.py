@@ -79,17 +79,17 @@ def _gap(hulls, a, b, poses, k, best, ends, search, apart):
 
 
 @lean_kernel
-def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, first, second):
-    """The two parts that are nearest at a pose, and their distance [m]; two that may be are tried first.
+def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chosen):
+    """The distance of the two parts that are nearest at a pose [m], and these; the chosen ones are tried first.
 
     The distance is `limit` if no parts are nearer than that.
     """
-    turn, best, a, b = between.turn, limit, first, second
+    turn, first, second = between.turn, chosen[1], chosen[2]
     _relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
-    _box_gap(boxes, a, b, turn, between.at, between.apart)
-    best = min(best, _gap(hulls, a, b, poses, k, best, ends, search, between.apart))
+    _box_gap(boxes, first, second, turn, between.at, between.apart)
+    best = min(limit, _gap(hulls, first, second, poses, k, limit, ends, search, between.apart))
     whole = boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
@@ -152,7 +152,7 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
         if known >= 0 and not lower[k] < min(limit, ALIKE * limit):
             chosen[0], chosen[1], chosen[2] = known, nearest_parts[known, 0], nearest_parts[known, 1]
             return limit
-        found, a, b = _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chosen[1], chosen[2])
+        found, a, b = _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chosen)
         lower[k] = found
         if found < limit:
             nearest_parts[k, 0], nearest_parts[k, 1] = a, b
