@@ -101,3 +101,20 @@ def test_halves_of_a_hollow_body_are_refined_until_they_tell_its_distance():
     distance = _Nearest((hollow, post), poses, 4.0).refined(1.0)
     assert 0.88 * 0.01 < distance <= 0.01 and len(hollow) < 40
     assert uncovered(mesh.vertices, mesh.faces, hollow.made().vertices) is None
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_the_nearest_place_is_found_as_if_each_pair_of_parts_were_measured_at_each_place(seed):
+    """The judge looks at one pair of parts at one place at a time, so that nothing is left out."""
+    rng = np.random.default_rng(seed)
+    two = [[BOX * rng.uniform(0.02, 0.1, 3) + rng.uniform(0.0, 0.4, 3) for _ in range(6)] for _ in range(2)]
+    shifts = np.linspace([0.9, 0.0, 0.0], [0.55, rng.uniform(-0.3, 0.3), 0.1], 9)
+    poses = np.array([[flat(np.eye(4))] * 9, [flat(transform(shift)) for shift in shifts]])
+
+    def least(parts, places):
+        leaves = [Leaves.of(ordered(Enclosure(tuple(own), 0.0)), None) for own in parts]
+        return _Nearest((leaves[0], leaves[1]), np.ascontiguousarray(poses[:, places]), 4.0)._least()
+
+    alone = [least(([a], [b]), [k]) for a in two[0] for b in two[1] for k in range(9)]
+    assert 0.94 * min(alone) <= least(two, list(range(9))) <= min(alone) / 0.94
