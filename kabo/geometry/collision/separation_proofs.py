@@ -5,6 +5,7 @@ The parts of a mesh are sorted so that
 adjacent parts in the order are close in space, and halves of a range have small boxes.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Things, Trail, Work
+from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Search, Sides, Things, Trail, Work
 from kabo.geometry.collision.kernels.witness import (
     AXIS,
     EXACT_AXIS,
-    FIRST,
     POSITIONS_PER_PIECE,
-    SECOND,
     SMALL_SHARE,
     prove_pairs,
 )
@@ -143,13 +142,6 @@ class ProofArrays:
         return np.diff(self.where)
 
     @cached_property
-    def halves(self) -> NDArray[np.bool_]:
-        """Whether each proof (P, 2) halves ranges of parts of the first, and of the second body."""
-        before = np.zeros((len(self.codes) + 1, 2), np.int64)
-        np.cumsum(self.codes[:, None] == (FIRST, SECOND), axis=0, out=before[1:])
-        return np.asarray(np.diff(before[self.where], axis=0) > 0)
-
-    @cached_property
     def _written(self) -> tuple[str, Integers, bytes, bytes]:
         """All nodes as letters, the axes of each kind before each node, and both kinds of axes as bytes."""
         short, exact = self.codes == AXIS, self.codes == EXACT_AXIS
@@ -199,11 +191,15 @@ class Prover:
         made = stacked([parts.packed for parts in meshes.values()])
         self.hulls = Hulls(made.blocks, made.sizes, made.rounds)
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
+        self._starts, self._whole = np.asarray(ends[:-1]), None
+        self._order = {name: number for number, name in enumerate(meshes)}
+        low, high = self.boxes[:, :3], self.boxes[:, 3:]
+        self.extents = np.hstack([0.5 * (low + high), 0.5 * (high - low)])
         self._placed, self._seen = _Placed(), dict[int, tuple[int, PlacedBody]]()
         self._last: tuple[Sequence[PlacedBody], Integers] = (), np.zeros(0, np.int64)
         self._trees: dict[int, tuple[KinematicTree, Chain, Array]] = {}
         self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
-        self._work = _work()
+        self._work, self._radii = _work(), dict[str, float]()
 
     def number(self, body: PlacedBody) -> int:
         """The number of a body: equal bodies have equal ones."""
@@ -227,11 +223,20 @@ class Prover:
         """How far a body's corners and discs, and all of its points, are from the joint that carries it (2,) [m]."""
         own = slice(*self.ranges[body.mesh])
         turn, at = body.joint_T_body[:9].reshape(3, 3), body.joint_T_body[9:]
+        if body.joint == 0:  # it never moves: a bound is enough
+            return np.full(2, self._radius(body.mesh) + math.sqrt(float(at @ at)))
         placed = np.einsum("rc,bci->bri", turn, self.hulls.blocks[own]) + at[None, :, None]
         far = np.linalg.norm(placed, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
         far += self.hulls.rounds[own, DISC]
         balls = self.hulls.rounds[own, RADIUS]
         return np.array([far.max(initial=0.0), (far + balls).max(initial=0.0)])
+
+    def _radius(self, mesh: str) -> float:
+        """A bound of how far any point of a mesh's parts is from its origin [m]."""
+        if mesh not in self._radii:
+            own = self.boxes[slice(*self.ranges[mesh])]
+            self._radii[mesh] = float(np.linalg.norm(np.abs(own).reshape(-1, 2, 3).max(axis=(0, 1), initial=0.0)))
+        return self._radii[mesh]
 
     def _chain(self, tree: KinematicTree) -> tuple[Chain, Array]:
         """The arrays of a tree, and how far its joints may be from the world's origin."""
@@ -239,6 +244,27 @@ class Prover:
             chain = chain_of(tree)
             self._trees[id(tree)] = tree, chain, reach_of(chain)
         return self._trees[id(tree)][1:]
+
+    def setting(self, course: Course) -> tuple[Chain, Things, Search]:
+        """The arrays of a course's chain and bodies, and those of a search for axes between them."""
+        chain, reaches = self._chain(course.tree)
+        numbers = self.numbers(course.bodies)
+        rows, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
+        search = search_for(offset_for(2.0 * float((reaches[rows[0]] + far[:, 1]).max())))
+        return (
+            chain,
+            Things(rows, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes),
+            search,
+        )
+
+    def extents_of(self, bodies: Sequence[PlacedBody]) -> tuple[Array, Array]:
+        """The boxes (T, 6) around whole bodies, as middles and half sides, and balls (T, 4) around these."""
+        if self._whole is None:
+            low = np.minimum.reduceat(self.boxes[:, :3], self._starts)
+            high = np.maximum.reduceat(self.boxes[:, 3:], self._starts)
+            self._whole = np.hstack([0.5 * (low + high), 0.5 * (high - low)])
+        found = self._whole[[self._order[body.mesh] for body in bodies]]
+        return found, np.hstack([found[:, :3], np.linalg.norm(found[:, 3:], axis=1)[:, None]])
 
     def prove(self, course: Course, wanted: Array | None = None) -> list[Witness | None] | Unproven:
         """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
@@ -257,11 +283,8 @@ class Prover:
         `wanted` (P,) [m] where they can, else as much as is found with a stated effort; by default 0.9 of the planner's
         clearance.
         """
-        chain, reaches = self._chain(course.tree)
+        chain, things, search = self.setting(course)
         rows, count = len(course.waypoints), len(course.pairs)
-        numbers = self.numbers(course.bodies)
-        things, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
-        search = search_for(offset_for(2.0 * float((reaches[things[0]] + far[:, 1]).max())))
         finest, thorough = POSITIONS_PER_PIECE if course.at_any_times else 1.0, wanted is not None
         effort, loss = (MAX_PAIR_NODES, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
         limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss])
@@ -273,9 +296,9 @@ class Prover:
         where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
         way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
         trail = Trail(course.waypoints, strays, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 3)))
-        bodies = Things(things, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes)
         proofs = Proofs(self._codes, self._axes, where, margins, targets)
-        proven = prove_pairs(course.pairs, limits, chain, trail, bodies, self._work, search, proofs)
+        sides = _sides(2 * count, len(things.radii), chain, rows)
+        proven = prove_pairs(course.pairs, limits, chain, trail, things, sides, self._work, search, proofs)
         if proven < count:
             return self._unproven(course, int(proven), int(where[proven]))
         end = int(where[-1]) if count else 0
@@ -292,6 +315,18 @@ class Prover:
             parts = int(rows[1, 0]) - first, int(rows[1, 1]) - second
         start_of, end_of, gap = rows[0].tolist()
         return Unproven(pair, start_of, end_of, gap, parts)
+
+
+def _sides(count: int, bodies: int, chain: Chain, rows: int) -> Sides:
+    return Sides(
+        numbers=np.empty((bodies, chain.joints.shape[1]), np.int64),
+        keys=np.empty((count, 2), np.int64),
+        poses=np.empty((count, rows, 12)),
+        bounds=np.empty((count, rows - 1, 3)),
+        boxes=np.empty((count, 6)),
+        still=np.empty(count, np.bool_),
+        moves=np.empty(count, np.bool_),
+    )
 
 
 def _work() -> Work:
