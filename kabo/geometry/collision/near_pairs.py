@@ -40,15 +40,17 @@ class NearPairs:
         places = _places(len(course.waypoints) - 1)
         count, bodies = len(course.pairs), len(scopes)
         self._pairs = Pairs(course.pairs, scopes, caps.copy(), np.empty(count), np.empty(count, np.int64))
-        whole, balls = prover.extents_of(course.bodies)
+        wholes, balls = prover.whole_bodies(course)
         self._placed = Placed(
             things.rows,
             things.joint_T,
             balls,
-            np.concatenate([prover.extents, whole]),
+            wholes,
+            prover.extents,
             things.hulls,
             np.empty((bodies, len(places), 12)),
             np.empty((bodies, len(places), 3)),
+            np.empty((bodies, 6)),
         )
         between = Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3))
         self._room = Measuring(np.zeros((2, 1, 12)), np.zeros((2, 4), np.int64), between, search)

@@ -150,14 +150,21 @@ class ProofArrays:
         letters = self.codes.tobytes().translate(_LETTERS).decode("ascii")
         return letters, before, self.axes[short].astype("<i2").tobytes(), self.axes[exact].astype("<f8").tobytes()
 
+    @cached_property
+    def _slices(self) -> list[list[int]]:
+        """Of each pair where its letters and both kinds of its axes begin, and those of the next one."""
+        _, before, _, _ = self._written
+        found: list[list[int]] = np.concatenate([self.where[None], before[:, self.where]]).T.tolist()
+        return found
+
     def witness(self, pair: int) -> Witness | None:
         """The proof of a pair; None if it needs none."""
-        begin, end = self.where[pair : pair + 2].tolist()
+        (begin, a, c), (end, b, d) = self._slices[pair : pair + 2]
         if begin == end:
             return None
-        letters, before, short, exact = self._written
-        (a, c), (b, d) = before[:, begin].tolist(), before[:, end].tolist()
-        return Witness(letters[begin:end], short[a:b] + exact[c:d], float(self.margins[pair]))
+        letters, _, short, exact = self._written
+        axes = short[a:b] + exact[c:d] if c < d else short[a:b]
+        return Witness(letters[begin:end], axes, float(self.margins[pair]))
 
 
 class _Placed:
@@ -191,10 +198,9 @@ class Prover:
         made = stacked([parts.packed for parts in meshes.values()])
         self.hulls = Hulls(made.blocks, made.sizes, made.rounds)
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
-        self._starts, self._whole = np.asarray(ends[:-1]), None
-        self._order = {name: number for number, name in enumerate(meshes)}
-        low, high = self.boxes[:, :3], self.boxes[:, 3:]
-        self.extents = np.hstack([0.5 * (low + high), 0.5 * (high - low)])
+        self.extents, self._balls = _extents(self.boxes, np.asarray(ends[:-1], np.int64))
+        self._whole_rows = {name: len(self.boxes) + number for number, name in enumerate(("", *meshes))}
+        self._settings: dict[tuple[int, int], tuple[Course, tuple[Chain, Things, Search]]] = {}
         self._placed, self._seen = _Placed(), dict[int, tuple[int, PlacedBody]]()
         self._last: tuple[Sequence[PlacedBody], Integers] = (), np.zeros(0, np.int64)
         self._trees: dict[int, tuple[KinematicTree, Chain, Array]] = {}
@@ -247,24 +253,20 @@ class Prover:
 
     def setting(self, course: Course) -> tuple[Chain, Things, Search]:
         """The arrays of a course's chain and bodies, and those of a search for axes between them."""
-        chain, reaches = self._chain(course.tree)
-        numbers = self.numbers(course.bodies)
-        rows, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
-        search = search_for(offset_for(2.0 * float((reaches[rows[0]] + far[:, 1]).max())))
-        return (
-            chain,
-            Things(rows, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes),
-            search,
-        )
+        key = id(course.tree), id(course.bodies)
+        if key not in self._settings:
+            chain, reaches = self._chain(course.tree)
+            numbers = self.numbers(course.bodies)
+            rows, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
+            search = search_for(offset_for(2.0 * float((reaches[rows[0]] + far[:, 1]).max())))
+            things = Things(rows, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes)
+            self._settings[key] = course, (chain, things, search)  # which keeps the bodies, hence their id
+        return self._settings[key][1]
 
-    def extents_of(self, bodies: Sequence[PlacedBody]) -> tuple[Array, Array]:
-        """The boxes (T, 6) around whole bodies, as middles and half sides, and balls (T, 4) around these."""
-        if self._whole is None:
-            low = np.minimum.reduceat(self.boxes[:, :3], self._starts)
-            high = np.maximum.reduceat(self.boxes[:, 3:], self._starts)
-            self._whole = np.hstack([0.5 * (low + high), 0.5 * (high - low)])
-        found = self._whole[[self._order[body.mesh] for body in bodies]]
-        return found, np.hstack([found[:, :3], np.linalg.norm(found[:, 3:], axis=1)[:, None]])
+    def whole_bodies(self, course: Course) -> tuple[Integers, Array]:
+        """The rows (T,) of `extents` for whole bodies, and balls (T, 4) around these, in their frames."""
+        rows = np.array([self._whole_rows[body.mesh] for body in course.bodies], np.int64)
+        return rows, self._balls[rows - self._whole_rows[""]]
 
     def prove(self, course: Course, wanted: Array | None = None) -> list[Witness | None] | Unproven:
         """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
@@ -315,6 +317,21 @@ class Prover:
             parts = int(rows[1, 0]) - first, int(rows[1, 1]) - second
         start_of, end_of, gap = rows[0].tolist()
         return Unproven(pair, start_of, end_of, gap, parts)
+
+
+def _extents(boxes: Array, starts: Integers) -> tuple[Array, Array]:
+    """Middles and half sides of boxes (B, 6), then those around each range of them; and balls (R, 4) around the latter.
+
+    The first range, and the first ball, are room for none.
+    """
+    low, high, none = boxes[:, :3], boxes[:, 3:], np.zeros((1, 6))
+    made = np.concatenate([0.5 * (low + high), 0.5 * (high - low)], axis=1)
+    if not len(starts):
+        return np.concatenate([made, none]), np.zeros((1, 4))
+    low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+    whole = np.concatenate([none, np.concatenate([0.5 * (low + high), 0.5 * (high - low)], axis=1)])
+    radii = np.sqrt((whole[:, 3:] ** 2).sum(axis=1))
+    return np.concatenate([made, whole]), np.concatenate([whole[:, :3], radii[:, None]], axis=1)
 
 
 def _sides(count: int, bodies: int, chain: Chain, rows: int) -> Sides:

@@ -34,10 +34,12 @@ class Placed(NamedTuple):
     rows: Integers  # (3, T) joint, first part, part after the last
     joint_T: Array  # (T, 12)
     balls: Array  # (T, 4) around each body, in its frame: middle and radius
-    extents: Array  # (B + T, 6) middles and half sides of the boxes of all parts, and of whole bodies
+    wholes: Integers  # (T,) the rows of `extents` of whole bodies
+    extents: Array  # (.., 6) middles and half sides of the boxes of all parts, and of whole bodies
     hulls: Hulls  # of all parts
     poses: Array  # (T, K, 12) in the world; of bodies that stand only the first
     middles: Array  # (T, K, 3) of the balls
+    ranges: Array  # (T, 6) of these, lower and upper
 
 
 class Measuring(NamedTuple):
@@ -78,6 +80,11 @@ def place_bodies(waypoints, places, chain, segment, frames, placed):
                 placed.middles[t, k, r] = placed.poses[t, k, 9 + r]
                 for c in range(3):
                     placed.middles[t, k, r] += placed.poses[t, k, 3 * r + c] * placed.balls[t, c]
+        for r in range(3):
+            placed.ranges[t, r], placed.ranges[t, 3 + r] = np.inf, -np.inf
+            for k in range(count):
+                placed.ranges[t, r] = min(placed.ranges[t, r], placed.middles[t, k, r])
+                placed.ranges[t, 3 + r] = max(placed.ranges[t, 3 + r], placed.middles[t, k, r])
 
 
 @lean_kernel
@@ -92,39 +99,43 @@ def _moves(joint, frame, chain, moving):
 
 @lean_kernel
 def bound_pairs(pairs, placed, chain, moving):
-    """Writes the lower bounds that balls around bodies give of the distances of all pairs; of those at rest infinity.
+    """Writes the lower bounds that balls along the path give of the distances of all pairs; of those at rest infinity.
 
     `moving` (n,) says which values of a configuration change along the path.
     """
     for p in range(pairs.bodies.shape[0]):
-        first, second, frame, least = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.bodies[p, 2], np.inf
+        first, second, frame, square = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.bodies[p, 2], 0.0
         pairs.lower[p], pairs.stage[p] = np.inf, SETTLED
         if not (
             _moves(placed.rows[JOINT, first], frame, chain, moving)
             or _moves(placed.rows[JOINT, second], frame, chain, moving)
         ):
             continue
-        for k in range(placed.poses.shape[1]):
-            least = min(least, _ball_gap(placed, first, second, k))
-        pairs.lower[p], pairs.stage[p] = least, BOUNDED
+        for r in range(3):
+            way = max(
+                placed.ranges[first, r] - placed.ranges[second, 3 + r],
+                placed.ranges[second, r] - placed.ranges[first, 3 + r],
+            )
+            square += way * way if way > 0.0 else 0.0
+        pairs.lower[p], pairs.stage[p] = np.sqrt(square) - placed.balls[first, 3] - placed.balls[second, 3], BOUNDED
 
 
 @lean_kernel
 def _least_at(placed, first, second, k, limit, room):
     """The distance of two bodies at a place, or `limit` if that is not more [m]."""
-    extents, between, bodies = placed.extents, room.between, placed.rows.shape[1]
+    extents, between = placed.extents, room.between
     for i in range(12):
         room.poses[0, 0, i] = placed.poses[first, _at(placed, first, k), i]
         room.poses[1, 0, i] = placed.poses[second, _at(placed, second, k), i]
     relative(room.poses, 0, between.turn, between.at)
-    a, b = extents.shape[0] - bodies + first, extents.shape[0] - bodies + second
-    if box_gap(extents, a, b, between.turn, between.at, between.apart) >= limit:
+    a, b = placed.wholes[first], placed.wholes[second]
+    if box_gap(extents, a, b, between.turn, between.at, between.apart, limit) >= limit:
         return limit
     for i in range(placed.rows[FIRST_PART, first], placed.rows[LAST_PART, first]):
-        if box_gap(extents, i, b, between.turn, between.at, between.apart) >= limit:
+        if box_gap(extents, i, b, between.turn, between.at, between.apart, limit) >= limit:
             continue
         for j in range(placed.rows[FIRST_PART, second], placed.rows[LAST_PART, second]):
-            if box_gap(extents, i, j, between.turn, between.at, between.apart) < limit:
+            if box_gap(extents, i, j, between.turn, between.at, between.apart, limit) < limit:
                 gap = gap_of_parts(
                     placed.hulls, i, j, room.poses, 0, limit, room.ends, room.search, between.apart
                 )

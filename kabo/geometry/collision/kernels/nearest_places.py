@@ -48,8 +48,11 @@ def relative(poses, k, turn, at):
 
 
 @lean_kernel
-def box_gap(boxes, a, b, turn, at, apart):
-    """The greatest gap of the boxes of two parts along an axis of either; writes the way between their middles."""
+def box_gap(boxes, a, b, turn, at, apart, enough):
+    """The greatest gap of the boxes of two parts along an axis of either, or one of at least `enough`.
+
+    In the first case the way between their middles is written.
+    """
     gap = -np.inf
     for r in range(3):
         x, half = at[r] - boxes[a, r], boxes[a, 3 + r]
@@ -58,6 +61,8 @@ def box_gap(boxes, a, b, turn, at, apart):
             half += abs(turn[r, c]) * boxes[b, 3 + c]
         apart[r] = x
         gap = max(gap, abs(x) - half)
+        if gap >= enough:
+            return gap
     for c in range(3):
         x, half = 0.0, boxes[b, 3 + c]
         for r in range(3):
@@ -88,16 +93,16 @@ def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chose
     relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
-    box_gap(boxes, first, second, turn, between.at, between.apart)
+    box_gap(boxes, first, second, turn, between.at, between.apart, np.inf)
     best = min(limit, gap_of_parts(hulls, first, second, poses, k, limit, ends, search, between.apart))
     whole = boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
-        if box_gap(boxes, a, whole, turn, between.at, between.apart) >= best:
+        if box_gap(boxes, a, whole, turn, between.at, between.apart, best) >= best:
             continue
         for j in range(parts.counts[1]):
             b = parts.numbers[1, j]
-            if box_gap(boxes, a, b, turn, between.at, between.apart) < best:
+            if box_gap(boxes, a, b, turn, between.at, between.apart, best) < best:
                 gap = gap_of_parts(hulls, a, b, poses, k, best, ends, search, between.apart)
                 if gap < best:
                     best, first, second = gap, a, b
@@ -129,7 +134,7 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
     for k in range(lower.shape[0]):
         if lower[k] == -np.inf:
             relative(poses, k, between.turn, between.at)
-            lower[k] = box_gap(boxes, whole - 1, whole, between.turn, between.at, between.apart)
+            lower[k] = box_gap(boxes, whole - 1, whole, between.turn, between.at, between.apart, np.inf)
     while True:
         k, known = 0, -1
         for other in range(lower.shape[0]):
