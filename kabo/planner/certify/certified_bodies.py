@@ -21,6 +21,8 @@ from kabo.geometry.collision.separation_proofs import (
 )
 from kabo.plan import BodyParts
 
+SPARE = 2.0  # times the least margin of a stretch or an object: no pair is given more at first
+
 
 @dataclass(frozen=True, eq=False)
 class PairProofs:
@@ -135,7 +137,7 @@ class CertifiedBodies:
 
     def _proven(self, course: Course) -> PairProofs | Unproven:
         while True:
-            found = self._prover.arrays(course, self._near)
+            found = self._prover.arrays(course, self._near, SPARE)
             if not isinstance(found, Unproven):
                 return PairProofs.of(found)
             if not self._divide(course, found):

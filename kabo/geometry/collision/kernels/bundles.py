@@ -191,6 +191,7 @@ class Things(NamedTuple):
     joint_T: Array  # (T, 12)
     hulls: Hulls
     boxes: Array  # (B, 6) lower and upper
+    scopes: Integers  # (T,) the number of what has a least margin of its own; 0 for none
 
 
 class Trail(NamedTuple):
@@ -214,6 +215,9 @@ class Work(NamedTuple):
     size: Array  # (2,)
     scratch: Array  # (2, 12)
     stack: Integers  # (.., 6)
+    tracked: Integers  # (2, 2) the body whose bounds and poses are there, and its frame
+    strays: NDArray[np.bool_]  # (2,) whether it may be off the path
+    whole: Array  # (2, 6) the box that it sweeps
 
 
 class Proofs(NamedTuple):
@@ -221,6 +225,8 @@ class Proofs(NamedTuple):
 
     codes: NDArray[np.uint8]  # (N,)
     axes: Array  # (N, 3)
-    where: Integers  # (P,) the row after each pair's proof
-    margins: Array  # (P + 1,) its least margin
+    where: Integers  # (2, P) the first row of each pair's proof, and the row after it
+    margins: Array  # (P,) its least margin
     targets: Array  # (2, P) the margin that is wanted of each pair, and the one that it needs [m]
+    order: Integers  # (P,) room for the numbers of pairs
+    least: Array  # (S,) the least margin so far of the path, and of everything that has one of its own

@@ -38,8 +38,8 @@ JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `Things.rows`
 DEVIATION, PATH, STRAY = 0, 1, 2  # columns of `bounds` and `over`
 # Places of `limits`: boxes farther apart need no axis; halving for less is never worth it; no stretch of FINEST or less
 # is halved; the nodes of a proof after which half as much is wanted, and again after each quarter of as many; the share
-# of a gap that may be lost.
-NEAR, DECIDED, FINEST, EFFORT, LOSS = 0, 1, 2, 3, 4
+# of a gap that may be lost; how many times the least margin of what a pair counts for is enough for it.
+NEAR, DECIDED, FINEST, EFFORT, LOSS, SPARE = 0, 1, 2, 3, 4, 5
 WANTED, NEEDED = 0, 1  # rows of `Proofs.targets`
 
 
@@ -66,60 +66,74 @@ def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scrat
         )
 
 
-@lean_kernel  # -> writes `trail.bounds`; returns whether the pair moves
-def _pace(chain, trail, pair, things):
-    """Writes for every piece bounds of how far points of both bodies deviate from chords, move, and stray in the frame."""
-    total, greatest, waypoints, bounds, segment = 0.0, 0.0, trail.waypoints, trail.bounds, trail.way.segment
-    for k in range(waypoints.shape[0] - 1):
+@lean_kernel  # (2, K, 3), i8, i8, i8 -> writes a row of (2, 3) deviation with stray, path, and stray
+def _over(bounds, e, s0, s1, over):
+    """Writes the same bounds for a stretch, whole pieces or a part of one: of both kinds of deviation together."""
+    first, last = s0 >> FRACTION_BITS, (s1 - 1) >> FRACTION_BITS
+    share = min(1.0, (s1 - s0) / POSITIONS_PER_PIECE)
+    over[e, DEVIATION], over[e, PATH], over[e, STRAY] = 0.0, 0.0, 0.0
+    for k in range(first, last + 1):
+        off = bounds[e, k, STRAY]
+        over[e, DEVIATION] = max(over[e, DEVIATION], bounds[e, k, DEVIATION] * share * share + off)
+        over[e, PATH] += bounds[e, k, PATH] * share
+        over[e, STRAY] = max(over[e, STRAY], off)
+
+
+@lean_kernel
+def _swept_box(e, boxes, poses, work):
+    """Writes the box around the swept volume of a body's range, and the diagonal of the range's own box."""
+    ends, over, box, swept, size = work.ends, work.over, work.box, work.swept, work.size
+    size[e] = 0.0
+    for r in range(3):
+        least, most = np.inf, -np.inf
+        for p in range(ends[e, LOW], ends[e, HIGH]):
+            least, most = min(least, boxes[p, r]), max(most, boxes[p, 3 + r])
+        box[r], box[3 + r] = 0.5 * (least + most), 0.5 * (most - least)
+        size[e] += (most - least) * (most - least)
+    size[e] = np.sqrt(size[e])
+    for r in range(3):
+        least, most = np.inf, -np.inf
+        for k in range(ends[e, START], ends[e, END] + 1):
+            a, b, c = poses[e, k, 3 * r], poses[e, k, 3 * r + 1], poses[e, k, 3 * r + 2]
+            middle = a * box[0] + b * box[1] + c * box[2] + poses[e, k, 9 + r]
+            half = abs(a) * box[3] + abs(b) * box[4] + abs(c) * box[5]
+            least, most = min(least, middle - half), max(most, middle + half)
+        swept[e, r], swept[e, 3 + r] = least - over[e, DEVIATION], most + over[e, DEVIATION]
+
+
+@lean_kernel
+def _track(e, t, frame, chain, trail, things, work):
+    """Writes bounds, poses and the box along the whole path of a body in a frame, if they are not those of the last pair.
+
+    Bounds are how far points deviate from chords, move and stray in each piece. A body that does not move has one pose.
+    """
+    if work.tracked[e, 0] == t and work.tracked[e, 1] == frame:
+        return
+    waypoints, bounds, segment, frames = trail.waypoints, trail.bounds, trail.way.segment, trail.way.frames
+    joint, pieces, moves = things.rows[JOINT, t], waypoints.shape[0] - 1, False
+    work.tracked[e, 0], work.tracked[e, 1], work.strays[e] = t, frame, False
+    for k in range(pieces):
+        if joint == frame:
+            bounds[e, k, DEVIATION], bounds[e, k, PATH], bounds[e, k, STRAY] = 0.0, 0.0, 0.0
+            continue
         for i in range(waypoints.shape[1]):
             segment[0, i], segment[1, i] = waypoints[k, i], waypoints[k + 1, i]
             trail.way.strays[i] = trail.strays[k, i]
         turning(trail.way, chain)
-        for e in range(2):
-            t = pair[e]
-            bounds[e, k, DEVIATION], _, bounds[e, k, PATH], bounds[e, k, STRAY] = motion(
-                trail.way, chain, things.rows[JOINT, t], pair[2], things.radii[t]
-            )
-            total += bounds[e, k, PATH]
-        greatest = max(greatest, bounds[0, k, STRAY] + bounds[1, k, STRAY])
-    return total > 0.0 or greatest > 0.0
-
-
-@lean_kernel  # (2, K, 3), i8, i8 -> writes (2, 3) deviation with stray, path, and stray
-def _over(bounds, s0, s1, over):
-    """Writes the same bounds for a stretch, whole pieces or a part of one: of both kinds of deviation together."""
-    first, last = s0 >> FRACTION_BITS, (s1 - 1) >> FRACTION_BITS
-    share = min(1.0, (s1 - s0) / POSITIONS_PER_PIECE)
-    for e in range(2):
-        over[e, DEVIATION], over[e, PATH], over[e, STRAY] = 0.0, 0.0, 0.0
-        for k in range(first, last + 1):
-            off = bounds[e, k, STRAY]
-            over[e, DEVIATION] = max(over[e, DEVIATION], bounds[e, k, DEVIATION] * share * share + off)
-            over[e, PATH] += bounds[e, k, PATH] * share
-            over[e, STRAY] = max(over[e, STRAY], off)
-
-
-@lean_kernel
-def _swept_boxes(boxes, poses, work):
-    """Writes the boxes (2, 6) around both ranges' swept volumes, and the diagonals (2,) of the ranges' own boxes."""
-    ends, over, box, swept, size = work.ends, work.over, work.box, work.swept, work.size
-    for e in range(2):
-        size[e] = 0.0
-        for r in range(3):
-            least, most = np.inf, -np.inf
-            for p in range(ends[e, LOW], ends[e, HIGH]):
-                least, most = min(least, boxes[p, r]), max(most, boxes[p, 3 + r])
-            box[r], box[3 + r] = 0.5 * (least + most), 0.5 * (most - least)
-            size[e] += (most - least) * (most - least)
-        size[e] = np.sqrt(size[e])
-        for r in range(3):
-            least, most = np.inf, -np.inf
-            for k in range(ends[e, START], ends[e, END] + 1):
-                a, b, c = poses[e, k, 3 * r], poses[e, k, 3 * r + 1], poses[e, k, 3 * r + 2]
-                middle = a * box[0] + b * box[1] + c * box[2] + poses[e, k, 9 + r]
-                half = abs(a) * box[3] + abs(b) * box[4] + abs(c) * box[5]
-                least, most = min(least, middle - half), max(most, middle + half)
-            swept[e, r], swept[e, 3 + r] = least - over[e, DEVIATION], most + over[e, DEVIATION]
+        bounds[e, k, DEVIATION], _, bounds[e, k, PATH], bounds[e, k, STRAY] = motion(
+            trail.way, chain, joint, frame, things.radii[t]
+        )
+        moves = moves or bounds[e, k, PATH] > 0.0
+        work.strays[e] = work.strays[e] or bounds[e, k, STRAY] > 0.0
+    work.still[e] = not moves
+    for k in range(pieces + 1 if moves else 1):
+        _body_pose(frames[0], frames[k], frame, joint, things.joint_T, t, trail.poses[e], k, work.scratch)
+    work.ends[e, LOW], work.ends[e, HIGH] = things.rows[FIRST_PART, t], things.rows[LAST_PART, t]
+    work.ends[e, START], work.ends[e, END] = 0, pieces if moves else 0
+    _over(trail.bounds, e, 0, pieces * POSITIONS_PER_PIECE, work.over)
+    _swept_box(e, things.boxes, trail.poses, work)
+    for r in range(6):
+        work.whole[e, r] = work.swept[e, r]
 
 
 @lean_kernel
@@ -170,13 +184,16 @@ def _place(s0, s1, pair, chain, trail, things, work):
         )
         for e in range(2):
             t = pair[e]
-            _body_pose(
-                frames[0], frames[count], pair[2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e], count + c,
-                work.scratch,
-            )  # fmt: skip
+            if not work.still[e]:
+                _body_pose(
+                    frames[0], frames[count], pair[2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e],
+                    count + c, work.scratch,
+                )  # fmt: skip
     for e in range(2):
-        ends[e, START] = count if inside else s0 >> FRACTION_BITS
-        ends[e, END] = ends[e, START] if work.still[e] else count + 1 if inside else s1 >> FRACTION_BITS
+        ends[e, START], ends[e, END] = 0, 0
+        if not work.still[e]:
+            ends[e, START] = count if inside else s0 >> FRACTION_BITS
+            ends[e, END] = count + 1 if inside else s1 >> FRACTION_BITS
 
 
 @lean_kernel
@@ -250,8 +267,9 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
         for e in range(2):
             ends[e, LOW], ends[e, HIGH] = stack[top, 2 + 2 * e], stack[top, 3 + 2 * e]
         _place(s0, s1, pair, chain, trail, things, work)
-        _over(trail.bounds, s0, s1, over)
-        _swept_boxes(things.boxes, trail.poses, work)
+        for e in range(2):
+            _over(trail.bounds, e, s0, s1, over)
+            _swept_box(e, things.boxes, trail.poses, work)
         if row >= proofs.codes.shape[0] or top + 2 >= stack.shape[0]:
             return -1
         if _boxes_apart(swept, limits[NEAR] + BOX_MARGIN):
@@ -286,36 +304,78 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
 
 
 @lean_kernel
+def _root_gap(pair, limits, trail, things, work, search):
+    """The margin that one axis leaves along the whole path, between all parts, as far as it is looked for."""
+    whole, ends, pieces, grow = work.whole, work.ends, trail.waypoints.shape[0] - 1, 0.0
+    for e in range(2):
+        ends[e, LOW], ends[e, HIGH] = things.rows[FIRST_PART, pair[e]], things.rows[LAST_PART, pair[e]]
+        ends[e, START], ends[e, END] = 0, 0 if work.still[e] else pieces
+        _over(trail.bounds, e, 0, pieces * POSITIONS_PER_PIECE, work.over)
+        grow += work.over[e, DEVIATION]
+    for r in range(3):
+        search.axis[r] = whole[0, r] + whole[0, 3 + r] - whole[1, r] - whole[1, 3 + r]
+    return greatest_gap(things.hulls, ends, trail.poses, grow + limits[NEAR], 0.0, limits[LOSS], search) - grow
+
+
+@lean_kernel
+def _sort(order, count, keys):
+    """Sorts numbers of pairs by their keys; of equal ones the first stays first."""
+    for n in range(1, count):
+        p, at = order[n], n
+        while at > 0 and keys[order[at - 1]] > keys[p]:
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = p
+
+
+@lean_kernel
+def _least_that_counts(pair, scopes, least):
+    """The margin with which a pair is not the least one of anything that it counts for."""
+    a, b = scopes[pair[0]], scopes[pair[1]]
+    return max(least[a], least[b]) if a > 0 and b > 0 else least[max(a, b)]
+
+
+@lean_kernel
 def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
-    """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
+    """Proves pairs (P, 3) of first body, second body, frame; writes the rows of each proof, and its least margin.
 
     `proofs.targets` (2, P) are the margin that is wanted of each pair, and the one that is needed [m].
     A pair that does not move, or whose boxes over the whole path are apart, has an empty proof, since verifiers
-    test these two cases first. Returns the number of pairs proven before the first failure; P if there is none.
+    test these two cases first. The others are proven in the order of the margins that one axis leaves, and no more is
+    wanted of one than `limits[SPARE]` times the least margin of all that it counts for. Returns the number of the first
+    pair that cannot be proven; P if there is none.
     """
-    joints, factors, waypoints, frames = chain.joints, chain.factors, trail.waypoints, trail.way.frames
-    count, row = waypoints.shape[0], 0
-    for k in range(count):
+    joints, factors, frames = chain.joints, chain.factors, trail.way.frames
+    row, near, count, capped = 0, 0, pairs.shape[0], limits[SPARE] < np.inf
+    for k in range(trail.waypoints.shape[0]):
         forward_kinematics(
-            waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[k]
+            trail.waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[k]
         )
-    for p in range(pairs.shape[0]):
-        proofs.margins[p], proofs.where[p] = np.inf, row
-        if not _pace(chain, trail, pairs[p], things):
-            continue
+    work.tracked[0, 0], work.tracked[1, 0] = -1, -1
+    for p in range(count):
+        proofs.margins[p], proofs.where[0, p], proofs.where[1, p] = np.inf, 0, 0
         for e in range(2):
-            t, path = pairs[p, e], 0.0
-            for k in range(count):
-                _body_pose(
-                    frames[0], frames[k], pairs[p, 2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e], k,
-                    work.scratch,
-                )  # fmt: skip
-                path += trail.bounds[e, k, PATH] if k + 1 < count else 0.0
-            work.still[e] = path == 0.0
-        after = _prove(p, pairs[p], limits, chain, trail, things, work, search, proofs, row)
-        if after < 0:
+            _track(e, pairs[p, e], pairs[p, 2], chain, trail, things, work)
+        moves = not (work.still[0] and work.still[1]) or work.strays[0] or work.strays[1]
+        if moves and not _boxes_apart(work.whole, limits[NEAR] + BOX_MARGIN):
+            proofs.order[near], near = p, near + 1
+            if capped:
+                proofs.margins[p] = _root_gap(pairs[p], limits, trail, things, work, search)
+    if capped:
+        _sort(proofs.order, near, proofs.margins)
+    for n in range(near):
+        p = proofs.order[n]
+        proofs.margins[p], proofs.where[0, p] = np.inf, row
+        for e in range(2):
+            _track(e, pairs[p, e], pairs[p, 2], chain, trail, things, work)
+        enough = limits[SPARE] * _least_that_counts(pairs[p], things.scopes, proofs.least)
+        proofs.targets[WANTED, p] = max(proofs.targets[NEEDED, p], min(proofs.targets[WANTED, p], enough))
+        row = _prove(p, pairs[p], limits, chain, trail, things, work, search, proofs, row)
+        if row < 0:
             return p
-        if after > row + 1 or proofs.codes[row] != BOXES:
-            row = after
-        proofs.where[p] = row
-    return pairs.shape[0]
+        proofs.where[1, p] = row
+        proofs.least[0] = min(proofs.least[0], proofs.margins[p])
+        for e in range(2):
+            scope = things.scopes[pairs[p, e]]
+            proofs.least[scope] = min(proofs.least[scope], proofs.margins[p])
+    return count
