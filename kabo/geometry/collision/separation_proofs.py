@@ -36,7 +36,8 @@ STACK_DEPTH = 4096  # rows of the stack
 SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin tried first
 FIRST_ROWS = 64  # of the arrays of bodies
 MIN_MARGIN = 1e-9  # [m] of every proof
-MAX_PAIR_NODES = 4000  # of one proof with a wanted margin, after which any proof does
+MAX_PAIR_NODES = 4000  # of one proof with a wanted margin, after which half as much is wanted
+FIRST_PAIR_NODES = 100  # the same where pairs are proven to find the one with the least margin
 QUICK_LOSS, BEST_LOSS = 0.1, 0.02  # share of a gap by which axes may be worse than the best ones
 
 
@@ -268,7 +269,8 @@ class Prover:
         things, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
         search = search_for(offset_for(2.0 * float((reaches[things[0]] + far[:, 1]).max())))
         finest, thorough = POSITIONS_PER_PIECE if course.at_any_times else 1.0, wanted is not None
-        effort, loss = (MAX_PAIR_NODES, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
+        nodes = FIRST_PAIR_NODES if spare < np.inf else MAX_PAIR_NODES
+        effort, loss = (nodes, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
         limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss, spare])
         needed = MIN_MARGIN + (np.zeros(count) if course.kept is None else course.kept)
         targets = np.array([needed + self.margin if wanted is None else np.maximum(needed, wanted), needed])

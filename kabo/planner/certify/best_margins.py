@@ -159,7 +159,7 @@ class _Nearest:
         self.which = [(each, i) for each in self.own for i in range(len(each))]
         rows = len(self.which) + MAX_STEPS
         self.hulls = Hulls(np.empty((rows, 3, COLUMNS)), np.zeros(rows, np.int64), np.zeros((rows, 5)))
-        self.boxes = np.zeros((rows + 1, 6))  # the last one is room for that of a whole body
+        self.boxes = np.zeros((rows + 2, 6))  # the last ones are room for those of whole bodies
         self.lists = Lists(np.zeros((2, rows), np.int64), np.zeros(2, np.int64))
         end = 0
         for each in self.own:
@@ -292,8 +292,6 @@ class _Sharpening:
             course = each.course
             numbers = course.pairs[pair, :2].tolist()
             first, second = (self._of(course.bodies[k].mesh) for k in numbers)
-            if first.mesh is None and second.mesh is None:
-                continue
             if id(each) not in self._along:
                 self._along[id(each)] = _Along(course)
             along = self._along[id(each)]

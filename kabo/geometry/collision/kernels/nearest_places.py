@@ -14,6 +14,7 @@ from kabo.geometry.collision.kernels.tight_parts import LOSS
 from kabo.geometry.collision.kernels.witness_axes import END, HIGH, LOW, START, gap_along, greatest_gap
 from kabo.scene.kernels.poses import forward_kinematics
 
+NOT_MEASURED, NOT_BOUNDED = -1, -2  # instead of the parts that are nearest to each other at a place
 ALIKE = 0.97  # of a distance: those between are as good as the least one
 
 
@@ -119,15 +120,16 @@ def _least_box_gap(boxes, parts, poses, k, between):
 
 
 @lean_kernel
-def _box_of_second(boxes, parts):
-    """Writes the box of the whole second body into the last row."""
-    whole = boxes.shape[0] - 1
-    for r in range(3):
-        low, high = np.inf, -np.inf
-        for j in range(parts.counts[1]):
-            b = parts.numbers[1, j]
-            low, high = min(low, boxes[b, r] - boxes[b, 3 + r]), max(high, boxes[b, r] + boxes[b, 3 + r])
-        boxes[whole, r], boxes[whole, 3 + r] = 0.5 * (low + high), 0.5 * (high - low)
+def _whole_boxes(boxes, parts):
+    """Writes the boxes of the whole bodies into the last two rows, that of the second one last."""
+    for e in range(2):
+        whole = boxes.shape[0] - 2 + e
+        for r in range(3):
+            low, high = np.inf, -np.inf
+            for j in range(parts.counts[e]):
+                b = parts.numbers[e, j]
+                low, high = min(low, boxes[b, r] - boxes[b, 3 + r]), max(high, boxes[b, r] + boxes[b, 3 + r])
+            boxes[whole, r], boxes[whole, 3 + r] = 0.5 * (low + high), 0.5 * (high - low)
 
 
 @lean_kernel
@@ -135,12 +137,16 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
     """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
 
     `lower` (K,) are lower bounds of the distance at each pose, -inf at first, and `nearest_parts` (K, 2) the parts that are
-    so far apart, -1 if that is not known; both are written where poses are looked at. The last row of `boxes` is room.
+    so far apart, `NOT_MEASURED` if that is not known, `NOT_BOUNDED` if only the boxes of the whole bodies were looked at;
+    both are written where poses are looked at, which are those with the least bounds. The last two rows of `boxes` are room.
     """
-    _box_of_second(boxes, parts)
+    whole = boxes.shape[0] - 2
+    _whole_boxes(boxes, parts)
     for k in range(lower.shape[0]):
         if lower[k] == -np.inf:
-            lower[k] = _least_box_gap(boxes, parts, poses, k, between)
+            _relative(poses, k, between.turn, between.at)
+            lower[k] = _box_gap(boxes, whole, whole + 1, between.turn, between.at, between.apart)
+            nearest_parts[k, 0] = NOT_BOUNDED
     while True:
         k, known = 0, -1
         for other in range(lower.shape[0]):
@@ -152,6 +158,10 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
         if known >= 0 and not lower[k] < min(limit, ALIKE * limit):
             chosen[0], chosen[1], chosen[2] = known, nearest_parts[known, 0], nearest_parts[known, 1]
             return limit
+        if nearest_parts[k, 0] == NOT_BOUNDED:
+            lower[k] = max(lower[k], _least_box_gap(boxes, parts, poses, k, between))
+            nearest_parts[k, 0] = NOT_MEASURED
+            continue
         found, a, b = _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chosen)
         lower[k] = found
         if found < limit:
