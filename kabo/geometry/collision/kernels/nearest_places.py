@@ -49,8 +49,11 @@ def _relative(poses, k, turn, at):
 
 
 @lean_kernel
-def _box_gap(boxes, a, b, turn, at, apart):
-    """The greatest gap of the boxes of two parts along an axis of either; writes the way between their middles."""
+def _box_gap(boxes, a, b, turn, at, apart, enough):
+    """The greatest gap of the boxes of two parts along an axis of either, or one of at least `enough`.
+
+    In the first case the way between their middles is written.
+    """
     gap = -np.inf
     for r in range(3):
         x, half = at[r] - boxes[a, r], boxes[a, 3 + r]
@@ -59,6 +62,8 @@ def _box_gap(boxes, a, b, turn, at, apart):
             half += abs(turn[r, c]) * boxes[b, 3 + c]
         apart[r] = x
         gap = max(gap, abs(x) - half)
+        if gap >= enough:
+            return gap
     for c in range(3):
         x, half = 0.0, boxes[b, 3 + c]
         for r in range(3):
@@ -89,16 +94,16 @@ def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chose
     _relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
-    _box_gap(boxes, first, second, turn, between.at, between.apart)
+    _box_gap(boxes, first, second, turn, between.at, between.apart, np.inf)
     best = min(limit, _gap(hulls, first, second, poses, k, limit, ends, search, between.apart))
     whole = boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
-        if _box_gap(boxes, a, whole, turn, between.at, between.apart) >= best:
+        if _box_gap(boxes, a, whole, turn, between.at, between.apart, best) >= best:
             continue
         for j in range(parts.counts[1]):
             b = parts.numbers[1, j]
-            if _box_gap(boxes, a, b, turn, between.at, between.apart) < best:
+            if _box_gap(boxes, a, b, turn, between.at, between.apart, best) < best:
                 gap = _gap(hulls, a, b, poses, k, best, ends, search, between.apart)
                 if gap < best:
                     best, first, second = gap, a, b
@@ -112,10 +117,10 @@ def _least_box_gap(boxes, parts, poses, k, between):
     least, whole = np.inf, boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
-        if _box_gap(boxes, a, whole, between.turn, between.at, between.apart) < least:
+        if _box_gap(boxes, a, whole, between.turn, between.at, between.apart, least) < least:
             for j in range(parts.counts[1]):
                 b = parts.numbers[1, j]
-                least = min(least, _box_gap(boxes, a, b, between.turn, between.at, between.apart))
+                least = min(least, _box_gap(boxes, a, b, between.turn, between.at, between.apart, least))
     return least
 
 
@@ -145,7 +150,7 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
     for k in range(lower.shape[0]):
         if lower[k] == -np.inf:
             _relative(poses, k, between.turn, between.at)
-            lower[k] = _box_gap(boxes, whole, whole + 1, between.turn, between.at, between.apart)
+            lower[k] = _box_gap(boxes, whole, whole + 1, between.turn, between.at, between.apart, np.inf)
             nearest_parts[k, 0] = NOT_BOUNDED
     while True:
         k, known = 0, -1
