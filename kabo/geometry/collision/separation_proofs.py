@@ -37,7 +37,7 @@ SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin
 FIRST_ROWS = 64  # of the arrays of bodies
 MIN_MARGIN = 1e-9  # [m] of every proof
 MAX_PAIR_NODES = 4000  # of one proof with a wanted margin, after which half as much is wanted
-FIRST_PAIR_NODES = 100  # the same where pairs are proven to find the one with the least margin
+FIRST_PAIR_NODES = 250  # the same where pairs are proven to find the one with the least margin
 QUICK_LOSS, BEST_LOSS = 0.1, 0.02  # share of a gap by which axes may be worse than the best ones
 
 
@@ -74,7 +74,9 @@ class Course:
     at_any_times: bool = False
     deviations: Array | None = None  # (W - 1, n) [rad or m]
     kept: Array | None = None  # (P,) [m]
-    scopes: Integers | None = None  # (B,) numbers from 1 on of bodies that have a least margin of their own; else 0
+    scopes: Integers | None = (
+        None  # (B,) numbers from 1 on of bodies that have a least margin of their own; else 0
+    )
 
 
 @dataclass(frozen=True)

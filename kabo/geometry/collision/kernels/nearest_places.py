@@ -143,7 +143,7 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
 
     `lower` (K,) are lower bounds of the distance at each pose, -inf at first, and `nearest_parts` (K, 2) the parts that are
     so far apart, `NOT_MEASURED` if that is not known, `NOT_BOUNDED` if only the boxes of the whole bodies were looked at;
-    both are written where poses are looked at, which are those with the least bounds. The last two rows of `boxes` are room.
+    both are written where poses are looked at, those with the least bounds. The last two rows of `boxes` are room.
     """
     whole = boxes.shape[0] - 2
     _whole_boxes(boxes, parts)
