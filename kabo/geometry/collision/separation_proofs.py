@@ -37,7 +37,6 @@ SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin
 FIRST_ROWS = 64  # of the arrays of bodies
 MIN_MARGIN = 1e-9  # [m] of every proof
 MAX_PAIR_NODES = 4000  # of one proof with a wanted margin, after which half as much is wanted
-FIRST_PAIR_NODES = 250  # the same where pairs are proven to find the one with the least margin
 QUICK_LOSS, BEST_LOSS = 0.1, 0.02  # share of a gap by which axes may be worse than the best ones
 
 
@@ -64,7 +63,6 @@ class Course:
     A row of pairs is first body, second body and frame. With `at_any_times`, a pair is claimed to stay apart with
     the two bodies at any two times of a straight piece, not only at equal times. `deviations` are how far the values
     of a configuration may be from each piece; `kept` is what each pair keeps from each other, zeros if None.
-    The least margin of all pairs counts, and of all pairs of each of the `scopes`.
     """
 
     tree: KinematicTree
@@ -74,9 +72,6 @@ class Course:
     at_any_times: bool = False
     deviations: Array | None = None  # (W - 1, n) [rad or m]
     kept: Array | None = None  # (P,) [m]
-    scopes: Integers | None = (
-        None  # (B,) numbers from 1 on of bodies that have a least margin of their own; else 0
-    )
 
 
 @dataclass(frozen=True)
@@ -139,20 +134,20 @@ class ProofArrays:
 
     codes: NDArray[np.uint8]  # (N,) nodes of all proofs
     axes: Array  # (N, 3)
-    where: Integers  # (2, P) the first node of the proof of each pair, and the one after it
+    where: Integers  # (P + 1,) where the proof of each pair begins
     margins: Array  # (P,) least margin of each [m]; infinite where no proof is needed, or boxes suffice
 
     @property
     def sizes(self) -> Integers:
         """The number of nodes of each proof (P,); 0 where none is needed."""
-        return np.asarray(self.where[1] - self.where[0])
+        return np.diff(self.where)
 
     @cached_property
     def halves(self) -> NDArray[np.bool_]:
         """Whether each proof (P, 2) halves ranges of parts of the first, and of the second body."""
         before = np.zeros((len(self.codes) + 1, 2), np.int64)
         np.cumsum(self.codes[:, None] == (FIRST, SECOND), axis=0, out=before[1:])
-        return np.asarray(before[self.where[1]] > before[self.where[0]])
+        return np.asarray(np.diff(before[self.where], axis=0) > 0)
 
     @cached_property
     def _written(self) -> tuple[str, Integers, bytes, bytes]:
@@ -165,7 +160,7 @@ class ProofArrays:
 
     def witness(self, pair: int) -> Witness | None:
         """The proof of a pair; None if it needs none."""
-        begin, end = self.where[:, pair].tolist()
+        begin, end = self.where[pair : pair + 2].tolist()
         if begin == end:
             return None
         letters, before, short, exact = self._written
@@ -256,14 +251,13 @@ class Prover:
         return found if isinstance(found, Unproven) else [found.witness(p) for p in range(len(found.margins))]
 
     def arrays(
-        self, course: Course, wanted: Array | float | None = None, spare: float = np.inf
+        self, course: Course, wanted: Array | float | None = None, nodes: int = MAX_PAIR_NODES
     ) -> ProofArrays | Unproven:
         """The proofs of all pairs as arrays, or the first pair that cannot be proven apart.
 
         A pair needs no proof if it does not move, or if the boxes around both swept volumes are apart. Proofs leave
-        `wanted` (P,) [m] where they can, else as much as is found with a stated effort; by default 0.9 of the planner's
-        clearance. A margin `spare` times as great as the least one, of the path and of the scopes of both bodies, is
-        enough.
+        `wanted` (P,) [m] where they can, else as much as is found with so many `nodes`; by default 0.9 of the planner's
+        clearance.
         """
         chain, reaches = self._chain(course.tree)
         rows, count = len(course.waypoints), len(course.pairs)
@@ -271,26 +265,24 @@ class Prover:
         things, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
         search = search_for(offset_for(2.0 * float((reaches[things[0]] + far[:, 1]).max())))
         finest, thorough = POSITIONS_PER_PIECE if course.at_any_times else 1.0, wanted is not None
-        nodes = FIRST_PAIR_NODES if spare < np.inf else MAX_PAIR_NODES
         effort, loss = (nodes, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
-        limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss, spare])
+        limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss])
         needed = MIN_MARGIN + (np.zeros(count) if course.kept is None else course.kept)
         targets = np.array([needed + self.margin if wanted is None else np.maximum(needed, wanted), needed])
         strays = (
             np.zeros((rows - 1, course.waypoints.shape[1])) if course.deviations is None else course.deviations
         )
-        scopes = np.zeros(len(numbers), np.int64) if course.scopes is None else course.scopes
+        where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
         way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
         trail = Trail(course.waypoints, strays, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 3)))
-        bodies = Things(things, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes, scopes)
-        where, margins, order = np.zeros((2, count), np.int64), np.full(count, np.inf), np.zeros(count, np.int64)
-        least = np.full(int(scopes.max(initial=0)) + 1, np.inf)
-        proofs = Proofs(self._codes, self._axes, where, margins, targets, order, least)
+        bodies = Things(things, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes)
+        proofs = Proofs(self._codes, self._axes, where, margins, targets)
         proven = prove_pairs(course.pairs, limits, chain, trail, bodies, self._work, search, proofs)
         if proven < count:
-            return self._unproven(course, int(proven), int(where[0, proven]))
-        end = int(where[1].max(initial=0))
-        return ProofArrays(self._codes[:end].copy(), self._axes[:end].copy(), where, margins)
+            return self._unproven(course, int(proven), int(where[proven]))
+        end = int(where[-1]) if count else 0
+        starts = np.concatenate([np.zeros(1, np.int64), where])
+        return ProofArrays(self._codes[:end].copy(), self._axes[:end].copy(), starts, margins[:count])
 
     def _unproven(self, course: Course, pair: int, start: int) -> Unproven:
         failed = start + np.flatnonzero(self._codes[start:] == CODE_LETTERS.index("!"))

@@ -21,7 +21,7 @@ from kabo.geometry.collision.separation_proofs import (
 )
 from kabo.plan import BodyParts
 
-SPARE = 2.0  # times the least margin of a stretch or an object: no pair is given more at first
+FIRST_NODES = 250  # of a pair's first proof, after which half as much is wanted: the least ones are proven again
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ class CertifiedBodies:
         used, numbers = np.unique(course.pairs[:, :2], return_inverse=True)  # few of the bodies
         pairs = np.column_stack([numbers.reshape(-1, 2), course.pairs[:, 2]])
         bodies = [course.bodies[k] for k in used.tolist()]
-        found = self._prover.arrays(replace(course, bodies=bodies, pairs=pairs, scopes=None), wanted)
+        found = self._prover.arrays(replace(course, bodies=bodies, pairs=pairs), wanted)
         return None if isinstance(found, Unproven) else PairProofs.of(found)
 
     def prove(self, course: Course) -> PairProofs | Unproven:
@@ -140,7 +140,7 @@ class CertifiedBodies:
 
     def _proven(self, course: Course) -> PairProofs | Unproven:
         while True:
-            found = self._prover.arrays(course, self._near, SPARE)
+            found = self._prover.arrays(course, self._near, FIRST_NODES)
             if not isinstance(found, Unproven):
                 return PairProofs.of(found)
             if not self._divide(course, found):

@@ -140,7 +140,6 @@ class _Certifying:
         self.things = StretchThings(surroundings, self.values)
         self.bodies = CertifiedBodies(self.things.enclosures(), covers, surroundings.budget, near)
         self.gaps: list[UnprovenPair] = []
-        self._scopes = {name: number for number, name in enumerate(self.scene.movable, 1)}
         self.choice = PairChoice(surroundings.never_collide)
         self._trees: dict[tuple[str, ...], tuple[list[int], KinematicTree]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
@@ -218,10 +217,9 @@ class _Certifying:
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
         waypoints = np.ascontiguousarray(np.hstack(list(stretch.waypoints.values())))
         bodies, none = [thing.body for thing in things], np.empty((0, 3), np.int64)
-        scopes = np.array([self._scopes.get(thing.name, 0) for thing in things], np.int64)
-        whole = Course(tree, waypoints, bodies, none, deviations=stretch.together, scopes=scopes)
+        whole = Course(tree, waypoints, bodies, none, deviations=stretch.together)
         if name in self._moved:
-            alone = replace(whole, bodies=bodies[: len(moving)], scopes=scopes[: len(moving)])
+            alone = replace(whole, bodies=bodies[: len(moving)])
             self._moved[name].append(MovingStretch(stretch, alone, moving))
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):

@@ -87,9 +87,6 @@ def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: in
         both = zip((first.deviations, second.deviations), numbers.T, strict=True)
         deviations = np.hstack([_along(off, own, cut) for off, own in both])
     moved = [body._replace(joint=body.joint + shift if body.joint else 0) for body in second.bodies]
-    scopes = None
-    if first.scopes is not None and second.scopes is not None:
-        scopes = np.concatenate([first.scopes, second.scopes])
     numbered = pairs + np.array([0, len(first.bodies), 0])
     return replace(
         first,
@@ -99,7 +96,6 @@ def every_pair_of_pieces(first: Course, second: Course, pairs: Integers, cut: in
         pairs=numbered,
         at_any_times=True,
         deviations=deviations,
-        scopes=scopes,
     )
 
 

@@ -191,7 +191,6 @@ class Things(NamedTuple):
     joint_T: Array  # (T, 12)
     hulls: Hulls
     boxes: Array  # (B, 6) lower and upper
-    scopes: Integers  # (T,) the number of what has a least margin of its own; 0 for none
 
 
 class Trail(NamedTuple):
@@ -225,8 +224,6 @@ class Proofs(NamedTuple):
 
     codes: NDArray[np.uint8]  # (N,)
     axes: Array  # (N, 3)
-    where: Integers  # (2, P) the first row of each pair's proof, and the row after it
-    margins: Array  # (P,) its least margin
+    where: Integers  # (P,) the row after each pair's proof
+    margins: Array  # (P + 1,) its least margin
     targets: Array  # (2, P) the margin that is wanted of each pair, and the one that it needs [m]
-    order: Integers  # (P,) room for the numbers of pairs
-    least: Array  # (S,) the least margin so far of the path, and of everything that has one of its own

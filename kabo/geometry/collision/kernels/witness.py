@@ -38,8 +38,8 @@ JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `Things.rows`
 DEVIATION, PATH, STRAY = 0, 1, 2  # columns of `bounds` and `over`
 # Places of `limits`: boxes farther apart need no axis; halving for less is never worth it; no stretch of FINEST or less
 # is halved; the nodes of a proof after which half as much is wanted, and again after each quarter of as many; the share
-# of a gap that may be lost; how many times the least margin of what a pair counts for is enough for it.
-NEAR, DECIDED, FINEST, EFFORT, LOSS, SPARE = 0, 1, 2, 3, 4, 5
+# of a gap that may be lost.
+NEAR, DECIDED, FINEST, EFFORT, LOSS = 0, 1, 2, 3, 4
 WANTED, NEEDED = 0, 1  # rows of `Proofs.targets`
 
 
@@ -304,78 +304,28 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
 
 
 @lean_kernel
-def _root_gap(pair, limits, trail, things, work, search):
-    """The margin that one axis leaves along the whole path, between all parts, as far as it is looked for."""
-    whole, ends, pieces, grow = work.whole, work.ends, trail.waypoints.shape[0] - 1, 0.0
-    for e in range(2):
-        ends[e, LOW], ends[e, HIGH] = things.rows[FIRST_PART, pair[e]], things.rows[LAST_PART, pair[e]]
-        ends[e, START], ends[e, END] = 0, 0 if work.still[e] else pieces
-        _over(trail.bounds, e, 0, pieces * POSITIONS_PER_PIECE, work.over)
-        grow += work.over[e, DEVIATION]
-    for r in range(3):
-        search.axis[r] = whole[0, r] + whole[0, 3 + r] - whole[1, r] - whole[1, 3 + r]
-    return greatest_gap(things.hulls, ends, trail.poses, grow + limits[NEAR], 0.0, limits[LOSS], search) - grow
-
-
-@lean_kernel
-def _sort(order, count, keys):
-    """Sorts numbers of pairs by their keys; of equal ones the first stays first."""
-    for n in range(1, count):
-        p, at = order[n], n
-        while at > 0 and keys[order[at - 1]] > keys[p]:
-            order[at] = order[at - 1]
-            at -= 1
-        order[at] = p
-
-
-@lean_kernel
-def _least_that_counts(pair, scopes, least):
-    """The margin with which a pair is not the least one of anything that it counts for."""
-    a, b = scopes[pair[0]], scopes[pair[1]]
-    return max(least[a], least[b]) if a > 0 and b > 0 else least[max(a, b)]
-
-
-@lean_kernel
 def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
-    """Proves pairs (P, 3) of first body, second body, frame; writes the rows of each proof, and its least margin.
+    """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
 
     `proofs.targets` (2, P) are the margin that is wanted of each pair, and the one that is needed [m].
     A pair that does not move, or whose boxes over the whole path are apart, has an empty proof, since verifiers
-    test these two cases first. The others are proven in the order of the margins that one axis leaves, and no more is
-    wanted of one than `limits[SPARE]` times the least margin of all that it counts for. Returns the number of the first
-    pair that cannot be proven; P if there is none.
+    test these two cases first. Returns the number of pairs proven before the first failure; P if there is none.
     """
-    joints, factors, frames = chain.joints, chain.factors, trail.way.frames
-    row, near, count, capped = 0, 0, pairs.shape[0], limits[SPARE] < np.inf
+    joints, factors, frames, row = chain.joints, chain.factors, trail.way.frames, 0
     for k in range(trail.waypoints.shape[0]):
         forward_kinematics(
             trail.waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[k]
         )
     work.tracked[0, 0], work.tracked[1, 0] = -1, -1
-    for p in range(count):
-        proofs.margins[p], proofs.where[0, p], proofs.where[1, p] = np.inf, 0, 0
+    for p in range(pairs.shape[0]):
+        proofs.margins[p], proofs.where[p] = np.inf, row
         for e in range(2):
             _track(e, pairs[p, e], pairs[p, 2], chain, trail, things, work)
         moves = not (work.still[0] and work.still[1]) or work.strays[0] or work.strays[1]
-        if moves and not _boxes_apart(work.whole, limits[NEAR] + BOX_MARGIN):
-            proofs.order[near], near = p, near + 1
-            if capped:
-                proofs.margins[p] = _root_gap(pairs[p], limits, trail, things, work, search)
-    if capped:
-        _sort(proofs.order, near, proofs.margins)
-    for n in range(near):
-        p = proofs.order[n]
-        proofs.margins[p], proofs.where[0, p] = np.inf, row
-        for e in range(2):
-            _track(e, pairs[p, e], pairs[p, 2], chain, trail, things, work)
-        enough = limits[SPARE] * _least_that_counts(pairs[p], things.scopes, proofs.least)
-        proofs.targets[WANTED, p] = max(proofs.targets[NEEDED, p], min(proofs.targets[WANTED, p], enough))
+        if not moves or _boxes_apart(work.whole, limits[NEAR] + BOX_MARGIN):
+            continue
         row = _prove(p, pairs[p], limits, chain, trail, things, work, search, proofs, row)
         if row < 0:
             return p
-        proofs.where[1, p] = row
-        proofs.least[0] = min(proofs.least[0], proofs.margins[p])
-        for e in range(2):
-            scope = things.scopes[pairs[p, e]]
-            proofs.least[scope] = min(proofs.least[scope], proofs.margins[p])
-    return count
+        proofs.where[p] = row
+    return pairs.shape[0]
