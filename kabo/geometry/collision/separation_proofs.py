@@ -15,7 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Search, Sides, Things, Trail, Work
+from kabo.geometry.collision.kernels.bundles import (
+    DISC,
+    RADIUS,
+    Chain,
+    Hulls,
+    Proofs,
+    Search,
+    Sides,
+    Things,
+    Trail,
+    Work,
+)
 from kabo.geometry.collision.kernels.witness import (
     AXIS,
     EXACT_AXIS,

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
 from kabo.geometry.collision.part_trees import Cover
@@ -25,7 +26,6 @@ from kabo.plan import (
     Plan,
     topological_order,
 )
-from kabo.arrays import Array
 from kabo.planner.certify.best_margins import Refinement
 from kabo.planner.certify.certified_bodies import CertifiedBodies
 from kabo.planner.certify.certified_pairs import PairChoice, Thing, kept_distances
@@ -272,6 +272,7 @@ class _Certifying:
                 return ProvenStretch(
                     claim.node, claim.stretch, course, claim.things, course.pairs, found, claim.before, cut
                 )
+        assert isinstance(found, Unproven)
         a, b = (claim.things[i].name for i in course.pairs[found.pair, :2].tolist())
         self.gaps.append(UnprovenPair(claim.node, claim.stretch.segments, (a, b), found.start, found.gap))
         return None

@@ -1,4 +1,4 @@
-"""Which pair of bodies comes nearest along a path: found by bounds, so that few pairs are measured and few places looked at.
+"""Which pair of bodies comes nearest along a path: found by bounds, so that few pairs are measured at few places.
 
 Every pair has a lower bound of its distance: at first that of balls around the bodies, then what was measured with the
 parts as they are, then what was found after these were refined. The pair with the least bound is looked at more
@@ -12,7 +12,14 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.bundles import Hulls, Search
-from kabo.geometry.collision.kernels.nearest_places import Between, body_poses, box_gap, gap_of_parts, poses_at, relative
+from kabo.geometry.collision.kernels.nearest_places import (
+    Between,
+    body_poses,
+    box_gap,
+    gap_of_parts,
+    poses_at,
+    relative,
+)
 from kabo.geometry.collision.kernels.witness import FIRST_PART, JOINT, LAST_PART
 
 BOUNDED, MEASURED, SETTLED = 0, 1, 2  # stages of a pair
@@ -117,7 +124,10 @@ def bound_pairs(pairs, placed, chain, moving):
                 placed.ranges[second, r] - placed.ranges[first, 3 + r],
             )
             square += way * way if way > 0.0 else 0.0
-        pairs.lower[p], pairs.stage[p] = np.sqrt(square) - placed.balls[first, 3] - placed.balls[second, 3], BOUNDED
+        pairs.lower[p], pairs.stage[p] = (
+            np.sqrt(square) - placed.balls[first, 3] - placed.balls[second, 3],
+            BOUNDED,
+        )
 
 
 @lean_kernel
@@ -136,9 +146,7 @@ def _least_at(placed, first, second, k, limit, room):
             continue
         for j in range(placed.rows[FIRST_PART, second], placed.rows[LAST_PART, second]):
             if box_gap(extents, i, j, between.turn, between.at, between.apart, limit) < limit:
-                gap = gap_of_parts(
-                    placed.hulls, i, j, room.poses, 0, limit, room.ends, room.search, between.apart
-                )
+                gap = gap_of_parts(placed.hulls, i, j, room.poses, 0, limit, room.ends, room.search, between.apart)
                 limit = min(limit, gap)
     return limit
 

@@ -127,7 +127,8 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
     """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
 
     `lower` (K,) are lower bounds of the distance at each pose, -inf at first, and `nearest_parts` (K, 2) the parts that are
-    so far apart, -1 if that is not known; both are written where poses are looked at. The last two rows of `boxes` are room.
+    so far apart, -1 if that is not known; both are written where poses are looked at. The last two rows of `boxes`
+    are room.
     """
     _whole_boxes(boxes, parts)
     whole = boxes.shape[0] - 1

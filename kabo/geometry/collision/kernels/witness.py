@@ -112,7 +112,15 @@ def _place_sides(count, trail, things, sides, work):
         rows = 1 if path == 0.0 else pieces + 1
         for k in range(rows):
             _body_pose(
-                frames[0], frames[k], frame, things.rows[JOINT, t], things.joint_T, t, sides.poses[s], k, work.scratch
+                frames[0],
+                frames[k],
+                frame,
+                things.rows[JOINT, t],
+                things.joint_T,
+                t,
+                sides.poses[s],
+                k,
+                work.scratch,
             )
         sides.still[s], sides.moves[s] = path == 0.0, path > 0.0 or stray > 0.0
         ends[0, LOW], ends[0, HIGH], ends[0, START], ends[0, END] = (
@@ -305,7 +313,9 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
         _place(s0, s1, pair, chain, trail, things, work)
         _over(trail.bounds, s0, s1, over)
         for e in range(2):
-            work.size[e] = _swept_box(things.boxes, trail.poses[e], ends[e], over[e, DEVIATION], work.box, swept[e])
+            work.size[e] = _swept_box(
+                things.boxes, trail.poses[e], ends[e], over[e, DEVIATION], work.box, swept[e]
+            )
         if row >= proofs.codes.shape[0] or top + 2 >= stack.shape[0]:
             return -1
         gap = _box_gap(swept[0], swept[1]) - BOX_MARGIN
