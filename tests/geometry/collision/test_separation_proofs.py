@@ -80,7 +80,7 @@ def test_where_bodies_meet_there_is_none_and_the_place_is_told():
 @pytest.mark.parametrize("gap", [1.2 * CLEARANCE, 0.5 * CLEARANCE, 1e-6])
 def test_narrow_passages_are_proven_down_to_rounding(gap):
     (found,) = proven([0, 0], [1, 0], at=(0.3 + gap, 0.0, 0.5), gap=gap)
-    assert 0.5 * gap < found.margin <= gap
+    assert 0.5 * gap < found.margin <= gap + 1e-12  # rounding of where it stands
 
 
 def test_the_kernel_is_its_own_python_original(monkeypatch):
