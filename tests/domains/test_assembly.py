@@ -126,7 +126,9 @@ def test_two_robots_move_one_after_the_other_while_they_meet():
 )
 def test_a_bearing_is_handed_over_from_either_robot(giver, receiver, name):
     calls = GroundCall("pick", (giver, name)), GroundCall("hand_over", (giver, name, receiver))
-    after, motion = ran(*calls, seed=1)  # with seed 0 the second one takes ten seconds, with others a quarter of one
+    after, motion = ran(
+        *calls, seed=1
+    )  # with seed 0 the second one takes ten seconds, with others a quarter of one
     assert parents(after)[name] == f"{receiver}.tool0"
     taken = next(segment for segment in motion if segment.attach)
     let_go = next(segment for segment in motion if segment.detach)
