@@ -1,0 +1,233 @@
+"""A scene in motion: MuJoCo steps it, and motors follow setpoints by computed torque.
+
+Each motor gets the torque that gives its joint the acceleration of the setpoint, and a correction of what it is off: a
+spring and damper, critically damped [Siciliano et al. 2009, section 8.5.2]. A hand that grips presses with a force
+instead, whatever its width.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.scene import REVOLUTE, Scene
+from kabo.scene.state import GeometricState
+from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
+from kabo.simulation.mujoco_library import mujoco
+from kabo.simulation.settings import PhysicsSettings
+
+STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
+GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
+TOUCHING = 0.0  # [m]: contacts with a greater gap carry no force
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two things that touch, by name, and how deep [m]."""
+
+    things: tuple[str, str]
+    depth: float
+
+
+@dataclass
+class _Hand:
+    """A gripper's motors and the torque with which each presses; `pressing` is None while it follows setpoints."""
+
+    motors: list[int]
+    levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
+    pressing: float | None = None
+    widths: Array = field(default_factory=lambda: np.zeros(0))
+
+
+class Physics:
+    """A scene in physics, at first as it is at its start.
+
+    Args:
+        scene: the scene.
+        settings: what the model needs beyond it.
+        start: where everything is at first; None: as the scene says.
+    """
+
+    def __init__(
+        self, scene: Scene, settings: PhysicsSettings = PhysicsSettings(), start: GeometricState | None = None
+    ) -> None:
+        self.scene, self.settings = scene, settings
+        self.description: PhysicsModel = physics_model(scene, settings, start)
+        self._mujoco = mujoco()
+        self.model = self._mujoco.MjModel.from_xml_string(self.description.xml)
+        self.data = self._mujoco.MjData(self.model)
+        self._index()
+        self.place((start or scene.start).robots)
+
+    @property
+    def time(self) -> float:
+        """The simulated time [s]."""
+        return float(self.data.time)
+
+    @property
+    def motors(self) -> tuple[Motor, ...]:
+        """The motors, in the order of setpoints."""
+        return self.description.motors
+
+    def _index(self) -> None:
+        model, motors = self.model, self.motors
+        followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
+        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
+        self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
+        self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
+        self._ratio = np.array([1.0] * len(motors) + [ratio for *_, ratio, _ in followers])
+        self._shift = np.array([0.0] * len(motors) + [shift for *_, shift in followers])
+        self._limits = np.array([np.inf if motor.effort is None else motor.effort for motor in motors])
+        self._number = {(motor.robot, motor.joint): k for k, motor in enumerate(motors)}
+        self._thing = [self.description.things.get(model.geom(k).name, "") for k in range(model.ngeom)]
+        self._hands = {name: hand for name in self.scene.robots if (hand := self._hand(name)) is not None}
+        count = len(motors)
+        self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
+        self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
+
+    def _hand(self, name: str) -> _Hand | None:
+        robot = self.scene.robots[name]
+        if robot.gripper is None:
+            return None
+        tree, numbers, levers = robot.tree, [], []
+        joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
+        moved = [j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()]
+        for joint, source in joints.items():
+            closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
+            arms = [
+                abs(tree.ratio[j]) * (self._arm(name, j) if tree.kind[j] == REVOLUTE else 1.0)
+                for j in moved
+                if tree.source[j] == source
+            ]
+            numbers.append(self._number[name, joint])
+            levers.append(closing * sum(arms) / max(1, len(moved)))  # virtual work: each finger bears its share
+        return _Hand(numbers, np.array(levers))
+
+    def _arm(self, name: str, joint: int) -> float:
+        """How far the tip of what a joint of a finger moves is from its axis [m]."""
+        links = [link for link in self.scene.robots[name].links.values() if link.joint == joint and link.mesh]
+        points = [link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3] for link in links if link.mesh]
+        return max((float(np.linalg.norm(each[:, :2], axis=1).max()) for each in points), default=0.05)
+
+    def place(self, robots: Mapping[str, tuple[float, ...]]) -> None:
+        """Puts robots at configurations at once, at rest."""
+        for name, values in robots.items():
+            for joint, value in zip(self.scene.robots[name].joint_names, values, strict=True):
+                self.setpoint[self._number[name, joint]] = value
+        self.speed[:] = 0.0
+        self.change[:] = 0.0
+        self.data.qpos[self._values] = self._ratio * self.setpoint[self._leader] + self._shift
+        self.data.qvel[self._rates] = 0.0
+        self._mujoco.mj_forward(self.model, self.data)
+
+    def command(self, robot: str, joints: tuple[str, ...], setpoint: Array, speed: Array, change: Array) -> None:
+        """The setpoint of some joints for the next steps: values, velocities, accelerations."""
+        index = [self._number[robot, joint] for joint in joints]
+        self.setpoint[index], self.speed[index], self.change[index] = setpoint, speed, change
+
+    def grip(self, robot: str, force: float | None = None) -> None:
+        """A hand presses from now on, with a force [N], or as its scene says."""
+        gripper = self.scene.robots[robot].gripper
+        given = None if gripper is None else gripper.force
+        self._hands[robot].pressing = force or given or self.settings.grip_force
+
+    def release(self, robot: str) -> None:
+        """A hand follows its setpoints again, from where its fingers are."""
+        hand = self._hands[robot]
+        hand.pressing = None
+        self.setpoint[hand.motors] = self.data.qpos[self._values[hand.motors]]
+
+    def pressing(self, robot: str) -> float | None:
+        """The force with which a hand presses [N]; None: it does not."""
+        return self._hands[robot].pressing if robot in self._hands else None
+
+    def weld(self, robot: str, body: str) -> None:
+        """Fixes a body to a hand that locks, as it is now."""
+        library, data = self._mujoco, self.data
+        number = self.model.equality(f"{robot}:{body}").id
+        one, other = self.model.eq_obj1id[number], self.model.eq_obj2id[number]
+        back, place, turn = np.empty(4), np.empty(3), np.empty(4)
+        library.mju_negQuat(back, data.xquat[one])
+        library.mju_rotVecQuat(place, data.xpos[other] - data.xpos[one], back)
+        library.mju_mulQuat(turn, back, data.xquat[other])
+        self.model.eq_data[number, :10] = [0.0, 0.0, 0.0, *place, *turn]
+        data.eq_active[number] = 1
+
+    def unweld(self, robot: str, body: str) -> None:
+        """Lets go of a body that was fixed to a hand."""
+        self.data.eq_active[self.model.equality(f"{robot}:{body}").id] = 0
+
+    def step(self) -> None:
+        """Advances by one time step."""
+        library, model, data = self._mujoco, self.model, self.data
+        library.mj_step1(model, data)
+        leader, ratio = self._leader, self._ratio
+        off = ratio * self.setpoint[leader] + self._shift - data.qpos[self._values]
+        late = ratio * self.speed[leader] - data.qvel[self._rates]
+        self._wanted[self._rates] = (
+            ratio * self.change[leader] + 2.0 * STIFFNESS * late + STIFFNESS * STIFFNESS * off
+        )
+        library.mj_mulM(model, data, self._torques, self._wanted)
+        each = (self._torques + data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio
+        torque = np.bincount(leader, each, len(self.motors))
+        for hand in self._hands.values():
+            if hand.pressing is not None:
+                bias = np.bincount(leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors))
+                moving = data.qvel[self._rates[hand.motors]]
+                torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
+        data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
+        library.mj_step2(model, data)
+
+    def configuration(self, robot: str) -> tuple[float, ...]:
+        """The values of a robot's joints, as they are."""
+        joints = self.scene.robots[robot].joint_names
+        return tuple(self.data.qpos[self._values[[self._number[robot, joint] for joint in joints]]].tolist())
+
+    def velocities(self, robot: str) -> tuple[float, ...]:
+        """The velocities of a robot's joints, as they are."""
+        joints = self.scene.robots[robot].joint_names
+        return tuple(self.data.qvel[self._rates[[self._number[robot, joint] for joint in joints]]].tolist())
+
+    def pose(self, thing: str) -> Array:
+        """The pose (4, 4) of a body or `robot.link` in the world, as it is."""
+        robot, dot, link = thing.partition(".")
+        if dot:
+            own = self.scene.robots[robot]
+            joint = own.links[link].joint
+            return self._pose(f"{robot}:{own.model.names[joint] if joint else ''}") @ own.links[link].joint_T_link
+        return self._pose(thing)
+
+    def _pose(self, body: str) -> Array:
+        found, pose = self.data.body(body), np.eye(4)
+        pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
+        return pose
+
+    def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
+        """What touches now, deeper than a depth [m]."""
+        data = self.data
+        for number in range(data.ncon):
+            contact = data.contact[number]
+            if contact.dist < -deeper:
+                first, second = sorted((self._thing[contact.geom1], self._thing[contact.geom2]))
+                yield Contact((first, second), float(-contact.dist))
+
+    def body_state(self) -> Array:
+        """A copy of the whole state, for `restore`."""
+        size = self._mujoco.mj_stateSize(self.model, self._mujoco.mjtState.mjSTATE_INTEGRATION)
+        state = np.empty(size)
+        self._mujoco.mj_getState(self.model, self.data, state, self._mujoco.mjtState.mjSTATE_INTEGRATION)
+        return state
+
+    def displace(self, body: str, offset: Array) -> None:
+        """Moves a body by an offset (3,) [m], as somebody who pushes it."""
+        start = self.model.joint(body).qposadr[0]
+        self.data.qpos[start : start + 3] += offset
+        self._mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def library(self) -> Any:
+        """MuJoCo itself, for what is not offered here."""
+        return self._mujoco
