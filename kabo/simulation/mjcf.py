@@ -26,7 +26,7 @@ import os
 UNLIMITED = bool(os.environ.get("UNLIMITED"))
 FARTHEST_TURN = 6.0  # [rad]: joints with wider limits turn without end
 COLOURS = {"link": "0.62 0.64 0.68 1", "movable": "0.85 0.45 0.2 1", "fixed": "0.5 0.66 0.5 1"}
-SOFTNESS = {"solref": "0.004 1", "solimp": "0.95 0.99 0.001", "condim": "4"}  # of contacts: stiff, without bounce
+SOFTNESS = {"solref": "0.003 1", "solimp": "0.95 0.99 0.001", "condim": "4"}  # of contacts: stiff, without bounce
 TORSION = 0.005  # [m]: of friction about the normal, per normal force; as of a contact some millimetres wide
 
 

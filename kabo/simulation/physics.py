@@ -5,7 +5,7 @@ spring and damper, critically damped [Siciliano et al. 2009, section 8.5.2]. A h
 instead, whatever its width.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +15,7 @@ from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
+from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mujoco_library import mujoco
 from kabo.simulation.settings import PhysicsSettings
 
@@ -37,8 +38,9 @@ class _Hand:
 
     motors: list[int]
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
+    carrier: int  # the body of the model that carries the tool
     pressing: float | None = None
-    widths: Array = field(default_factory=lambda: np.zeros(0))
+    held: list[tuple[int, float]] = field(default_factory=list)  # bodies of the model, with the mass they should have
 
 
 class Physics:
@@ -87,6 +89,16 @@ class Physics:
         count = len(motors)
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
+        self._jacobian = np.zeros((3, model.nv))
+        self._expected = {name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable}
+        self._bodies = np.array(model.geom_bodyid)
+        named = [model.body(k).name for k in range(model.nbody)]
+        self._free = np.array([name in self.scene.movable for name in named])
+        touching = {r.name: set(r.gripper.touch_links) if r.gripper else set() for r in self.scene.robots.values()}
+        self._fingers = {
+            robot: np.array([name in links for name in named])
+            for robot, links in touching.items()
+        }
 
     def _hand(self, name: str) -> _Hand | None:
         robot = self.scene.robots[name]
@@ -104,7 +116,8 @@ class Physics:
             ]
             numbers.append(self._number[name, joint])
             levers.append(closing * sum(arms) / max(1, len(moved)))  # virtual work: each finger bears its share
-        return _Hand(numbers, np.array(levers))
+        carrier = robot.links[robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]].joint
+        return _Hand(numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
 
     def _arm(self, name: str, joint: int) -> float:
         """How far the tip of what a joint of a finger moves is from its axis [m]."""
@@ -128,16 +141,19 @@ class Physics:
         index = [self._number[robot, joint] for joint in joints]
         self.setpoint[index], self.speed[index], self.change[index] = setpoint, speed, change
 
-    def grip(self, robot: str, force: float | None = None) -> None:
-        """A hand presses from now on, with a force [N], or as its scene says."""
-        gripper = self.scene.robots[robot].gripper
-        given = None if gripper is None else gripper.force
-        self._hands[robot].pressing = force or given or self.settings.grip_force
+    def grip(self, robot: str, bodies: Sequence[str] = (), force: float | None = None) -> None:
+        """A hand presses from now on, with a force [N] or as its scene says.
+
+        The controller expects the masses of the bodies in the scene in this hand; true ones may be others.
+        """
+        gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
+        hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
+        hand.held = [(self.model.body(body).id, self._expected[body]) for body in bodies]
 
     def release(self, robot: str) -> None:
         """A hand follows its setpoints again, from where its fingers are."""
         hand = self._hands[robot]
-        hand.pressing = None
+        hand.pressing, hand.held = None, []
         self.setpoint[hand.motors] = self.data.qpos[self._values[hand.motors]]
 
     def pressing(self, robot: str) -> float | None:
@@ -171,7 +187,12 @@ class Physics:
             ratio * self.change[leader] + 2.0 * STIFFNESS * late + STIFFNESS * STIFFNESS * off
         )
         library.mj_mulM(model, data, self._torques, self._wanted)
-        each = (self._torques + data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio
+        self._torques += data.qfrc_bias
+        self._torques -= data.qfrc_passive
+        for hand in self._hands.values():
+            for body, mass in hand.held:
+                self._add_load(hand.carrier, body, mass)
+        each = self._torques[self._rates] * ratio
         torque = np.bincount(leader, each, len(self.motors))
         for hand in self._hands.values():
             if hand.pressing is not None:
@@ -179,7 +200,40 @@ class Physics:
                 moving = data.qvel[self._rates[hand.motors]]
                 torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
         data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
+        for name, hand in self._hands.items():
+            if hand.pressing is not None and not self.settings.welds:
+                self._complete_friction(name, hand)
         library.mj_step2(model, data)
+
+    def _add_load(self, carrier: int, body: int, mass: float) -> None:
+        """Adds the torques that move what a hand holds, a point mass where the body is."""
+        place = self.data.xipos[body]
+        bias = self._bias(carrier, place)
+        self._mujoco.mj_jac(self.model, self.data, self._jacobian, None, place, carrier)
+        self._torques += (mass * (self._jacobian @ self._wanted + bias - self.model.opt.gravity)) @ self._jacobian
+
+    def _complete_friction(self, robot: str, hand: _Hand) -> None:
+        """Adds what MuJoCo leaves out of the acceleration at which contacts in a hand do not slip: that of J in J q'.
+
+        Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
+        """
+        data, contacts = self.data, self.data.contact
+        first, second = self._bodies[contacts.geom[:, 0]], self._bodies[contacts.geom[:, 1]]
+        mine, other = self._fingers[robot][first], self._fingers[robot][second]
+        rows = np.flatnonzero((mine != other) & (contacts.efc_address >= 0) & (self._free[first] | self._free[second]))
+        for k in rows:
+            one, two = int(first[k]), int(second[k])
+            point = contacts.pos[k]
+            bias = self._bias(two, point) - self._bias(one, point)
+            address = int(contacts.efc_address[k])
+            # The damping of contacts already makes up for half of it in each step, at the positions after the step.
+            share = 1.0 - 0.5 * self.settings.timestep * data.efc_KBIP[address, 1]
+            data.efc_aref[address : address + 3] -= share * (contacts.frame[k].reshape(3, 3) @ bias)
+
+    def _bias(self, body: int, point: Array) -> Array:
+        """The acceleration (3,) of a point of a body if no joint accelerates."""
+        self._mujoco.mj_jacDot(self.model, self.data, self._jacobian, None, point, body)
+        return self._jacobian @ self.data.qvel
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""

@@ -55,7 +55,7 @@ class SimulatedRobot:
 
     def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
         """The hand presses, or locks where hands lock."""
-        self.physics.grip(robot)
+        self.physics.grip(robot, bodies)
         for body in bodies if self.settings.welds else ():
             self.physics.weld(robot, body)
 
