@@ -6,3 +6,10 @@ from kabo.execution.motions import parts_of as parts_of
 from kabo.execution.protocols import Robot as Robot
 from kabo.execution.protocols import RobotState as RobotState
 from kabo.execution.protocols import Sensor as Sensor
+from kabo.execution.executor import ExecutionSettings as ExecutionSettings
+from kabo.execution.executor import Run as Run
+from kabo.execution.executor import execute as execute
+from kabo.execution.log import Log as Log
+from kabo.execution.margins import Margins as Margins
+from kabo.execution.sensing import KnownTruth as KnownTruth
+from kabo.execution.watching import Surprise as Surprise
