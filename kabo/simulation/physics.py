@@ -135,6 +135,7 @@ class Physics:
         self.data.qpos[self._values] = self._ratio * self.setpoint[self._leader] + self._shift
         self.data.qvel[self._rates] = 0.0
         self._mujoco.mj_forward(self.model, self.data)
+        self._stale = False
 
     def command(self, robot: str, joints: tuple[str, ...], setpoint: Array, speed: Array, change: Array) -> None:
         """The setpoint of some joints for the next steps: values, velocities, accelerations."""
@@ -204,6 +205,7 @@ class Physics:
             if hand.pressing is not None and not self.settings.welds:
                 self._complete_friction(name, hand)
         library.mj_step2(model, data)
+        self._stale = True
 
     def _add_load(self, carrier: int, body: int, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the body is."""
@@ -255,6 +257,9 @@ class Physics:
         return self._pose(thing)
 
     def _pose(self, body: str) -> Array:
+        if self._stale:  # a step leaves places as they were before it
+            self._mujoco.mj_kinematics(self.model, self.data)
+            self._stale = False
         found, pose = self.data.body(body), np.eye(4)
         pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
         return pose
