@@ -1,7 +1,7 @@
 """The executor: walks a plan from its root to a goal, or to a safe stop with its reason [K 6.1.3; T 3.8].
 
-States of a run, each logged when it is entered: `waiting` for a decision, `moving`, `gripping`, `sensing`, `stopping`, and at
-the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
+States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `releasing`, `sensing`, `stopping`, and at the end
+`goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
 """
 
 from collections.abc import Callable, Iterator
@@ -39,6 +39,9 @@ class ExecutionSettings:
     despite_margins: bool = False
 
 
+USUAL = ExecutionSettings()
+
+
 @dataclass(frozen=True)
 class Run:
     """How a run ended.
@@ -71,7 +74,7 @@ def execute(
     scene: Scene | None,
     robot: Robot | None,
     sensor: Sensor,
-    settings: ExecutionSettings = ExecutionSettings(),
+    settings: ExecutionSettings = USUAL,
     log: Log | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Run:
@@ -132,7 +135,8 @@ class _Executor:
     def _require_margins(self) -> None:
         least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
         if least < needed and not self.settings.despite_margins:
-            text = f"a clearance of {1000 * least:.2g} mm is proven, and robots are up to {1000 * needed:.2g} mm off their paths"
+            proven, off = f"{1000 * least:.2g} mm", f"{1000 * needed:.2g} mm"
+            text = f"a clearance of {proven} is proven, and robots are up to {off} off their paths"
             hint = f"plan with --clearance {1000 * needed:.2g}mm, or carry it out --despite-margins"
             raise InputError([Diagnostic("plan", 1, 1, text, hint)])
 
@@ -145,7 +149,8 @@ class _Executor:
 
     def _after(self, node: Node) -> str:
         """Carries out a node, and says which one follows."""
-        begun, nodes = self.name, (self.name,)
+        begun = self.name
+        nodes: tuple[str, ...] = (begun,)
         if node.motion:
             nodes = self._move()
         else:
@@ -219,7 +224,9 @@ class _Executor:
         for done in open_segments:
             self.belief.move(done.robot, done.trajectory.joints, done.trajectory.at(done.end))
         measured = self.watch.measured
-        self._enter("followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies)
+        self._enter(
+            "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
+        )
         self._act(waiting, part.end)
 
     def _act(self, waiting: list[HandAction], time: float) -> None:

@@ -111,7 +111,7 @@ class Follower:
     def _fastest_stop(self, motion: Motion) -> Stop:
         """The stop that ends first of those within all limits; else none before the end of the motion."""
         left = motion.end - self.time
-        tried = sorted(((delay + lasts, delay, lasts) for delay in STOP_DELAYS for lasts in STOP_TIMES))
+        tried = sorted((delay + lasts, delay, lasts) for delay in STOP_DELAYS for lasts in STOP_TIMES)
         for ends, delay, lasts in tried:
             if delay + 0.5 * lasts >= left:
                 continue
@@ -133,7 +133,9 @@ class Follower:
             acceleration = q2 * s * s + q1 * ds
             jerk = q3 * s**3 + 3.0 * q2 * s * ds + q1 * dds
             room = 1.0 + TOLERANCE
-            if (np.abs(acceleration) > room * limits.acceleration).any() or (np.abs(jerk) > room * limits.jerk).any():
+            if (np.abs(acceleration) > room * limits.acceleration).any() or (
+                np.abs(jerk) > room * limits.jerk
+            ).any():
                 return False
         return True
 
@@ -149,7 +151,11 @@ def _sent(stretch: Stretch, time: float, rate: float, change: float) -> Setpoint
     k = min(max(bisect_right(trajectory.times, time) - 1, 0), len(trajectory.coefficients) - 1)
     t = time - trajectory.times[k]
     powers = np.array(
-        [[1.0, t, t**2, t**3, t**4, t**5], [0.0, 1.0, 2 * t, 3 * t**2, 4 * t**3, 5 * t**4], [0, 0, 2, 6 * t, 12 * t**2, 20 * t**3]]
+        [
+            [1.0, t, t**2, t**3, t**4, t**5],
+            [0.0, 1.0, 2 * t, 3 * t**2, 4 * t**3, 5 * t**4],
+            [0, 0, 2, 6 * t, 12 * t**2, 20 * t**3],
+        ]
     )
     value, first, second = powers @ trajectory.padded[k].T
     return Setpoint(stretch.robot, trajectory.joints, value, first * rate, second * rate * rate + first * change)

@@ -21,7 +21,11 @@ class Log:
 
     def add(self, time: float, event: str, **more: object) -> None:
         """Adds a record."""
-        record = {"time": round(time, DECIMALS), "event": event, **{key: _plain(value) for key, value in more.items()}}
+        record = {
+            "time": round(time, DECIMALS),
+            "event": event,
+            **{key: _plain(value) for key, value in more.items()},
+        }
         self.records.append(record)
         if self.file is not None:
             self.file.write(json.dumps(record, allow_nan=False) + "\n")

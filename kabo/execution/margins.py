@@ -29,7 +29,7 @@ class Margins:
     @cached_property
     def _rest(self) -> Mapping[str, float]:
         found: dict[str, float] = {}
-        for name in reversed(topological_order(self.plan)):
+        for name in reversed(topological_order(self.plan) or []):
             node = self.plan.nodes[name]
             own = min((self.of_segment(name, number) for number in range(len(node.motion))), default=inf)
             found[name] = min([own, *(found[after] for after in node.successors)])

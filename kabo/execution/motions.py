@@ -83,7 +83,9 @@ def motion_of(plan: Plan, name: str, scene: Scene) -> Motion:
         nodes.append(name)
         for number, segment in enumerate(node.motion):
             if segment.trajectory is None:
-                raise ValueError(f"{name} has no trajectory: plan it anew, plans of the format kabo-plan/1 cannot be sent")
+                raise ValueError(
+                    f"{name} has no trajectory: plan it anew, plans of the format kabo-plan/1 cannot be sent"
+                )
             stretches.append(Stretch(name, number, segment.robot, segment.trajectory.shifted(offset)))
         actions += _hand_actions(name, node.motion, offset, scene)
         end = max([end, *(each.end for each in stretches)])
@@ -112,7 +114,8 @@ def _hand_actions(name: str, motion: Sequence[Segment], offset: float, scene: Sc
 def parts_of(motion: Motion) -> list[Motion]:
     """The motion divided where hands act while no robot moves; an action belongs to the part that it ends."""
     borders = sorted({each.time for each in motion.actions if motion.rests(each.time)} | {motion.end})
-    parts, begin = [], motion.begin
+    parts: list[Motion] = []
+    begin = motion.begin
     for border in borders:
         inside = tuple(s for s in motion.stretches if s.begin >= begin - SAME_TIME and s.end <= border + SAME_TIME)
         early = -1.0 if not parts else begin + SAME_TIME

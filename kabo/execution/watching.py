@@ -64,12 +64,16 @@ class Watch:
             permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
             planned = dict(zip(self.scene.robots[name].joint_names, belief.state.robots[name], strict=True))
             for each in running:
-                planned |= dict(zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True))
+                planned |= dict(
+                    zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True)
+                )
             off = self._off_path(name, state.positions[name], tuple(planned.values()))
             self.measured.tracking = max(self.measured.tracking, off)
             self.measured.permitted = min(self.measured.permitted, permitted)
             if off > permitted:
-                text = f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
+                text = (
+                    f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
+                )
                 return Surprise("tracking", text, name, off, float(permitted))
         return None
 
@@ -102,7 +106,9 @@ class Watch:
                 self.measured.bodies[name] = max(self.measured.bodies.get(name, 0.0), off)
             if off > permitted:
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
-                text = f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
+                text = (
+                    f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
+                )
                 return Surprise("displaced" if holder is None else "grasp", text, name, off, float(permitted))
         return None
 

@@ -111,7 +111,10 @@ def _parts(enclosures: SceneEnclosures, element: Element, precision: float | Non
         enclosure = enclosures.of_element(element)
         parts = [enclosure.parts[number] for number in enclosure.root_parts]
     else:
-        parts = list(bounding_decomposition(mesh, precision).parts)
+        return [
+            ContactShape("mesh", corners=np.asarray(part))
+            for part in bounding_decomposition(mesh, precision).parts
+        ]
     found = [_drawn_tight(mesh, np.asarray(part)) for part in parts]
     return [ContactShape("mesh", corners=corners) for corners in found if corners is not None]
 

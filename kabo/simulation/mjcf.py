@@ -20,10 +20,8 @@ from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
 from kabo.simulation.contact_shapes import ContactShape, contact_shapes
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
-from kabo.simulation.settings import PhysicsSettings
+from kabo.simulation.settings import USUAL, PhysicsSettings
 
-import os
-UNLIMITED = bool(os.environ.get("UNLIMITED"))
 FARTHEST_TURN = 6.0  # [rad]: joints with wider limits turn without end
 COLOURS = {"link": "0.62 0.64 0.68 1", "movable": "0.85 0.45 0.2 1", "fixed": "0.5 0.66 0.5 1"}
 SOFTNESS = {"solref": "0.003 1", "solimp": "0.95 0.99 0.001", "condim": "4"}  # of contacts: stiff, without bounce
@@ -66,7 +64,7 @@ class PhysicsModel:
 
 
 def physics_model(
-    scene: Scene, settings: PhysicsSettings = PhysicsSettings(), start: GeometricState | None = None
+    scene: Scene, settings: PhysicsSettings = USUAL, start: GeometricState | None = None
 ) -> PhysicsModel:
     """A scene as a model of physics, with bodies where they are in `start`, or as the scene says.
 
@@ -111,7 +109,7 @@ class _Writer:
         SubElement(option, "flag", multiccd="enable")
         SubElement(SubElement(self.top, "visual"), "global", offwidth="1280", offheight="960")
         default = SubElement(self.top, "default")
-        SubElement(default, "geom", friction=_numbers([self.settings.friction, TORSION, 1e-4]), **SOFTNESS)
+        SubElement(default, "geom", {**SOFTNESS, "friction": _numbers([self.settings.friction, TORSION, 1e-4])})
 
     def _robot(self, robot: Robot) -> None:
         tree, masses = robot.tree, masses_of_joints(robot, self.settings)
@@ -124,7 +122,7 @@ class _Writer:
             if not moves:
                 placed = placed @ _moved(int(tree.kind[joint]), float(tree.shift[joint]))
             name = f"{robot.name}:{robot.model.names[joint]}"
-            body = SubElement(bodies[int(tree.parent[joint])], "body", name=name, **_pose(placed))
+            body = SubElement(bodies[int(tree.parent[joint])], "body", {"name": name, **_pose(placed)})
             bodies[joint] = body
             if moves:
                 self._joint(robot, joint, body)
@@ -163,7 +161,7 @@ class _Writer:
                     couple.set("solref", "0.004 1")
                     followers.append((other, ratio, shift))
             given = float(robot.model.effortLimit[robot.model.joints[leader].idx_v])
-            effort = given if 0.0 < given < 1e6 and not UNLIMITED else None
+            effort = given if 0.0 < given < 1e6 else None
             motor = SubElement(self.actuators, "motor", name=name, joint=name)
             if effort is not None:
                 motor.set("forcerange", _numbers([-effort, effort]))
@@ -172,7 +170,7 @@ class _Writer:
 
     def _body(self, name: str) -> None:
         body = self.scene.bodies[name]
-        tag = SubElement(self.world, "body", name=name, **_pose(world_T(self.scene, self.start, name)))
+        tag = SubElement(self.world, "body", {"name": name, **_pose(world_T(self.scene, self.start, name))})
         if body.movable:
             SubElement(tag, "freejoint", name=name)
             _inertial(tag, mass_of_body(body, self.settings))
@@ -212,7 +210,12 @@ class _Writer:
 
     def _exclusions(self) -> None:
         """Pairs that do not touch in physics, since planning never checks them: of a robot with itself, or standing."""
-        links = [f"{r.name}.{link.name}" for r in self.scene.robots.values() for link in r.links.values() if link.elements]
+        links = [
+            f"{r.name}.{link.name}"
+            for r in self.scene.robots.values()
+            for link in r.links.values()
+            if link.elements
+        ]
         fixed = [name for name, body in self.scene.bodies.items() if not body.movable]
         for first, second in combinations([*links, *fixed], 2):
             if self.scene.never_collide(first, second):

@@ -14,10 +14,10 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Scene
 from kabo.scene.state import GeometricState
-from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.masses import mass_of_body
+from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import mujoco
-from kabo.simulation.settings import PhysicsSettings
+from kabo.simulation.settings import USUAL, PhysicsSettings
 
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
@@ -40,7 +40,9 @@ class _Hand:
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
     pressing: float | None = None
-    held: list[tuple[int, float]] = field(default_factory=list)  # bodies of the model, with the mass they should have
+    held: list[tuple[int, float]] = field(
+        default_factory=list
+    )  # bodies of the model, with the mass they should have
 
 
 class Physics:
@@ -53,7 +55,7 @@ class Physics:
     """
 
     def __init__(
-        self, scene: Scene, settings: PhysicsSettings = PhysicsSettings(), start: GeometricState | None = None
+        self, scene: Scene, settings: PhysicsSettings = USUAL, start: GeometricState | None = None
     ) -> None:
         self.scene, self.settings = scene, settings
         self.description: PhysicsModel = physics_model(scene, settings, start)
@@ -90,15 +92,14 @@ class Physics:
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
         self._jacobian = np.zeros((3, model.nv))
-        self._expected = {name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable}
+        self._expected = {
+            name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
+        }
         self._bodies = np.array(model.geom_bodyid)
         named = [model.body(k).name for k in range(model.nbody)]
         self._free = np.array([name in self.scene.movable for name in named])
         touching = {r.name: set(r.gripper.touch_links) if r.gripper else set() for r in self.scene.robots.values()}
-        self._fingers = {
-            robot: np.array([name in links for name in named])
-            for robot, links in touching.items()
-        }
+        self._fingers = {robot: np.array([name in links for name in named]) for robot, links in touching.items()}
 
     def _hand(self, name: str) -> _Hand | None:
         robot = self.scene.robots[name]
@@ -106,7 +107,9 @@ class Physics:
             return None
         tree, numbers, levers = robot.tree, [], []
         joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
-        moved = [j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()]
+        moved = [
+            j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()
+        ]
         for joint, source in joints.items():
             closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
             arms = [
@@ -116,13 +119,19 @@ class Physics:
             ]
             numbers.append(self._number[name, joint])
             levers.append(closing * sum(arms) / max(1, len(moved)))  # virtual work: each finger bears its share
-        carrier = robot.links[robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]].joint
+        carrier = robot.links[
+            robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
+        ].joint
         return _Hand(numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
 
     def _arm(self, name: str, joint: int) -> float:
         """How far the tip of what a joint of a finger moves is from its axis [m]."""
         links = [link for link in self.scene.robots[name].links.values() if link.joint == joint and link.mesh]
-        points = [link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3] for link in links if link.mesh]
+        points = [
+            link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3]
+            for link in links
+            if link.mesh
+        ]
         return max((float(np.linalg.norm(each[:, :2], axis=1).max()) for each in points), default=0.05)
 
     def place(self, robots: Mapping[str, tuple[float, ...]]) -> None:
@@ -197,7 +206,9 @@ class Physics:
         torque = np.bincount(leader, each, len(self.motors))
         for hand in self._hands.values():
             if hand.pressing is not None:
-                bias = np.bincount(leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors))
+                bias = np.bincount(
+                    leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
+                )
                 moving = data.qvel[self._rates[hand.motors]]
                 torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
         data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
@@ -222,7 +233,9 @@ class Physics:
         data, contacts = self.data, self.data.contact
         first, second = self._bodies[contacts.geom[:, 0]], self._bodies[contacts.geom[:, 1]]
         mine, other = self._fingers[robot][first], self._fingers[robot][second]
-        rows = np.flatnonzero((mine != other) & (contacts.efc_address >= 0) & (self._free[first] | self._free[second]))
+        rows = np.flatnonzero(
+            (mine != other) & (contacts.efc_address >= 0) & (self._free[first] | self._free[second])
+        )
         for k in rows:
             one, two = int(first[k]), int(second[k])
             point = contacts.pos[k]
@@ -235,7 +248,7 @@ class Physics:
     def _bias(self, body: int, point: Array) -> Array:
         """The acceleration (3,) of a point of a body if no joint accelerates."""
         self._mujoco.mj_jacDot(self.model, self.data, self._jacobian, None, point, body)
-        return self._jacobian @ self.data.qvel
+        return np.asarray(self._jacobian @ self.data.qvel)
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""

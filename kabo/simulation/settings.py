@@ -49,3 +49,6 @@ class PhysicsSettings:
             if not 0.0 < value < float("inf"):
                 text = f"{name} is {value:g}, which is not a positive number"
                 raise InputError([Diagnostic("simulation", 1, 1, text, "see kabo.simulation.PhysicsSettings")])
+
+
+USUAL = PhysicsSettings()

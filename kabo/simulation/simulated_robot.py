@@ -11,8 +11,9 @@ from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.physics import Physics
-from kabo.simulation.settings import PhysicsSettings
+from kabo.simulation.settings import USUAL, PhysicsSettings
 
+JUDGED_EACH = 5  # time steps
 STILL = 0.003  # [rad/s or m/s] below which a hand stands
 SETTLING = 0.5  # [s] for which gravity acts before anything is done
 
@@ -31,7 +32,7 @@ class SimulatedRobot:
     def __init__(
         self,
         scene: Scene,
-        settings: PhysicsSettings = PhysicsSettings(),
+        settings: PhysicsSettings = USUAL,
         start: GeometricState | None = None,
         *,
         rate: float = 1000.0,
@@ -42,7 +43,9 @@ class SimulatedRobot:
         self.each = max(1, round(1.0 / (rate * settings.timestep)))  # time steps between two setpoints
         self._follower = Follower(scene)
         self._disturb = disturb
-        self.watch: Callable[[Physics], None] | None = None  # called after each time step
+        self.judge: Callable[[Physics, Motion | None, float, list[tuple[str, str]]], None] | None = None
+        self._held: dict[str, tuple[str, ...]] = {}
+        self._steps = 0
         self.wait(SETTLING)
 
     def follow(self, motion: Motion) -> None:
@@ -56,12 +59,14 @@ class SimulatedRobot:
     def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
         """The hand presses, or locks where hands lock."""
         self.physics.grip(robot, bodies)
+        self._held[robot] = bodies
         for body in bodies if self.settings.welds else ():
             self.physics.weld(robot, body)
 
     def release(self, robot: str, bodies: tuple[str, ...]) -> None:
         """The hand presses no more."""
         self.physics.release(robot)
+        self._held.pop(robot, None)
         for body in bodies if self.settings.welds else ():
             self.physics.unweld(robot, body)
 
@@ -91,8 +96,11 @@ class SimulatedRobot:
             if number % self.each == 0:
                 for sent in self._follower.advance(self.each * step):
                     physics.command(*sent)
-            if self.watch is not None:
-                self.watch(physics)
+            self._steps += 1
+            if self.judge is not None and self._steps % JUDGED_EACH == 0:
+                held = [(robot, body) for robot, bodies in self._held.items() for body in bodies]
+                follower = self._follower
+                self.judge(physics, follower.motion if follower.moving else None, follower.time, held)
 
     def poses(self) -> Mapping[str, Array]:
         """The true poses (4, 4) of all movable bodies."""
