@@ -5,7 +5,7 @@ So what is sent is always on the proven path; a stop changes s alone, and only a
 """
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -104,9 +104,13 @@ class Follower:
             self.time = min(self.motion.end, self._asked_at + passed)
             rates = self._stop.rate(since)
             rate, change = float(rates[0][0]), float(rates[1][0])
-        for stretch in self.motion.stretches:
-            if stretch.begin <= self.time and stretch.end >= before:
-                yield _sent(stretch, min(self.time, stretch.end), rate, change)
+        running = {
+            (stretch.robot, stretch.trajectory.joints): stretch
+            for stretch in self.motion.stretches
+            if stretch.begin <= self.time and stretch.end >= before
+        }
+        for stretch in running.values():
+            yield _sent(stretch, min(self.time, stretch.end), rate, change)
 
     def _fastest_stop(self, motion: Motion) -> Stop:
         """The stop that ends first of those within all limits; else none before the end of the motion."""
@@ -159,8 +163,3 @@ def _sent(stretch: Stretch, time: float, rate: float, change: float) -> Setpoint
     )
     value, first, second = powers @ trajectory.padded[k].T
     return Setpoint(stretch.robot, trajectory.joints, value, first * rate, second * rate * rate + first * change)
-
-
-def at_rest(setpoints: Sequence[Setpoint]) -> Mapping[str, tuple[str, ...]]:
-    """The joints of each robot that setpoints are of."""
-    return {each.robot: each.joints for each in setpoints}

@@ -15,7 +15,8 @@ class PhysicsSettings:
         body_density: of bodies without a mass [kg/m³].
         link_density: of links without an inertia in their URDF [kg/m³]: hollow, with motors.
         rotor_inertia: what a geared motor adds to its joint [kg m², or kg for a joint that slides].
-        grip_force: of grippers whose scene gives no force [N], the sum of the normal forces.
+        grip_force: of grippers whose scene gives no force [N], the sum of the normal forces: planning takes it that nothing
+            slips from these.
         contact_precision: how far convex parts of meshes may bridge hollows in contacts [m]; None: as the parts that
             are stored for planning, drawn tight.
         welds: whether what is gripped is fixed to the hand, as by a gripper that locks, in place of friction.
@@ -26,7 +27,7 @@ class PhysicsSettings:
     body_density: float = 1000.0
     link_density: float = 600.0
     rotor_inertia: float = 0.05
-    grip_force: float = 40.0
+    grip_force: float = 100.0
     contact_precision: float | None = None
     welds: bool = False
 
