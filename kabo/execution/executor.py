@@ -1,7 +1,7 @@
 """The executor: walks a plan from its root to a goal, or to a safe stop with its reason [K 6.1.3; T 3.8].
 
-States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `releasing`, `sensing`, `stopping`, and at the
-end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
+States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `releasing`, `sensing`, `stopping`, and
+at the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
 """
 
 from collections.abc import Callable, Iterator
