@@ -90,8 +90,12 @@ def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
     """
     if given is None:
         return iter(()), False
+    if isinstance(given, Iterator):
+        return given, True
+    if type(given) in (list, tuple):  # most are; a look at all that a protocol asks for takes much longer
+        return iter(given), False
     if isinstance(given, (Result, Refused)):
         return iter((given,)), False
     if not isinstance(given, Iterable):
         raise TypeError(f"a stage function gives results and failures, not {given!r}")
-    return iter(given), isinstance(given, Iterator)
+    return iter(given), False
