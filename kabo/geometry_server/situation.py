@@ -47,7 +47,10 @@ class Situation:
     @cached_property
     def _holders(self) -> dict[str, frozenset[str]]:
         """The robots and fixed bodies, or `world`, to which each object may be attached, directly or not."""
-        return {name: frozenset(end.partition(".")[0] for end in self._ends(name) if "." in end) for name in self.objects}
+        return {
+            name: frozenset(end.partition(".")[0] for end in self._ends(name) if "." in end)
+            for name in self.objects
+        }
 
     def held(self, name: str) -> Attachment:
         """The root of an object's group (`world`, `robot.link` or a standing body), and the object's pose in its frame."""

@@ -5,7 +5,6 @@ all their parts are laid out once. A view puts in place what differs from the vi
 """
 
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -67,7 +66,6 @@ from kabo.scene import KinematicTree
 
 SWEEP_POOL_ROWS = 1024  # placed parts kept during one sweep; configuration checks use the last one
 PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
-MAX_MEMORIES = 24  # lists of bodies whose arrays are kept: a scene has one for each robot and what it carries
 
 SweepArguments = tuple[Any, ...]
 
@@ -333,39 +331,6 @@ class BodyMemory:
         )
         self._box_parts(pool.boxes, 0, parts)
         return way_of(self._chain, np.zeros((FRAME_SLOTS, joints, 12)), count), nodes, pool
-
-
-class BodyMemories:
-    """The memories of some lists of bodies; those that were not used for the longest time are dropped."""
-
-    def __init__(self) -> None:
-        self._of: OrderedDict[tuple[object, ...], BodyMemory] = OrderedDict()
-
-    def of(
-        self,
-        tree: KinematicTree,
-        moving: Sequence[MovingGroup],
-        fixed: Sequence[FixedGroup],
-        pairs: int,
-        budget: Budget,
-    ) -> BodyMemory:
-        """The memory of bodies with the parts that are known of them by now, for so many pairs at least.
-
-        Raises:
-            ValueError: as `BodyMemory`.
-        """
-        given: tuple[MovingGroup | FixedGroup, ...] = (*moving, *fixed)
-        joints = tuple(group.joint for group in moving)
-        enclosures = tuple(group.enclosure for group in given)
-        most = max(pairs, len(moving) * len(given))
-        key = id(tree), joints, enclosures, tuple(map(known, enclosures)), budget, most
-        found = self._of.get(key)
-        if found is None:
-            self._of[key] = found = BodyMemory(tree, given, joints, budget, most)
-            if len(self._of) > MAX_MEMORIES:
-                self._of.popitem(last=False)
-        self._of.move_to_end(key)
-        return found
 
 
 def _runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
