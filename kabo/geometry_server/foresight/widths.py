@@ -39,7 +39,7 @@ class Excess:
 
 def corners(points: Array) -> Array:
     """The corners (W, 3) of the convex hull of points (V, 3); all of them if they are nearly flat. Read-only."""
-    key = len(points), hashlib.sha256(np.ascontiguousarray(points)).digest()
+    key = len(points), hashlib.sha256(points.tobytes()).digest()
     return _CORNERS.get_or_make(key, lambda: _corners(points))
 
 

@@ -92,7 +92,7 @@ def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
         return iter(()), False
     if isinstance(given, Iterator):
         return given, True
-    if type(given) in (list, tuple):  # most are; a look at all that a protocol asks for takes much longer
+    if isinstance(given, (list, tuple)) and not hasattr(given, "reason"):  # asking a protocol takes much longer
         return iter(given), False
     if isinstance(given, (Result, Refused)):
         return iter((given,)), False

@@ -116,8 +116,16 @@ def _timed(
     """The motion along a route, not proven yet; branches of a plan share those that differ in what is around them."""
 
     def made() -> Timed:
-        given = {"deviation": within, "shares": shares, "chord": chord, "tolerance": tolerance}
-        return timed_path(route.corners, limits, **given, held=held, slopes=route.slopes)
+        return timed_path(
+            route.corners,
+            limits,
+            deviation=within,
+            shares=shares,
+            chord=chord,
+            tolerance=tolerance,
+            held=held,
+            slopes=route.slopes,
+        )
 
     if held is not None:  # where it is, is a function
         return made()
