@@ -146,13 +146,17 @@ def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Reg
     offsets = region.offsets - region.normals @ region_T_body[:3, 3]
     farthest = -np.inf
     for number, element in enumerate(surroundings.scene.bodies[name].elements):
-        points = surroundings.remembered(("corners", name, number), partial(_corners_of, element))
+        points = surroundings.remembered(("corners", name, number), partial(_corners_of, surroundings, element))
         rounding = element.rounding or Rounding()
         heights = (points @ normals.T).max(axis=0) + rounding.reach(normals)
         farthest = max(farthest, float((heights - offsets).max()))
     return farthest
 
 
-def _corners_of(element: Element) -> Array:
+def _corners_of(surroundings: SceneSurroundings, element: Element) -> Array:
     """The corners (V, 3) of an element's hull, without its rounding; found once for each mesh."""
-    return corners(element.mesh.vertices) if element.corners is None else element.corners
+    if element.corners is not None:
+        return element.corners
+    vertices = element.mesh.vertices
+    found: Array = surroundings.remembered(("hull", vertices.tobytes()), lambda: corners(vertices))
+    return found

@@ -1,19 +1,16 @@
 """Widths of point sets: how far they extend along directions, at the least over all rotations about an axis or at all."""
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
-from kabo.content_cache import ContentCache
 
 TURNS = 1440  # rotations about an axis that are tried: every quarter of a degree
 FEW = 32  # rotations that are tried first, for one at which the body fits
 REFINEMENTS, CAP = 8, 200  # searches near the best direction, and directions in each
 DIRECTIONS = 20_000  # directions that are tried where every rotation is permitted
-_CORNERS: ContentCache[Array] = ContentCache(4 << 20, lambda found: found.nbytes)
 
 
 @dataclass(frozen=True)
@@ -38,18 +35,11 @@ class Excess:
 
 
 def corners(points: Array) -> Array:
-    """The corners (W, 3) of the convex hull of points (V, 3); all of them if they are nearly flat. Read-only."""
-    key = len(points), hashlib.sha256(points.tobytes()).digest()
-    return _CORNERS.get_or_make(key, lambda: _corners(points))
-
-
-def _corners(points: Array) -> Array:
+    """The corners (W, 3) of the convex hull of points (V, 3); all of them if they are nearly flat."""
     try:
-        found = np.asarray(points[ConvexHull(points).vertices])
+        return np.asarray(points[ConvexHull(points).vertices])
     except (QhullError, ValueError):
-        found = points.copy()
-    found.setflags(write=False)  # shared by all who ask
-    return found
+        return points
 
 
 def widths(points: Array, directions: Array) -> Array:
