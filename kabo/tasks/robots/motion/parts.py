@@ -59,6 +59,12 @@ class MotionPart:
         return bool(np.ptp(np.array(self.rows), axis=0).max() > MOVING)
 
     @cached_property
+    def drives(self) -> bool:
+        """Whether the base of the robot moves."""
+        base = 0 if self.columns.start else self.scene.robot(self.stretch.robot).base_values
+        return base > 0 and bool(np.ptp(np.array(self.rows)[:, :base], axis=0).max() > MOVING)
+
+    @cached_property
     def held(self) -> Held | None:
         """What the arm carries, if that limits its acceleration; None for motion of the gripper."""
         return held_by(self.scene, self.stretch.robot) if self.columns.start == 0 else None

@@ -29,6 +29,7 @@ TOLERANCE = 1e-4  # rad or m by which a joint may leave a blend, so that the pie
 LEAST_TOLERANCE = 1e-6  # rad or m: the same, at least
 AT_REST = 1e-6  # rad/s or m/s
 COARSEST_CHORD = 4e-3  # rad, L2: how far chords of a blend may be from it, before any proof
+COARSEST_DRIVEN_CHORD = 5e-4  # m: the same where the base drives, which moves all of a robot by as much
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def _rounded(
     """
     greatest = route.greatest_shares(within) if within > 0.0 else np.zeros(len(route.corners))
     near = nearness_of(route.parts, route.curves, within)
-    chord = min(COARSEST_CHORD, near)
+    chord = min(COARSEST_DRIVEN_CHORD if any(part.drives for part in route.parts) else COARSEST_CHORD, near)
     shares = _fitting(route, greatest, greatest, within, chord, route.looked_at)
     while True:
         made = _timed(route, limits, within, shares, chord, min(TOLERANCE, near), held)
