@@ -8,12 +8,14 @@ follows. Every changed motion is proven collision-free again, for all values tha
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.refine.estimating import estimated_seconds
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
 from kabo.planner.refine.hastening import faster
 from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
@@ -67,9 +69,9 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     stops = found.stops
     stretches = list(stretches_of(stops))
     draft = PlanDraft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
-    choice = AlternativeChoice(server, stops, draft, samples)
+    choice = AlternativeChoice(server, stops, draft, samples, partial(_estimated, server))
     for stretch in stretches:
-        choice.shorten(stretch)
+        choice.improve(stretch)
     for stop in stops:
         stop.keep(choice.draft.situations[stop], choice.draft.answers[stop])
     for stretch in stretches:
@@ -82,6 +84,11 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)
     return RefinementFigures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
+
+
+def _estimated(server: GeometricProcedures, answer: Success | None) -> float:
+    """The duration [s] that the motion in an answer is expected to have in the end."""
+    return 0.0 if answer is None else estimated_seconds(server.scene.robots, answer.motion)
 
 
 def time_motion(stops: Sequence[Stop], server: GeometricProcedures) -> None:
