@@ -15,6 +15,7 @@ from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.planner.refine.legs import proven
 from kabo.planner.refine.refining_stops import Stop
+from kabo.scene import Component
 from kabo.tasks.procedures import GeometricProcedures
 
 MAX_SOLUTIONS = 16  # solutions of each task along a stretch
@@ -71,7 +72,7 @@ class AlternativeChoice:
 
     def improve(self, stretch: Sequence[Stop]) -> None:
         """Replaces solutions along a stretch if that makes the whole plan cheaper."""
-        if self.spent or _is_held(stretch):
+        if self.spent:
             return
         best = self.draft
         with suppress(CutOff):  # what is better until then is taken
@@ -121,9 +122,16 @@ class AlternativeChoice:
 
     # -------------------------------------------------------------------------------------------- the whole plan
     def _settled(self, forced: Mapping[Stop, Success | None], most: float) -> PlanDraft | None:
-        """The plan with some answers given and all others made to fit; None if impossible, or if it costs more than `most`."""
+        """The plan with some answers given and all others made to fit; None if impossible, or if it costs more than `most`.
+
+        Nodes with the same call that all ended alike still do: so branches can meet behind them.
+        """
         arriving: dict[Stop, Situation] = {self.order[0]: self.draft.situations[self.order[0]]}
         answers: dict[Stop, Success | None] = {}
+        ends: dict[object, Mapping[str, Component]] = {}
+        for stop, answer in forced.items():
+            if answer is not None:
+                ends.setdefault(self._end(stop), answer.changes)
         cost = 0.0
         left = sum(map(self.cost, forced.values()))  # what is still to come at least
         for stop in self.order:
@@ -132,11 +140,13 @@ class AlternativeChoice:
                 answers[stop] = forced[stop]
                 left -= self.cost(forced[stop])
             else:
-                fitting = self._fitting(stop, situation)
+                fitting = self._fitting(stop, situation, ends.get(self._end(stop)))
                 if fitting is None:
                     return None
                 (answers[stop],) = fitting
             answer = answers[stop]
+            if answer is not None:
+                ends.setdefault(self._end(stop), answer.changes)
             cost += self.cost(answer)
             if cost + left > most:
                 return None
@@ -146,22 +156,36 @@ class AlternativeChoice:
                 arriving[follower] = after if known is None else known.union(after)
         return PlanDraft(answers, arriving)
 
-    def _fitting(self, stop: Stop, situation: Situation) -> tuple[Success | None] | None:
-        """The answer of a node in a situation: the present one if it is still proven, else the cheapest new solution."""
+    def _end(self, stop: Stop) -> object:
+        """A key that is the same for the nodes with a call that end alike at present."""
+        now = self.draft.answers[stop]
+        return None if now is None else (stop.call, frozenset(now.changes.items()))
+
+    def _fitting(
+        self, stop: Stop, situation: Situation, end: Mapping[str, Component] | None
+    ) -> tuple[Success | None] | None:
+        """The answer of a node in a situation: the present one if it is still proven, else the cheapest new solution.
+
+        If `end` is given, the node makes these changes if it can; it has to where branches meet behind it.
+        """
         now, call, before = self.draft.answers[stop], stop.call, self.draft.situations[stop]
-        if now is None or call is None or situation.key == before.key:
+        if now is None or call is None:
+            return (now,)
+        stays = end is None or now.changes == end
+        if stays and situation.key == before.key:
             return (now,)
         single = self.server.single(call, situation)
         if any(len(situation.values(name)) != 1 for name in single):
             return None
-        stays = all(situation.values(name) == before.values(name) for name in single)
+        stays &= all(situation.values(name) == before.values(name) for name in single)
         if stays and proven(self.server.server.context(), situation, now.motion):
             return (now,)
-        found = [each for each in self._solutions(stop, situation, MAX_SOLUTIONS_BEHIND) if each is not None]
-        return (min(found, key=self.cost),) if found else None
-
-
-def _is_held(stretch: Sequence[Stop]) -> bool:
-    """Whether a stretch is a single node before a node where branches meet: its end cannot change."""
-    following = [after for after in stretch[-1].following if not after.is_goal]
-    return len(stretch) == 1 and bool(following) and all(after.ways_in > 1 for after in following)
+        count = MAX_SOLUTIONS_BEHIND if end is None else MAX_SOLUTIONS
+        found: list[Success] = []
+        for each in self._solutions(stop, situation, count):
+            if each is not None and each.changes == end:
+                return (each,)
+            found += [each] if each is not None else []
+        if not found or end is not None and any(after.ways_in > 1 for after in stop.following):
+            return None
+        return (min(found[:MAX_SOLUTIONS_BEHIND], key=self.cost),)
