@@ -19,10 +19,11 @@ from kabo.planner.refine.estimating import estimated_seconds
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
 from kabo.planner.refine.hastening import faster
 from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
+from kabo.planner.refine.junctions import move_rests
 from kabo.planner.refine.legs import legs_of
 from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
-from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
+from kabo.planner.refine.refining_stops import Stop, seconds_of, stops_of, stretches_of
 from kabo.planner.refine.timing import duration, timed
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -80,6 +81,7 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     paths = {stop: stop.answer for stop in stops}
     time_motion(stops, server)
     paths |= found.restore_faster(stretches)
+    move_rests(stops, paths, server.server.context(), {stop: freedoms_of(stop, server) for stop in stops})
     _hasten(paths, server)
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)
@@ -261,11 +263,6 @@ def _moves(stop: Stop) -> bool:
 def length_of(stop: Stop) -> float:
     """The path length of a stop's motion [rad or m, L2]."""
     return 0.0 if stop.answer is None else sum(map(segment_length, stop.answer.motion))
-
-
-def seconds_of(stop: Stop) -> float:
-    """The time from the end of the previous stop's motion to the end of this one [s]."""
-    return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap
 
 
 def longest(stops: Sequence[Stop], own: Callable[[Stop], float]) -> float:
