@@ -124,11 +124,10 @@ def _moved(
             return {}
         found[stop] = kept
     for stop, answer in cut.items():
-        # A stop may end one junction and begin another of this robot: here only its end changes.
-        situation, answer = (found[stop][0], answer) if stop in found else (stop.situation, answer)
-        if stop in found or not proven(context, situation, answer.motion):
+        # On another branch the same stop may begin here: it would change at both ends, so the junction stays.
+        if stop in found or not proven(context, stop.situation, answer.motion):
             return {}
-        found[stop] = situation, answer, replace(answer, motion=timed(context, situation, answer.motion))
+        found[stop] = stop.situation, answer, replace(answer, motion=timed(context, stop.situation, answer.motion))
     return found if _is_faster(junction, found) else {}
 
 
@@ -150,8 +149,8 @@ def _begun(
     motion = path.motion
     if _moves(stop, robot):
         legs = legs_of(context, stop.situation, motion)
-        way = legs is not None and legs[0].arm and freedoms[stop].of(motion[0].stage).kind == "way"
-        if legs is None or not way or motion[0].trajectory is not None or motion[0].constraint is not None:
+        free = freedoms[stop].of(motion[0].stage).kind == "way" and motion[0].trajectory is None
+        if legs is None or not legs[0].arm or not free or motion[0].constraint is not None:
             return None
         longer = legs[0].along(np.vstack([rest, legs[0].path[1:]]))
         act = ActMotion((longer, *motion[1:]), path.changes, freedoms[stop])
