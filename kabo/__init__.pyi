@@ -1,4 +1,6 @@
+from kabo import execution as execution
 from kabo import exploration as exploration
+from kabo import simulation as simulation
 from kabo import tasks as tasks
 from kabo import trials as trials
 from kabo.errors import Diagnostic as Diagnostic

@@ -11,6 +11,7 @@ from kabo.arrays import Array
 Key = np.uint64
 Words = npt.NDArray[np.uint64]
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_FLOAT = struct.Struct("<cqd")  # tag, length in bytes, number
 _TO_UNIT = 1.0 / 9007199254740992.0  # 2^-53
 
 
@@ -21,12 +22,13 @@ def stream_key(*parts: str | int | float | bytes) -> Key:
     """
     whole: list[bytes] = []
     for part in parts:
+        if isinstance(part, float):  # most parts are numbers
+            whole.append(_FLOAT.pack(b"f", 8, part))
+            continue
         if isinstance(part, bytes):
             tag, data = b"b", part
         elif isinstance(part, str):
             tag, data = b"s", part.encode()
-        elif isinstance(part, float):
-            tag, data = b"f", struct.pack("<d", part)
         else:
             tag, data = b"i", str(int(part)).encode()
         whole += tag, struct.pack("<q", len(data)), data

@@ -7,6 +7,7 @@ PROVEN_NO_PLAN = 3
 NO_PLAN = 4
 VERIFICATION_FAILED = 5
 SERVICE = 6
+STOPPED = 7
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
 BY_STATUS = {"solved": DONE, "no_plan": PROVEN_NO_PLAN, "exhausted": NO_PLAN, "invalid": BAD_INPUT}

@@ -11,6 +11,7 @@ from types import ModuleType
 from kabo import __version__
 from kabo.cli import (
     check,
+    execute,
     exit_codes,
     explain,
     explore,
@@ -18,6 +19,7 @@ from kabo.cli import (
     motion,
     picture,
     robot,
+    simulate,
     solve,
     task,
     verify,
@@ -43,6 +45,8 @@ COMMANDS: tuple[ModuleType, ...] = (
     motion,
     task,
     explore,
+    execute,
+    simulate,
     bound,
     decompose,
     robot,

@@ -1,3 +1,10 @@
+from kabo.execution import ExecutionSettings as ExecutionSettings
+from kabo.execution import KinematicRobot as KinematicRobot
+from kabo.execution import KnownTruth as KnownTruth
+from kabo.execution import Log as Log
+from kabo.execution import Run as Run
+from kabo.execution import execute as execute
+from kabo.execution.belief import Belief as Belief
 from kabo.explain.explain import Explanation as Explanation
 from kabo.explain.explain import explanation_to_json as explanation_to_json
 from kabo.exploration import Exploration as Exploration
@@ -18,6 +25,7 @@ from kabo.geometry_server import make_robot_model as make_robot_model
 from kabo.geometry_server import robot_name as robot_name
 from kabo.geometry_server import robot_scene_text as robot_scene_text
 from kabo.geometry_server import robot_summary as robot_summary
+from kabo.language import load_problem as load_problem
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
 from kabo.meshes import Mesh as Mesh
@@ -39,8 +47,10 @@ from kabo.pictures import picture_of_file as picture_of_file
 from kabo.pictures import require_pictures as require_pictures
 from kabo.pictures import robot_picture as robot_picture
 from kabo.plan import READABLE_FORMATS as READABLE_FORMATS
+from kabo.plan import Plan as Plan
 from kabo.plan import describe as describe
 from kabo.plan import described_validity as described_validity
+from kabo.plan import load_plan as load_plan
 from kabo.plan import plan_from_json as plan_from_json
 from kabo.planner.result import Progress as Progress
 from kabo.planner.result import Reason as Reason
@@ -57,6 +67,10 @@ from kabo.scene import PRISMATIC as PRISMATIC
 from kabo.scene import Scene as Scene
 from kabo.scene import load_scene as load_scene
 from kabo.service.warming import compile_usual as compile_usual
+from kabo.simulation import ContactJudge as ContactJudge
+from kabo.simulation import PhysicsSettings as PhysicsSettings
+from kabo.simulation import SimulatedRobot as SimulatedRobot
+from kabo.simulation import physics_model as physics_model
 from kabo.task_plans import is_report as is_report
 from kabo.task_plans import plan_of_report as plan_of_report
 from kabo.tasks.core import InitialisationError as InitialisationError

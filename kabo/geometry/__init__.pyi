@@ -8,7 +8,7 @@ from kabo.geometry.bounding.hausdorff import hausdorff_bound as hausdorff_bound
 from kabo.geometry.bounding.stored_parts import digest_beside as digest_beside
 from kabo.geometry.bounding.united_enclosure import united as united
 from kabo.geometry.budget import Budget as Budget
-from kabo.geometry.collision.body_memory import BodyMemories as BodyMemories
+from kabo.geometry.collision.body_memories import BodyMemories as BodyMemories
 from kabo.geometry.collision.collision_view import CollisionChecker as CollisionChecker
 from kabo.geometry.collision.collision_view import CollisionView as CollisionView
 from kabo.geometry.collision.collision_view import Counters as Counters

@@ -32,8 +32,18 @@ class CheckedPairs:
             found.setdefault(frozenset(pair), []).append(place)
         return found
 
+    @cached_property
+    def _others(self) -> dict[Contacts, "CheckedPairs"]:
+        """What `without` has found."""
+        return {}
+
     def without(self, permitted: Contacts) -> "CheckedPairs":
         """These pairs without those that are permitted to touch, in the same order."""
+        if permitted not in self._others:
+            self._others[permitted] = self._without(permitted)
+        return self._others[permitted]
+
+    def _without(self, permitted: Contacts) -> "CheckedPairs":
         places = self._places
         dropped = sorted(place for pair in permitted for place in places.get(pair, ()))
         names = self.names.copy()

@@ -10,12 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, within
+from kabo.geometry_server.candidates import GraspStream, Stream, base_position, grasp_stream, within
 from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
 from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
+from kabo.geometry_server.reachability import grasp_missing
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import FREE_BODY, sample, stacked
 from kabo.scene import Body, Configuration, Robot
@@ -25,6 +26,7 @@ from kabo.streams import stream_key
 PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
 PLACES_PROJECTED = 3  # poses at which grasps are projected where none could be drawn
 PLACES_MEASURED = 1  # poses at which the distance out of reach is measured
+SURELY_MISSING = 1e-3  # [m] beyond reach: far more than the tolerance within which constraints hold
 
 
 def places(context: ProcedureContext, body: Body, target: Destination, situation: Situation) -> Iterator[Array]:
@@ -58,17 +60,22 @@ def may_place(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> bool:
     """Whether the robot has a grasp of the body at some sampled pose on the target; True if no pose was found."""
-    streams: list[Stream] = []
+    streams: list[
+        Stream | None
+    ] = []  # None where every grasp is proven out of reach: there none is drawn or projected
     undrawn: list[Stream] = []  # those where no pose of the hand can be drawn: all of them are projected
     found = _nearest_places(context, robot, body, target, situation)
-    for made in _grasps(context, robot, body, found, situation):
-        drawn = made.draws(GRASPS_TRIED)
+    for grasps in _grasps(context, robot, body, found, situation):
+        if grasp_missing(robot, grasps.family.constraints, grasps.roles) > SURELY_MISSING:
+            streams.append(None)
+            continue
+        drawn = grasps.stream.draws(GRASPS_TRIED)
         if drawn:
             return True
-        (undrawn if drawn is None else streams).append(made)
+        (undrawn if drawn is None else streams).append(grasps.stream)
     # Projection seldom finds a grasp where none was drawn, and is slow: it is tried at a few distances.
     few = streams[:: -(-len(streams) // PLACES_PROJECTED)] if streams else []
-    return not found or any(made.batch(0, GRASPS_TRIED) for made in (*undrawn, *few))
+    return not found or any(made.batch(0, GRASPS_TRIED) for made in (*undrawn, *few) if made is not None)
 
 
 def grasps_there(
@@ -81,20 +88,27 @@ def grasps_there(
 ) -> list[Stream]:
     """The grasp streams of a body at the `most` poses on a target that are nearest to the robot's base."""
     near = _nearest_places(context, robot, body, target, situation)[:most]
-    return list(_grasps(context, robot, body, near, situation))
+    return [grasps.stream for grasps in _grasps(context, robot, body, near, situation)]
 
 
 def _nearest_places(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> list[Array]:
     """The poses (4, 4) of `places`, those nearest to the robot's base first."""
+    under = () if target.support is None else context.surroundings.poses(situation, target.support)
+    region = None if target.region is None else target.region.name
+    key = "places", context.seed, body.name, target.support, region, *(pose.tobytes() for pose in under)
+    # Of every robot it is asked about the same places.
+    found: tuple[Array, ...] = context.surroundings.remembered(
+        key, lambda: tuple(places(context, body, target, situation))
+    )
     base = base_position(robot)
-    return sorted(places(context, body, target, situation), key=lambda pose: length(pose[:3, 3] - base))
+    return sorted(found, key=lambda pose: length(pose[:3, 3] - base))
 
 
 def _grasps(
     context: ProcedureContext, robot: Robot, body: Body, poses: list[Array], situation: Situation
-) -> Iterator[Stream]:
+) -> Iterator[GraspStream]:
     """The streams of grasps by the open hand of a body at each of some poses."""
     hand = _open_hand(robot, situation.configuration(robot.name))
     standing = standing_of(context.surroundings, robot)
@@ -102,7 +116,7 @@ def _grasps(
         for family in body.grasps.values():
             made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
             if made is not None:
-                yield made.stream
+                yield made
 
 
 def _open_hand(robot: Robot, q: Configuration) -> tuple[float, ...]:

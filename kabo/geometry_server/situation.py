@@ -42,8 +42,15 @@ class Situation:
 
     def carried(self, robot: str) -> tuple[str, ...]:
         """The objects that the robot may be holding, and those attached to them."""
-        prefix = robot + "."
-        return tuple(name for name in self.objects if any(end.startswith(prefix) for end in self._ends(name)))
+        return tuple(name for name, holders in self._holders.items() if robot in holders)
+
+    @cached_property
+    def _holders(self) -> dict[str, frozenset[str]]:
+        """The robots and fixed bodies, or `world`, to which each object may be attached, directly or not."""
+        return {
+            name: frozenset(end.partition(".")[0] for end in self._ends(name) if "." in end)
+            for name in self.objects
+        }
 
     def held(self, name: str) -> Attachment:
         """The root of an object's group (`world`, `robot.link` or a standing body), and the object's pose in its frame."""

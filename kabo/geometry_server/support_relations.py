@@ -30,6 +30,14 @@ WORLD_TREE = _unmoved()  # for constraints between standing things
 
 def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
     """The bodies on which an object stands by one of its placement families, in the scene's order."""
+    # Stages of a task ask one after the other about the same situation, and so does the timing of its motion.
+    found: tuple[str, ...] = surroundings.remembered(
+        ("supports", name, situation.key), lambda: _supports(surroundings, situation, name)
+    )
+    return found
+
+
+def _supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
     return tuple(
@@ -112,8 +120,8 @@ def _boxes_meet(surroundings: SceneSurroundings, body: Body, pose: Array, under:
 
 def _box(surroundings: SceneSurroundings, body: Body, pose: Array) -> tuple[Array, Array]:
     def made() -> tuple[Array, Array]:
-        points = body.mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-        return points.min(axis=0), points.max(axis=0)
+        points = pose[:3, :3] @ body.mesh.vertices.T + pose[:3, 3:]  # (3, V): each row is read at once
+        return points.min(axis=1), points.max(axis=1)
 
     found: tuple[Array, Array] = surroundings.remembered(("box", body.name, pose.tobytes()), made)
     return found
@@ -138,13 +146,17 @@ def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Reg
     offsets = region.offsets - region.normals @ region_T_body[:3, 3]
     farthest = -np.inf
     for number, element in enumerate(surroundings.scene.bodies[name].elements):
-        points = surroundings.remembered(("corners", name, number), partial(_corners_of, element))
+        points = surroundings.remembered(("corners", name, number), partial(_corners_of, surroundings, element))
         rounding = element.rounding or Rounding()
         heights = (points @ normals.T).max(axis=0) + rounding.reach(normals)
         farthest = max(farthest, float((heights - offsets).max()))
     return farthest
 
 
-def _corners_of(element: Element) -> Array:
-    """The corners (V, 3) of an element's hull, without its rounding."""
-    return corners(element.mesh.vertices) if element.corners is None else element.corners
+def _corners_of(surroundings: SceneSurroundings, element: Element) -> Array:
+    """The corners (V, 3) of an element's hull, without its rounding; found once for each mesh."""
+    if element.corners is not None:
+        return element.corners
+    vertices = element.mesh.vertices
+    found: Array = surroundings.remembered(("hull", vertices.tobytes()), lambda: corners(vertices))
+    return found

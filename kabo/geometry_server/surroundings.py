@@ -14,7 +14,7 @@ from kabo.geometry import Budget, CollisionChecker, Enclosure, FixedGroup, Movin
 from kabo.geometry_server.answers import GeometryStatistics, Pair
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures
 from kabo.geometry_server.situation import Situation
-from kabo.scene import Configuration, Element, KinematicTree, Mesh, Scene, link_poses
+from kabo.scene import Attachment, Configuration, Element, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
 COARSE = (
@@ -46,6 +46,7 @@ class SceneSurroundings:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
         self.enclosures = SceneEnclosures(scene, budget.geometry) if enclosures is None else enclosures
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
+        self._own_poses: dict[Attachment, Array] = {}
         self._apart: dict[Pair, bool] = {}
         self._bodies = geometry.BodyMemories()
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
@@ -180,10 +181,16 @@ class SceneSurroundings:
             return [self.scene.fixed_poses[name]]
         found = {}
         for value in situation.objects[name]:
-            for parent in self._parents(situation, value.parent):
-                pose = parent @ transform(value.position, value.quaternion)
+            own = self._own_pose(value)
+            for pose in [own] if value.parent == "world" else self._on(situation, value.parent, own):
                 found[pose.tobytes()] = pose
         return list(found.values())
+
+    def _own_pose(self, value: Attachment) -> Array:
+        """The pose (4, 4) of an object in the frame of its parent."""
+        if value not in self._own_poses:
+            self._own_poses[value] = np.eye(4) @ transform(value.position, value.quaternion)
+        return self._own_poses[value]
 
     def remembered(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
         """The cached result for `key`, else that of `make()`; the least recently used results are dropped."""
@@ -199,10 +206,9 @@ class SceneSurroundings:
         """The cached result for `key`; None if there is none."""
         return self._memory.get(key)
 
-    def _parents(self, situation: Situation, parent: str) -> list[Array]:
-        if parent == "world":
-            return [np.eye(4)]
+    def _on(self, situation: Situation, parent: str, own: Array) -> list[Array]:
+        """The poses (4, 4) in the world of what has its own pose in the frame of a link or of another body."""
         robot, dot, link = parent.partition(".")
         if dot:
-            return [self.links(robot, q)[link] for q in situation.robots[robot]]
-        return self.poses(situation, parent)
+            return [self.links(robot, q)[link] @ own for q in situation.robots[robot]]
+        return [pose @ own for pose in self.poses(situation, parent)]

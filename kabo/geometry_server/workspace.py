@@ -352,7 +352,7 @@ class Workspace:
         return CheckedPairs(np.array(indices, np.int64).reshape(-1, 2), names)
 
     def _checked(self, first: str, second: str) -> bool:
-        added = [extra for extra in self.extras if extra.name in (first, second)]
+        added = self.extras and [extra for extra in self.extras if extra.name in (first, second)]
         if not added and self.surroundings.never_collide(first, second):
             return False
         pair = frozenset((first, second))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import inf, isfinite
 from typing import NamedTuple
 
@@ -103,9 +103,10 @@ class Trajectory:
         """
         self._require_form()
         found = np.zeros((len(self.coefficients), len(self.joints), MAX_DEGREE + 1))
-        for k, piece in enumerate(self.coefficients):
-            for j, own in enumerate(piece):
-                found[k, j, : len(own)] = own
+        rows = list(chain.from_iterable(self.coefficients))
+        lengths = np.fromiter(map(len, rows), np.int64, len(rows)).reshape(found.shape[:2])
+        numbers = np.fromiter(chain.from_iterable(rows), np.float64, int(lengths.sum()))
+        found[np.arange(MAX_DEGREE + 1) < lengths[..., None]] = numbers
         if not np.isfinite(found).all():
             raise ValueError("a coefficient is not a finite number")
         return found
@@ -117,10 +118,10 @@ class Trajectory:
             raise ValueError(f"{times}: a motion has one piece or more, each between two times")
         _require_increasing(self.times)
         for what, rows in (("a way point", self.waypoints), ("a piece", self.coefficients)):
-            wrong = next((len(row) for row in rows if len(row) != joints), None)
+            wrong = next((length for length in map(len, rows) if length != joints), None)
             if wrong is not None:
                 raise ValueError(f"{what} is of {wrong} joints, and the motion is of {joints}")
-        degree = max((len(own) for piece in self.coefficients for own in piece), default=1) - 1
+        degree = max(map(len, chain.from_iterable(self.coefficients)), default=1) - 1
         if degree > MAX_DEGREE:
             raise ValueError(f"a piece has degree {degree}: {MAX_DEGREE} is the highest")
         if not 0.0 <= self.deviation < inf:

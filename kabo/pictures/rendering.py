@@ -74,12 +74,14 @@ class Stage:
         self._plotter.window_size = list(SMALL)
         self._flat(True)
         front = _front(self.drawing.everything)
-        scores = np.zeros(len(directions()))
+        # Cameras are fitted to all points of all states, once: that takes longer than to draw a small picture.
+        cameras = [fitted(points, away, aspect) for away in directions()]
+        turned = [1.0 + FRONT * float(away[:2] @ front) / float(np.linalg.norm(away[:2])) for away in directions()]
+        scores = np.zeros(len(cameras))
         for poses in states:
             self.place(poses)
-            for number, away in enumerate(directions()):
-                turned = 1.0 + FRONT * float(away[:2] @ front) / float(np.linalg.norm(away[:2]))
-                scores[number] += round(turned * self._score(fitted(points, away, aspect)), 6)
+            for number, camera in enumerate(cameras):
+                scores[number] += round(turned[number] * self._score(camera), 6)
         self.place({solid.name: solid.pose for solid in self.drawing.solids})
         self._flat(False)
         self._plotter.window_size = [SAMPLES * side for side in self.size]

@@ -20,6 +20,7 @@ MEANINGS = {
     "NO_PLAN": "no plan for another reason: a budget or a limit was reached, or kabo cannot decide",
     "VERIFICATION_FAILED": "verification failed",
     "SERVICE": "no server in time, a busy one, cancelled, worker lost",
+    "STOPPED": "`execute` stopped before a goal; the text says why",
     "INTERRUPTED": "interrupted",
 }
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import event, given
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.children import made_in_child
@@ -29,6 +29,7 @@ from kabo.planner.result import Result
 from kabo.planner.solve import solve
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.verify import verify_plan
+from tests.conftest import PROPERTY_SCALE
 from tests.planner.gantry import gantry_problem
 
 RUNS = count()
@@ -44,6 +45,8 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "out of reach": {"things": FAR, "goal": "K(held(cube))"},
     "proved": {"robots": "robots: []"},
 }
+OFTEN = settings(max_examples=max(60, round(600 * PROPERTY_SCALE)))  # of 30 choices: problem, order and quality
+SELDOM = settings(max_examples=max(40, round(400 * PROPERTY_SCALE)))  # of 5 problems or fewer
 LIMITS = {"max_samples": 600, "max_expansions": 2_000}
 
 
@@ -88,6 +91,7 @@ def written(result: Result) -> bytes | None:
 
 
 @pytest.mark.slow
+@OFTEN
 @given(
     name=st.sampled_from(sorted(PROBLEMS)),
     order=st.sampled_from(["lazy", "eager", "adaptive"]),
@@ -135,6 +139,7 @@ def test_memory_that_ends_is_told_as_memory():
         assert result.status == "exhausted" and result.reason is not None and result.reason.budget == "memory"
 
 
+@SELDOM
 @given(name=st.sampled_from(["solved", "solved for two"]), samples=st.integers(0, 400))
 def test_samples_that_end_are_told_as_samples(name, samples):
     reference, _, answers = whole(name, "adaptive", "fast")
@@ -150,6 +155,7 @@ def test_samples_that_end_are_told_as_samples(name, samples):
 
 
 @pytest.mark.slow
+@SELDOM
 @given(name=st.sampled_from(sorted(PROBLEMS)), share=st.floats(0.0, 1.0))
 def test_explanations_that_are_cut_off_prove_nothing(name, share):
     looks, reference = explained(name)

@@ -5,7 +5,6 @@ all their parts are laid out once. A view puts in place what differs from the vi
 """
 
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -34,6 +33,7 @@ from kabo.geometry.collision.kernels.bundles import (
     Scene,
     Search,
     Sweep,
+    Tracks,
     Tree,
     Way,
 )
@@ -66,7 +66,6 @@ from kabo.scene import KinematicTree
 
 SWEEP_POOL_ROWS = 1024  # placed parts kept during one sweep; configuration checks use the last one
 PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
-MAX_MEMORIES = 24  # lists of bodies whose arrays are kept: a scene has one for each robot and what it carries
 
 SweepArguments = tuple[Any, ...]
 
@@ -82,11 +81,7 @@ class Arrangement:
         """
         self.poses = poses_of(given)
         self.kept = np.array([[g.kept for g in given], [g.hand for g in given]], np.float64)
-        groups = memory.groups.copy()
-        order = _order_of(pairs, memory.moving, len(given))
-        groups[PAIRS] = np.searchsorted(pairs[order, 0], np.arange(len(given) + 1))
-        allowed = _allowed(groups, pairs[order], memory.moving)
-        self.bodies = Bodies(groups, np.array([pairs[order, 1], order]), allowed)
+        self.bodies = memory.bodies_with(pairs)
         self.counts = np.zeros(COUNTER_PLACES, np.int64)
         self.sweep: SweepArguments | None = None  # made for the first sweep: many views are asked for none
         self.direct = False  # whether it is in place, and the kernel takes rows alone
@@ -120,6 +115,8 @@ class BodyMemory:
         self._slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
         self._poses, self._kept = np.full((len(given), 12), np.nan), np.zeros((2, len(given)))
         self._radii, self._spans, self._offset = np.empty((len(given), 2)), np.empty(len(given)), math.nan
+        self._with_pairs: dict[tuple[object, ...], Bodies] = {}
+        self._known_tracks: dict[int, Tracks] = {}  # by the identity of what `_with_pairs` keeps
         self._present: Arrangement | None = None
         self._scratch: tuple[Way, Nodes, Pool] | None = None
 
@@ -152,11 +149,34 @@ class BodyMemory:
         if own.sweep is None:
             if self._scratch is None:
                 self._scratch = self._new_scratch()
-            tracks = tracks_of(self._shared_joints, own.bodies, self._slack, self._spans, self._kept)
             search = Search(self._offset, *self._searching)
-            sweep = Sweep(tracks, *self._scratch)
+            sweep = Sweep(self._tracks(own.bodies), *self._scratch)
             own.sweep = self.budget.margin, self.budget.clearance, own.bodies.pairs, self._scene, sweep, search
         return own.sweep
+
+    def bodies_with(self, pairs: Integers) -> Bodies:
+        """The bodies with pairs (P, 2) of them; arrangements with the same pairs share it.
+
+        Raises:
+            ValueError: the pairs are not usable.
+        """
+        key = pairs.dtype, pairs.shape, pairs.tobytes()
+        found = self._with_pairs.get(key)
+        if found is None:
+            groups, count = self.groups.copy(), self.groups.shape[1] - 1
+            order = _order_of(pairs, self.moving, count)
+            groups[PAIRS] = np.searchsorted(pairs[order, 0], np.arange(count + 1))
+            allowed = _allowed(groups, pairs[order], self.moving)
+            found = self._with_pairs[key] = Bodies(groups, np.array([pairs[order, 1], order]), allowed)
+        return found
+
+    def _tracks(self, bodies: Bodies) -> Tracks:
+        """The tracks of the pairs of bodies; arrangements with the same pairs share them, too."""
+        found = self._known_tracks.get(id(bodies))
+        if found is None:
+            found = tracks_of(self._shared_joints, bodies, self._slack, self._spans, self._kept)
+            self._known_tracks[id(bodies)] = found
+        return found
 
     def _move(self, poses: Array, kept: Array) -> bool:
         """Writes the parts of bodies that stand elsewhere, and the boxes of those that keep another distance, too.
@@ -313,42 +333,9 @@ class BodyMemory:
         return way_of(self._chain, np.zeros((FRAME_SLOTS, joints, 12)), count), nodes, pool
 
 
-class BodyMemories:
-    """The memories of some lists of bodies; those that were not used for the longest time are dropped."""
-
-    def __init__(self) -> None:
-        self._of: OrderedDict[tuple[object, ...], BodyMemory] = OrderedDict()
-
-    def of(
-        self,
-        tree: KinematicTree,
-        moving: Sequence[MovingGroup],
-        fixed: Sequence[FixedGroup],
-        pairs: int,
-        budget: Budget,
-    ) -> BodyMemory:
-        """The memory of bodies with the parts that are known of them by now, for so many pairs at least.
-
-        Raises:
-            ValueError: as `BodyMemory`.
-        """
-        given: tuple[MovingGroup | FixedGroup, ...] = (*moving, *fixed)
-        joints = tuple(group.joint for group in moving)
-        enclosures = tuple(group.enclosure for group in given)
-        most = max(pairs, len(moving) * len(given))
-        key = id(tree), joints, enclosures, tuple(map(known, enclosures)), budget, most
-        found = self._of.get(key)
-        if found is None:
-            self._of[key] = found = BodyMemory(tree, given, joints, budget, most)
-            if len(self._of) > MAX_MEMORIES:
-                self._of.popitem(last=False)
-        self._of.move_to_end(key)
-        return found
-
-
 def _runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """The stretches of neighbours among the chosen (G,): the first of each, and the one after the last."""
-    places = np.flatnonzero(chosen).tolist()
+    places = chosen.nonzero()[0].tolist()
     breaks = [i + 1 for i, (a, b) in enumerate(pairwise(places)) if b != a + 1]
     return [(places[a], places[b - 1] + 1) for a, b in pairwise([0, *breaks, len(places)]) if b > a]
 

@@ -15,7 +15,8 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.compilation import call_first
 from kabo.geometry.budget import Budget
-from kabo.geometry.collision.body_memory import Arrangement, BodyMemories, BodyMemory
+from kabo.geometry.collision.body_memories import BodyMemories
+from kabo.geometry.collision.body_memory import Arrangement, BodyMemory
 from kabo.geometry.collision.kernel_checks import KernelChecks
 from kabo.geometry.collision.kernels.bundles import (
     CHECKS,
@@ -28,8 +29,8 @@ from kabo.geometry.collision.kernels.bundles import (
 )
 from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import swept_hits
-from kabo.geometry.collision.part_trees import refine, require_fine
-from kabo.geometry.collision.root_answers import RootAnswers, Touch, budget_of_roots
+from kabo.geometry.collision.part_trees import refine
+from kabo.geometry.collision.root_answers import RootAnswers, Touch
 from kabo.geometry.collision.view_arrays import usable_deviations
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
@@ -109,9 +110,7 @@ class CollisionView:
         self._moving, self._fixed, self._pairs = moving, fixed, np.asarray(pairs).reshape(-1, 2)
         self._groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
         self._memories = BodyMemories() if memories is None else memories
-        for group in self._groups:
-            require_fine(group.enclosure, budget.geometry)
-        coarse = budget_of_roots([group.enclosure for group in self._groups], budget)
+        coarse = self._memories.budget_of_roots(tuple([group.enclosure for group in self._groups]), budget)
         self._coarse = (
             None
             if coarse is None

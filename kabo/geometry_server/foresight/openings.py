@@ -22,6 +22,7 @@ from kabo.scene.transforms import inverse, unflat
 from kabo.streams import stream_key
 
 GRASPS_TRIED = 64  # grasps at which the width is measured
+GRASPS_FIRST = 4  # of them, which are sampled before the others: mostly one of them is narrow enough
 STILL = 1e-4  # [m]: a finger that moves less does not close
 SAME_DIRECTION = 1e-6  # of a cosine
 SPACING = 1e-3  # [m] of the points of a line that are examined
@@ -109,9 +110,10 @@ def _grasps(robot: Robot, body: Body, constraints: Array) -> Iterator[Array]:
     """Poses (4, 4) of a body in the tool's frame that fulfil constraint rows, a sample of them."""
     key = stream_key("opening", robot.name, body.mesh.digest)
     anywhere = FREE_BODY.lower, FREE_BODY.upper, np.ones(6, dtype=bool)
-    found, valid = sample(FREE_BODY, constraints, key, 0, GRASPS_TRIED, *anywhere)
-    for q in found[valid]:
-        yield unflat(joints_at(FREE_BODY, q)[6])
+    for first, end in ((0, GRASPS_FIRST), (GRASPS_FIRST, GRASPS_TRIED)):
+        found, valid = sample(FREE_BODY, constraints, key, first, end - first, *anywhere)
+        for q in found[valid]:
+            yield unflat(joints_at(FREE_BODY, q)[6])
 
 
 def _least_width(grasps: Iterator[Array], mesh: Mesh, point: Array, opening: Opening) -> float | None:

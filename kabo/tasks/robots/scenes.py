@@ -25,7 +25,8 @@ from kabo.tasks.robots.timed_paths import TimedPath
 
 def configuration(q: Iterable[float]) -> Configuration:
     """A configuration as states and plans store it: rounded to 1e-9, without negative zeros."""
-    return tuple(round(float(value), 9) + 0.0 for value in q)
+    numbers = q.tolist() if isinstance(q, np.ndarray) else map(float, q)
+    return tuple([round(value, 9) + 0.0 for value in numbers])
 
 
 @dataclass(frozen=True)

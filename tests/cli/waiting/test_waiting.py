@@ -12,6 +12,7 @@ import subprocess
 import sys
 import termios
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,22 @@ def left_on_screen(written: str) -> list[str]:
     return [line.rsplit(ERASED, 1)[-1].strip("\r") for line in written.split("\n")]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def slow(tmp_path_factory: pytest.TempPathFactory) -> Iterator["subprocess.Popen[str]"]:
+    """A command of 23 seconds with pipes, which runs beside the other tests of this file."""
+    folder = tmp_path_factory.mktemp("slow")
+    with subprocess.Popen(
+        command(folder, "--set", "seconds=23"),
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        yield process
+        process.kill()
+
+
 def test_a_terminal_shows_one_row_with_a_bar_and_an_estimate_that_is_gone_at_the_end(tmp_path):
     written = in_terminal(command(tmp_path), tmp_path)
     rows = [row for row in written.split(ERASED) if "baking" in row]
@@ -103,28 +120,6 @@ def test_ctrl_c_leaves_a_clean_screen(tmp_path):
     assert not (tmp_path / "p.yaml").exists()
 
 
-def test_a_pipe_gets_a_line_every_ten_seconds_and_quick_commands_none(tmp_path):
-    slow = subprocess.run(
-        command(tmp_path, "--set", "seconds=23"),
-        cwd=tmp_path,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert slow.stdout.split() == ["done", "p.yaml"]
-    lines = slow.stderr.splitlines()
-    assert [
-        bool(re.fullmatch(r"kabo: baking: \d+ of 20 loaves \(\d+ %\); [12]\d s so far.*", line)) for line in lines
-    ] == [
-        True,
-        True,
-    ]
-    assert "about" in lines[1]
-    quick = subprocess.run(command(tmp_path), cwd=tmp_path, env=environment(), capture_output=True, check=True)
-    assert quick.stderr == b""
-
-
 @pytest.mark.parametrize("redirected", ["2>&-", "2>/dev/full", ">&- 2>&-"])
 def test_nobody_need_read_what_is_told(tmp_path, redirected):
     words = " ".join(f"'{word}'" for word in command(tmp_path, "-v", "--set", "seconds=0.1"))
@@ -147,3 +142,18 @@ def test_progress_changes_no_plan(tmp_path):
     assert plans[0] == plans[1]
     logged = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert {"kabo.cli", "kabo.language", "kabo.planner", "kabo.requests"} <= {line["logger"] for line in logged}
+
+
+def test_a_pipe_gets_a_line_every_ten_seconds_and_quick_commands_none(tmp_path, slow):
+    quick = subprocess.run(command(tmp_path), cwd=tmp_path, env=environment(), capture_output=True, check=True)
+    assert quick.stderr == b""
+    said, told = slow.communicate(timeout=120)
+    assert slow.returncode == 0 and said.split() == ["done", "p.yaml"]
+    lines = told.splitlines()
+    assert [
+        bool(re.fullmatch(r"kabo: baking: \d+ of 20 loaves \(\d+ %\); [12]\d s so far.*", line)) for line in lines
+    ] == [
+        True,
+        True,
+    ]
+    assert "about" in lines[1]

@@ -95,3 +95,22 @@ def test_a_body_too_far_away_is_refused_and_the_memory_serves_others_still():
     with pytest.raises(ValueError, match="too far"):
         CollisionView(tree, groups, [far], pairs, BUDGET, memories=memories)
     assert shared.configuration_hit([0.1]) == own
+
+
+def test_views_of_the_same_bodies_share_their_pairs_and_tracks_wherever_the_bodies_are():
+    memories = BodyMemories()
+    pairs, numbers = np.array([[0, 1]]), np.random.default_rng(4)
+    views = [
+        CollisionView(
+            TREE,
+            [MovingGroup(3, pose(numbers), HULL)],
+            [FixedGroup(pose(numbers), HULL)],
+            pairs,
+            BUDGET,
+            memories=memories,
+        )
+        for _ in range(2)
+    ]
+    sweeps = [view.kernel_checks.sweep for view in views]
+    assert sweeps[0][2] is sweeps[1][2], "the pairs are laid out once"
+    assert sweeps[0][4].tracks is sweeps[1][4].tracks

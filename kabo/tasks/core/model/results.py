@@ -90,8 +90,12 @@ def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
     """
     if given is None:
         return iter(()), False
+    if isinstance(given, Iterator):
+        return given, True
+    if isinstance(given, (list, tuple)) and not hasattr(given, "reason"):  # asking a protocol takes much longer
+        return iter(given), False
     if isinstance(given, (Result, Refused)):
         return iter((given,)), False
     if not isinstance(given, Iterable):
         raise TypeError(f"a stage function gives results and failures, not {given!r}")
-    return iter(given), isinstance(given, Iterator)
+    return iter(given), False

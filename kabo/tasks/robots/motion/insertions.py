@@ -4,13 +4,14 @@ A mate grants contact along its insertion only while no point of what moves leav
 mate's tolerance [m]. Divided by the reach of the joints it says how near the joints must be to their path [rad].
 """
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import Frame, candidate, carried_frame, poses_at, tool_frame
-from kabo.scene import PRISMATIC
+from kabo.scene import PRISMATIC, Attachment
 from kabo.tasks.robots.motion.parts import MotionPart
 
 NEARNESS_SHARE = 0.2  # of the tolerance is for how far joints leave chords, and the same for chords from the path
@@ -53,18 +54,27 @@ def _tolerance(part: MotionPart) -> float:
 
 def _points(part: MotionPart) -> Array:
     """Corners (p, 3) of the boxes of all that the robot holds, and the tool's origin, in the frame of its tool."""
+    situation, robot = part.scene.situation, part.stretch.robot
+    held = tuple((name, situation.held(name)) for name in situation.carried(robot))
+    found: Array = part.scene.context.surroundings.remembered(
+        ("held points", robot, held), lambda: _points_of(part, held)
+    )
+    return found
+
+
+def _points_of(part: MotionPart, held: Sequence[tuple[str, Attachment]]) -> Array:
     robot = part.scene.robot(part.stretch.robot)
     frame = tool_frame(robot)
     tool_T_joint = np.linalg.inv(frame.joint_T_frame)
     found = [np.zeros((1, 3))]
-    for name in part.scene.situation.carried(robot.name):
+    for name, attachment in held:
         body = part.scene.context.scene.bodies[name]
-        held = carried_frame(robot, body, part.scene.situation.held(name))
-        if held.joint != frame.joint:
+        own = carried_frame(robot, body, attachment)
+        if own.joint != frame.joint:
             continue
         vertices = body.mesh.vertices
         corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))))
-        pose = tool_T_joint @ held.joint_T_frame
+        pose = tool_T_joint @ own.joint_T_frame
         found.append(corners @ pose[:3, :3].T + pose[:3, 3])
     return np.concatenate(found)
 
@@ -107,5 +117,6 @@ def _offset(part: MotionPart, rows: Array, strays: Array | float) -> float:
         off = moved - (moved @ unit)[..., None] * unit
         return np.asarray(np.linalg.norm(off, axis=-1).max(axis=1))
 
-    corner = np.maximum(aside(ends)[:-1], aside(ends)[1:])
+    off = aside(ends)
+    corner = np.maximum(off[:-1], off[1:])
     return float((np.maximum(corner, aside(middles)) + strays).max())

@@ -39,11 +39,15 @@ def straight(
 
     `exactly`: the greatest distance of the tool from the line [m], and its greatest rotation [rad].
     """
-    moved = scene.robot(robot)
-    found = line(moved, scene.configuration(robot), tool_frame(moved), shift, *exactly)
-    if found is None:
+    moved, start = scene.robot(robot), scene.configuration(robot)
+    # Branches of a plan ask for the same lines among other things.
+    found = scene.context.surroundings.remembered(
+        ("line", robot, start.tobytes(), shift.tobytes(), exactly),
+        lambda: line(moved, start, tool_frame(moved), shift, *exactly) or (),
+    )
+    if not found:
         return Refusal("constraint", "off the straight line")
-    return blocked(scene, robot, found) or found
+    return blocked(scene, robot, found) or list(found)
 
 
 def blocked(scene: TaskScene, robot: str, path: Sequence[Array]) -> Refusal | None:

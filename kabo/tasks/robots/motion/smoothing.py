@@ -91,16 +91,7 @@ def _rounded(
     chord = min(COARSEST_CHORD, near)
     shares = _fitting(route, greatest, greatest, within, chord, route.looked_at)
     while True:
-        made = timed_path(
-            route.corners,
-            limits,
-            deviation=within,
-            shares=shares,
-            chord=chord,
-            tolerance=min(TOLERANCE, near),
-            held=held,
-            slopes=route.slopes,
-        )
+        made = _timed(route, limits, within, shares, chord, min(TOLERANCE, near), held)
         if made.duration >= seconds:
             return None
         found = route.proven(made)
@@ -111,6 +102,38 @@ def _rounded(
             return found.curves or route.curves or made
         less = _fitting(route, shares, greatest, within, chord, route.judged)
         shares = _shrunk(shares, found.corners, greatest) if np.array_equal(less, shares) else less
+
+
+def _timed(
+    route: Route,
+    limits: MotionLimits,
+    within: float,
+    shares: Array,
+    chord: float,
+    tolerance: float,
+    held: Held | None,
+) -> Timed:
+    """The motion along a route, not proven yet; branches of a plan share those that differ in what is around them."""
+
+    def made() -> Timed:
+        return timed_path(
+            route.corners,
+            limits,
+            deviation=within,
+            shares=shares,
+            chord=chord,
+            tolerance=tolerance,
+            held=held,
+            slopes=route.slopes,
+        )
+
+    if held is not None:  # where it is, is a function
+        return made()
+    slopes = None if route.slopes is None else route.slopes.tobytes()
+    arrays = *(each.tobytes() for each in limits.rows), route.corners.tobytes(), shares.tobytes(), slopes
+    key = "timed", len(route.corners), *arrays, within, chord, tolerance
+    found: Timed = route.parts[0].scene.context.surroundings.remembered(key, made)
+    return found
 
 
 def _fitting(

@@ -157,8 +157,14 @@ def nearest(groups: Sequence[dict[str, tuple[Any, np.ndarray]]], known: float) -
 
 def ball(mesh: Any, pose: np.ndarray) -> tuple[float, ...]:
     """Centre and radius of a ball about a mesh."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return (*(pose[:3, :3] @ (low + high) / 2 + pose[:3, 3]), float(np.linalg.norm(high - low)) / 2)
+    if mesh.digest not in _BALLS:
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        _BALLS[mesh.digest] = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    middle, radius = _BALLS[mesh.digest]
+    return (*(pose[:3, :3] @ middle + pose[:3, 3]), radius)
+
+
+_BALLS: dict[str, tuple[np.ndarray, float]] = {}  # centre and radius, of meshes in their own frames
 
 
 # --------------------------------------------------------------------------------------------------------- the laws

@@ -1,0 +1,144 @@
+"""`kabo execute`: carries out a plan on a robot, in physics or without forces, and logs all that happens."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import bounded, natural, output_file
+from kabo.cli.limits import add_limits
+from kabo.cli.simulate import add_physics, physics_of
+from kabo.cli.solving import add_problem_argument
+from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
+from kabo.errors import Diagnostic, InputError
+
+NAME = "execute"
+HELP = "carry out a plan: follow its motions, sense, branch, watch; ends at the goal or in a safe stop with its reason"
+SHOWN_FAULTS = 4
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments and options of `kabo execute` to the parser."""
+    add_problem_argument(parser)
+    parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
+    parser.add_argument(
+        "--on",
+        choices=("kinematic", "simulation"),
+        default="kinematic",
+        help="the robot: one without forces, or one in physics (default: kinematic)",
+    )
+    parser.add_argument(
+        "--rate",
+        type=bounded(1.0, 1000.0, "Hz"),
+        default=1000.0,
+        metavar="HZ",
+        help="setpoints a second (default: 1000)",
+    )
+    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of what sensors find (default: 0)")
+    parser.add_argument(
+        "--truth",
+        action="append",
+        default=[],
+        metavar="FORMULA=OUTCOME",
+        help="what a sensor finds, in place of the seed; may be given several times",
+    )
+    parser.add_argument(
+        "--tracking-error",
+        type=bounded(0.0, 1.0, "m"),
+        default=0.0,
+        metavar="M",
+        help="how far robots may be off their paths, in metres: a plan with less proven clearance is refused",
+    )
+    parser.add_argument("--despite-margins", action="store_true", help="carry it out nevertheless")
+    parser.add_argument(
+        "--verify",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="verify the plan first, and refuse one that is not proven (default: yes)",
+    )
+    add_physics(parser)
+    parser.add_argument(
+        "-o", dest="output", type=output_file, metavar="FILE", help="the log, one JSON object a line"
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    add_limits(parser)
+    parser.set_defaults(needs_kernels=lambda _: True)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Carries out the plan; the exit code is 7 if it stopped before a goal."""
+    truth = dict(map(_pair, options.truth))
+    with clean_standard_output():
+        if options.verify:
+            report = rooms.verify_file(options.problem, options.plan, domain=options.domain)
+            if not report.ok:
+                answer(f"{options.plan}: {report}".rstrip("\n"))
+                return exit_codes.VERIFICATION_FAILED
+        plan = rooms.load_plan(options.plan)
+        problem = rooms.load_problem(options.problem, options.domain)
+        scene = None if problem.scene is None or plan.start is None else rooms.load_scene(problem.scene)
+        robot, judge = (None, None) if scene is None else _robot(options, scene, plan)
+        sensor = rooms.KnownTruth(truth, options.seed, dict if robot is None else robot.poses)
+        settings = rooms.ExecutionSettings(
+            tracking_error=options.tracking_error, despite_margins=options.despite_margins
+        )
+        with interruptible() as stop:
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop)
+    faults = {} if judge is None else judge.faults
+    if options.json:
+        print_json(_body(found, faults))
+    else:
+        answer(_told(found, faults))
+        if options.output is not None:
+            tell(f"{options.output}: {rooms.counted(len(found.log.records), 'record')}")
+    return exit_codes.DONE if found.reached_goal else exit_codes.STOPPED
+
+
+def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
+    plan, scene, robot, sensor, settings, stop = given
+    if options.output is None:
+        return rooms.execute(plan, scene, robot, sensor, settings, rooms.Log(), stop)
+    with options.output.open("w", encoding="utf-8") as file:
+        return rooms.execute(plan, scene, robot, sensor, settings, rooms.Log(file), stop)
+
+
+def _robot(options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan") -> tuple[Any, Any]:
+    """The robot, and the judge of contacts if there are any."""
+    start = rooms.Belief.at_start(scene, plan.start).state
+    if options.on == "kinematic":
+        return rooms.KinematicRobot(scene, start, rate=options.rate), None
+    judge = rooms.ContactJudge(scene, plan)
+    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate)
+    robot.judge = judge.look
+    return robot, judge
+
+
+def _pair(text: str) -> tuple[str, str]:
+    formula, sign, outcome = text.rpartition("=")
+    if not sign or not formula.strip() or not outcome.strip():
+        hint = "write --truth 'empty(bottle_1)=true'"
+        raise InputError([Diagnostic("--truth", 1, 1, f"{text!r} is no formula with its outcome", hint)])
+    return formula.strip(), outcome.strip()
+
+
+def _told(found: "rooms.Run", faults: dict[tuple[str, str], float]) -> str:
+    followed = list(found.log.of("followed"))
+    lines = [("goal" if found.reached_goal else "stopped") + f" at {found.node}: {found.reason}"]
+    if followed:
+        worst = 1000.0 * max(record["tracking"] for record in followed)
+        lines.append(f"{found.log.records[-1]['time']:.1f} s, at most {worst:.2g} mm off the path")
+    deepest = sorted(faults.items(), key=lambda each: -each[1])
+    for (first, second), depth in deepest[:SHOWN_FAULTS]:
+        lines.append(f"{first} and {second} touched, which no segment permits ({1000 * depth:.2g} mm deep)")
+    return "\n".join(lines)
+
+
+def _body(found: "rooms.Run", faults: dict[tuple[str, str], float]) -> dict[str, Any]:
+    return {
+        "reached_goal": found.reached_goal,
+        "reason": found.reason,
+        "node": found.node,
+        "history": [{"node": node, "outcome": outcome} for node, outcome in found.history],
+        "contacts": [{"between": list(pair), "depth": depth} for pair, depth in sorted(faults.items())],
+        "log": found.log.records,
+    }

@@ -1,0 +1,15 @@
+from kabo.execution.executor import ExecutionSettings as ExecutionSettings
+from kabo.execution.executor import Run as Run
+from kabo.execution.executor import execute as execute
+from kabo.execution.following import Follower as Follower
+from kabo.execution.kinematic import KinematicRobot as KinematicRobot
+from kabo.execution.log import Log as Log
+from kabo.execution.margins import Margins as Margins
+from kabo.execution.motions import Motion as Motion
+from kabo.execution.motions import motion_of as motion_of
+from kabo.execution.motions import parts_of as parts_of
+from kabo.execution.protocols import Robot as Robot
+from kabo.execution.protocols import RobotState as RobotState
+from kabo.execution.protocols import Sensor as Sensor
+from kabo.execution.sensing import KnownTruth as KnownTruth
+from kabo.execution.watching import Surprise as Surprise

@@ -1,0 +1,66 @@
+"""Where everything is by the plan, as far as it has been carried out; the world is compared with it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.plan import Segment, StateChange
+from kabo.scene import Scene, attachment, world_T
+from kabo.scene.state import Attachment, GeometricState
+
+
+class Belief:
+    """The geometric state by the plan; it changes when a segment has ended, and on nothing else [T 3.8]."""
+
+    def __init__(self, scene: Scene, state: GeometricState) -> None:
+        self.scene, self.state = scene, state
+
+    @classmethod
+    def at_start(cls, scene: Scene, start: StateChange | None) -> "Belief":
+        """What a plan says of its start; what it does not say is as in the scene."""
+        belief = cls(scene, scene.start)
+        if start is not None:
+            belief.take(start)
+        return belief
+
+    def take(self, change: StateChange) -> None:
+        """Takes over what a plan says of a state."""
+        changes: dict[str, tuple[float, ...] | Attachment] = {}
+        for name, joints in change.robots.items():
+            names, now = self.scene.robots[name].joint_names, self.state.robots[name]
+            changes[name] = tuple(float(joints.get(joint, value)) for joint, value in zip(names, now, strict=True))
+        for name, pose in change.objects.items():
+            changes[name] = Attachment(pose.parent, pose.position, pose.quaternion)
+        self.state = self.state.replace(changes)
+
+    def move(self, robot: str, joints: tuple[str, ...], values: Array) -> None:
+        """Puts joints of a robot to values."""
+        now = dict(zip(self.scene.robots[robot].joint_names, self.state.robots[robot], strict=True))
+        now |= dict(zip(joints, values.tolist(), strict=True))
+        self.state = self.state.replace({robot: tuple(now.values())})
+
+    def finish(self, segment: Segment) -> None:
+        """A segment has ended: its robot is at its end, objects are attached and let go of."""
+        self.move(segment.robot, segment.joints, segment.at(segment.times[-1]))
+        for body in segment.detach:
+            self._hang(body, "world")
+        for body, parent in segment.attach:
+            self._hang(body, parent)
+
+    def _hang(self, body: str, parent: str) -> None:
+        place = np.linalg.inv(world_T(self.scene, self.state, parent)) @ world_T(self.scene, self.state, body)
+        self.state = self.state.replace({body: attachment(parent, place)})
+
+    def holder(self, body: str) -> str | None:
+        """The robot that holds a body, at first hand or by another body; None: it stands."""
+        parent = self.state.objects[body].parent
+        while parent in self.state.objects:
+            parent = self.state.objects[parent].parent
+        robot, dot, _ = parent.partition(".")
+        return robot if dot and robot in self.scene.robots else None
+
+    def poses(self, robots: Mapping[str, tuple[float, ...]] | None = None) -> dict[str, Array]:
+        """The poses (4, 4) of all movable bodies, with robots where they are said to be."""
+        state = self.state if robots is None else self.state.replace(dict(robots))
+        return {name: world_T(self.scene, state, name) for name in self.scene.movable}

@@ -1,0 +1,165 @@
+"""Setpoints of a motion at the rate of a controller, on a clock that can be slowed down to a planned stop.
+
+The clock of the motion runs at a rate s, one by default: values are q(t), velocities q'(t) s, and so on by the chain rule.
+So what is sent is always on the proven path; a stop changes s alone, and only as fast as all limits permit.
+"""
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.execution.motions import Motion, Stretch
+from kabo.motion import MotionLimits
+from kabo.scene import Scene, motion_limits
+
+STOP_TIMES = tuple(0.02 * 1.25**k for k in range(24))  # [s], tried in turn: 20 ms to 3.4 s
+STOP_DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4)  # [s] before slowing down begins
+CHECKED_RATE = 1000.0  # [Hz], at which a stop is checked against the limits
+TOLERANCE = 1e-9
+
+
+class Setpoint(NamedTuple):
+    """What is sent to one robot: names of joints, values, velocities, accelerations (n,)."""
+
+    robot: str
+    joints: tuple[str, ...]
+    positions: Array
+    velocities: Array
+    accelerations: Array
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A stop: after `delay` seconds the clock slows down from its full rate to none, within `lasts` seconds."""
+
+    delay: float
+    lasts: float
+
+    def rate(self, seconds: Array) -> tuple[Array, Array, Array]:
+        """The rate of the clock `seconds` (k,) after the stop was asked for, its first and its second derivative."""
+        u = np.clip((seconds - self.delay) / self.lasts, 0.0, 1.0)
+        value = 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
+        first = -30.0 * u * u * (1.0 - u) ** 2 / self.lasts
+        second = -60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / self.lasts**2
+        return value, first, second
+
+    def passed(self, seconds: Array) -> Array:
+        """How far the clock of the motion has come by then (k,) [s]."""
+        u = np.clip((seconds - self.delay) / self.lasts, 0.0, 1.0)
+        slowed = u - (2.5 * u**4 - 3.0 * u**5 + u**6)
+        return np.minimum(seconds, self.delay) + self.lasts * slowed
+
+
+class Follower:
+    """The clock of a motion, and what is sent at each of its times."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.motion: Motion | None = None
+        self.time = 0.0  # of the motion's clock [s]
+        self._limits: dict[tuple[str, tuple[str, ...]], MotionLimits] = {}
+        self._stop: Stop | None = None
+        self._since = self._asked_at = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether something is still to be sent."""
+        if self.motion is None:
+            return False
+        if self._stop is not None and self._since >= self._stop.delay + self._stop.lasts:
+            return False
+        return self.time < self.motion.end - TOLERANCE
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop was asked for."""
+        return self._stop is not None
+
+    def follow(self, motion: Motion) -> None:
+        """Begins a motion, at its beginning."""
+        self.motion, self.time, self._stop = motion, motion.begin, None
+
+    def stop(self) -> None:
+        """Slows down as fast as all limits permit; where they do not, the motion goes on to its end, which is a rest."""
+        if self._stop is None and self.motion is not None and self.moving:
+            self._stop = self._fastest_stop(self.motion)
+            self._asked_at, self._since = self.time, 0.0
+
+    def advance(self, seconds: float) -> Iterator[Setpoint]:
+        """What is to be sent `seconds` later; at the end of the motion its end, at rest."""
+        if self.motion is None:
+            return
+        before = self.time
+        rate = change = 0.0
+        if self._stop is None:
+            self.time, rate = min(self.motion.end, self.time + seconds), 1.0
+        else:
+            self._since += seconds
+            since = np.array([self._since])
+            passed = float(self._stop.passed(since)[0])
+            self.time = min(self.motion.end, self._asked_at + passed)
+            rates = self._stop.rate(since)
+            rate, change = float(rates[0][0]), float(rates[1][0])
+        running = {
+            (stretch.robot, stretch.trajectory.joints): stretch
+            for stretch in self.motion.stretches
+            if stretch.begin <= self.time and stretch.end >= before
+        }
+        for stretch in running.values():
+            yield _sent(stretch, min(self.time, stretch.end), rate, change)
+
+    def _fastest_stop(self, motion: Motion) -> Stop:
+        """The stop that ends first of those within all limits; else none before the end of the motion."""
+        left = motion.end - self.time
+        tried = sorted((delay + lasts, delay, lasts) for delay in STOP_DELAYS for lasts in STOP_TIMES)
+        for ends, delay, lasts in tried:
+            if delay + 0.5 * lasts >= left:
+                continue
+            if self._within_limits(motion, Stop(delay, lasts), ends):
+                return Stop(delay, lasts)
+        return Stop(left + 1.0, 1.0)
+
+    def _within_limits(self, motion: Motion, stop: Stop, ends: float) -> bool:
+        seconds = np.arange(0.0, ends + 1.0 / CHECKED_RATE, 1.0 / CHECKED_RATE)
+        times = self.time + stop.passed(seconds)
+        rate, first, second = stop.rate(seconds)
+        for stretch in motion.stretches:
+            inside = (times >= stretch.begin) & (times <= stretch.end)
+            if not inside.any():
+                continue
+            limits = self._limits_of(stretch)
+            q1, q2, q3 = (stretch.trajectory.at(times[inside], order) for order in (1, 2, 3))
+            s, ds, dds = rate[inside, None], first[inside, None], second[inside, None]
+            acceleration = q2 * s * s + q1 * ds
+            jerk = q3 * s**3 + 3.0 * q2 * s * ds + q1 * dds
+            room = 1.0 + TOLERANCE
+            if (np.abs(acceleration) > room * limits.acceleration).any() or (
+                np.abs(jerk) > room * limits.jerk
+            ).any():
+                return False
+        return True
+
+    def _limits_of(self, stretch: Stretch) -> MotionLimits:
+        key = stretch.robot, stretch.trajectory.joints
+        if key not in self._limits:
+            self._limits[key] = motion_limits(self.scene.robots[stretch.robot], stretch.trajectory.joints)
+        return self._limits[key]
+
+
+def _sent(stretch: Stretch, time: float, rate: float, change: float) -> Setpoint:
+    trajectory = stretch.trajectory
+    k = min(max(bisect_right(trajectory.times, time) - 1, 0), len(trajectory.coefficients) - 1)
+    t = time - trajectory.times[k]
+    powers = np.array(
+        [
+            [1.0, t, t**2, t**3, t**4, t**5],
+            [0.0, 1.0, 2 * t, 3 * t**2, 4 * t**3, 5 * t**4],
+            [0, 0, 2, 6 * t, 12 * t**2, 20 * t**3],
+        ]
+    )
+    value, first, second = powers @ trajectory.padded[k].T
+    return Setpoint(stretch.robot, trajectory.joints, value, first * rate, second * rate * rate + first * change)

@@ -1,0 +1,80 @@
+"""A robot that is where it is sent, at once, in a world without forces: what is gripped is fixed to the hand."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.execution.following import Follower
+from kabo.execution.motions import Motion
+from kabo.execution.protocols import RobotState
+from kabo.scene import Scene, attachment, world_T
+from kabo.scene.state import GeometricState
+
+
+class KinematicRobot:
+    """All robots of a scene without physics; it also knows where bodies are.
+
+    Args:
+        scene: the scene.
+        start: where everything is at first; None: as the scene says.
+        rate: setpoints a second [Hz].
+    """
+
+    def __init__(self, scene: Scene, start: GeometricState | None = None, rate: float = 500.0) -> None:
+        self.scene, self.world, self.rate = scene, start or scene.start, rate
+        self.time = 0.0
+        self._follower = Follower(scene)
+        self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
+        self._pressing: dict[str, float] = {}
+
+    def follow(self, motion: Motion) -> None:
+        """Begins a motion."""
+        self._follower.follow(motion)
+
+    def stop(self) -> None:
+        """Slows down along the path until it stands."""
+        self._follower.stop()
+
+    def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """Fixes bodies to the frame of the tool."""
+        own = self.scene.robots[robot]
+        self._pressing[robot] = 0.0
+        for body in bodies if own.tool is not None else ():
+            parent = f"{robot}.{own.tool.frame}"  # type: ignore[union-attr]
+            self._hang(body, parent)
+
+    def release(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """Leaves bodies where they are."""
+        self._pressing.pop(robot, None)
+        for body in bodies:
+            self._hang(body, "world")
+
+    def _hang(self, body: str, parent: str) -> None:
+        place = np.linalg.inv(world_T(self.scene, self.world, parent)) @ world_T(self.scene, self.world, body)
+        self.world = self.world.replace({body: attachment(parent, place)})
+
+    def state(self) -> RobotState:
+        """Where the robots are."""
+        follower = self._follower
+        robots, hands = dict(self.world.robots), frozenset(self.world.robots)
+        return RobotState(
+            self.time, follower.time, follower.moving, robots, dict(self._velocities), dict(self._pressing), hands
+        )
+
+    def wait(self, seconds: float) -> None:
+        """Goes on along the motion."""
+        for _ in range(max(1, round(seconds * self.rate))):
+            self.time += 1.0 / self.rate
+            self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
+            for sent in self._follower.advance(1.0 / self.rate):
+                names = self.scene.robots[sent.robot].joint_names
+                values, speeds = list(self.world.robots[sent.robot]), list(self._velocities[sent.robot])
+                for joint, value, speed in zip(sent.joints, sent.positions, sent.velocities, strict=True):
+                    values[names.index(joint)], speeds[names.index(joint)] = float(value), float(speed)
+                self.world = self.world.replace({sent.robot: tuple(values)})
+                self._velocities[sent.robot] = tuple(speeds)
+
+    def poses(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of all movable bodies."""
+        return {name: world_T(self.scene, self.world, name) for name in self.scene.movable}

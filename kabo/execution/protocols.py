@@ -1,0 +1,66 @@
+"""What the executor asks of a robot and of a sensor: a user implements these few methods for hardware."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from kabo.arrays import Array
+from kabo.execution.motions import Motion
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """What is measured of all robots of a cell at one time.
+
+    Attributes:
+        time: on the robots' clock [s].
+        motion_time: how far the motion that is followed has come, on its own clock [s].
+        moving: whether a motion is being followed; false when it has ended, or has been stopped.
+        positions: values of all joints by robot, in the order of `Robot.joint_names` [rad or m].
+        velocities: theirs [rad/s or m/s].
+        pressing: robots whose hand presses, with its force [N].
+        still: robots whose hand does not move.
+    """
+
+    time: float
+    motion_time: float
+    moving: bool
+    positions: Mapping[str, tuple[float, ...]]
+    velocities: Mapping[str, tuple[float, ...]]
+    pressing: Mapping[str, float] = field(default_factory=dict)
+    still: frozenset[str] = frozenset()
+
+
+class Robot(Protocol):
+    """All robots of a scene, which share a clock; no method waits but `wait`."""
+
+    def follow(self, motion: Motion) -> None:
+        """Begins to follow the trajectories of a motion, all on one clock."""
+
+    def stop(self) -> None:
+        """Slows down along the path, within all limits, until all robots stand; hands hold what they hold."""
+
+    def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """A hand presses with its force, to hold bodies that are between its fingers."""
+
+    def release(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """A hand presses no more; its fingers follow trajectories again."""
+
+    def state(self) -> RobotState:
+        """What is measured now."""
+
+    def wait(self, seconds: float) -> None:
+        """Lets time pass."""
+
+
+class Sensor(Protocol):
+    """Answers what only the world knows."""
+
+    def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
+        """The outcome of a formula that a node branches on, one of `outcomes`; None: nothing was measured."""
+
+    def value(self, term: str) -> object | None:
+        """The value of a term that a node delivers; None: nothing was measured."""
+
+    def poses(self) -> Mapping[str, Array]:
+        """The poses (4, 4) in the world of the movable bodies that are seen now, by name."""

@@ -1,0 +1,135 @@
+"""Compares what is measured with what the plan has, many times a second; what is not covered by a proof is a surprise.
+
+A robot may be as far from its path as the segment's proven clearance, a body as far from its place as the least clearance
+of the rest of the plan: up to there the proofs hold. Nothing is a surprise that is within.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.execution.belief import Belief
+from kabo.execution.margins import Margins
+from kabo.execution.motions import Motion
+from kabo.execution.protocols import RobotState
+from kabo.scene import Scene, link_poses
+
+CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower or wider than planned
+
+
+@dataclass(frozen=True)
+class Surprise:
+    """What no proof covers: its kind, a sentence, the thing, by how much it is off and what was permitted [m]."""
+
+    kind: str  # "tracking", "displaced", "grasp"
+    sentence: str
+    thing: str
+    off: float
+    permitted: float
+
+
+@dataclass
+class Measured:
+    """The greatest deviations of one motion [m]: of any link from its path, and of each body from its place."""
+
+    tracking: float = 0.0
+    permitted: float = float("inf")
+    bodies: dict[str, float] | None = None
+
+
+class Watch:
+    """Judges measurements of one run.
+
+    Args:
+        scene: the scene. margins: what the plan has proven.
+    """
+
+    def __init__(self, scene: Scene, margins: Margins) -> None:
+        self.scene, self.margins = scene, margins
+        self.measured = Measured()
+        self._radius = {
+            name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
+        }
+
+    def begin(self) -> None:
+        """Begins the figures of a motion."""
+        self.measured = Measured(bodies={})
+
+    def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
+        """Whether each robot is near enough to the path that was proven."""
+        for name in self.scene.robots:
+            running = [each for each in motion.at(state.motion_time) if each.robot == name]
+            permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
+            planned = dict(zip(self.scene.robots[name].joint_names, belief.state.robots[name], strict=True))
+            for each in running:
+                planned |= dict(
+                    zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True)
+                )
+            off = self._off_path(name, state.positions[name], tuple(planned.values()))
+            self.measured.tracking = max(self.measured.tracking, off)
+            self.measured.permitted = min(self.measured.permitted, permitted)
+            if off > permitted:
+                text = (
+                    f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
+                )
+                return Surprise("tracking", text, name, off, float(permitted))
+        return None
+
+    def _off_path(self, name: str, actual: tuple[float, ...], planned: tuple[float, ...]) -> float:
+        """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""
+        robot = self.scene.robots[name]
+        true, wanted = list(actual), list(planned)
+        true[robot.planned :] = wanted[robot.planned :]
+        first, second = link_poses(robot, true), link_poses(robot, wanted)
+        return max(float(np.linalg.norm(first[link][:3, 3] - second[link][:3, 3])) for link in first)
+
+    def bodies(
+        self, seen: Mapping[str, Array], state: RobotState, belief: Belief, node: str, *, held: bool = True
+    ) -> Surprise | None:
+        """Whether each body that is seen is near enough to its place, on its support or in a hand.
+
+        Args:
+            seen: the poses (4, 4) of bodies. state: what is measured of robots. belief: where all should be.
+            node: the node from which on proofs are needed.
+            held: whether bodies in hands are judged, too.
+        """
+        permitted = self.margins.of_rest(node)
+        wanted = belief.poses(state.positions)
+        for name, pose in seen.items():
+            holder = belief.holder(name)
+            if holder is not None and not held:
+                continue
+            off = displacement(wanted[name], pose, self._radius[name])
+            if self.measured.bodies is not None:
+                self.measured.bodies[name] = max(self.measured.bodies.get(name, 0.0), off)
+            if off > permitted:
+                where = "where it was put" if holder is None else f"its place in the hand of {holder}"
+                text = (
+                    f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
+                )
+                return Surprise("displaced" if holder is None else "grasp", text, name, off, float(permitted))
+        return None
+
+    def grasp(self, robot: str, state: RobotState, belief: Belief, bodies: tuple[str, ...]) -> Surprise | None:
+        """Whether a hand that has closed is about as wide as planned."""
+        own = self.scene.robots[robot]
+        if own.gripper is None:
+            return None
+        for number, joint in enumerate(own.gripper.joints, own.planned):
+            stroke = abs(own.gripper.open.get(joint, 0.0) - own.gripper.closed.get(joint, 0.0))
+            off = abs(state.positions[robot][number] - belief.state.robots[robot][number])
+            if off > CLOSED_ON_NOTHING * stroke > 0.0:
+                found = f"{joint} is at {state.positions[robot][number]:.4g}, not {belief.state.robots[robot][number]:.4g}"
+                text = f"{robot} does not hold {', '.join(bodies)} as planned: {found}"
+                return Surprise("grasp", text, ", ".join(bodies), off, CLOSED_ON_NOTHING * stroke)
+        return None
+
+
+def displacement(wanted: Array, found: Array, radius: float) -> float:
+    """A bound of how far any point of a body within `radius` of its origin is from its place [m]."""
+    shift = float(np.linalg.norm(found[:3, 3] - wanted[:3, 3]))
+    turn = wanted[:3, :3].T @ found[:3, :3]
+    angle = float(np.arctan2(np.linalg.norm(turn - turn.T) / np.sqrt(8.0), 0.5 * (np.trace(turn) - 1.0)))
+    return shift + abs(angle) * radius

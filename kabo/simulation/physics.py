@@ -1,0 +1,305 @@
+"""A scene in motion: MuJoCo steps it, and motors follow setpoints by computed torque.
+
+Each motor gets the torque that gives its joint the acceleration of the setpoint, and a correction of what it is off: a
+spring and damper, critically damped [Siciliano et al. 2009, section 8.5.2]. A hand that grips presses with a force
+instead, whatever its width.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.scene import REVOLUTE, Scene
+from kabo.scene.state import GeometricState
+from kabo.simulation.masses import mass_of_body
+from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
+from kabo.simulation.mujoco_library import mujoco
+from kabo.simulation.settings import USUAL, PhysicsSettings
+
+STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
+GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
+TOUCHING = 0.0  # [m]: contacts with a greater gap carry no force
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two things that touch, by name, and how deep [m]."""
+
+    things: tuple[str, str]
+    depth: float
+
+
+@dataclass
+class _Hand:
+    """A gripper's motors and the torque with which each presses; `pressing` is None while it follows setpoints."""
+
+    motors: list[int]
+    levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
+    carrier: int  # the body of the model that carries the tool
+    pressing: float | None = None
+    held: list[tuple[int, float]] = field(
+        default_factory=list
+    )  # bodies of the model, with the mass they should have
+
+
+class Physics:
+    """A scene in physics, at first as it is at its start.
+
+    Args:
+        scene: the scene.
+        settings: what the model needs beyond it.
+        start: where everything is at first; None: as the scene says.
+    """
+
+    def __init__(
+        self, scene: Scene, settings: PhysicsSettings = USUAL, start: GeometricState | None = None
+    ) -> None:
+        self.scene, self.settings = scene, settings
+        self.description: PhysicsModel = physics_model(scene, settings, start)
+        self._mujoco = mujoco()
+        self.model = self._mujoco.MjModel.from_xml_string(self.description.xml)
+        self.data = self._mujoco.MjData(self.model)
+        self._index()
+        self.place((start or scene.start).robots)
+
+    @property
+    def time(self) -> float:
+        """The simulated time [s]."""
+        return float(self.data.time)
+
+    @property
+    def motors(self) -> tuple[Motor, ...]:
+        """The motors, in the order of setpoints."""
+        return self.description.motors
+
+    def _index(self) -> None:
+        model, motors = self.model, self.motors
+        followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
+        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
+        self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
+        self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
+        self._ratio = np.array([1.0] * len(motors) + [ratio for *_, ratio, _ in followers])
+        self._shift = np.array([0.0] * len(motors) + [shift for *_, shift in followers])
+        self._limits = np.array([np.inf if motor.effort is None else motor.effort for motor in motors])
+        self._number = {(motor.robot, motor.joint): k for k, motor in enumerate(motors)}
+        self._thing = [self.description.things.get(model.geom(k).name, "") for k in range(model.ngeom)]
+        self._hands = {name: hand for name in self.scene.robots if (hand := self._hand(name)) is not None}
+        count = len(motors)
+        self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
+        self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
+        self._jacobian = np.zeros((3, model.nv))
+        self._expected = {
+            name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
+        }
+        self._bodies = np.array(model.geom_bodyid)
+        named = [model.body(k).name for k in range(model.nbody)]
+        self._free = np.array([name in self.scene.movable for name in named])
+        touching = {r.name: set(r.gripper.touch_links) if r.gripper else set() for r in self.scene.robots.values()}
+        self._fingers = {robot: np.array([name in links for name in named]) for robot, links in touching.items()}
+
+    def _hand(self, name: str) -> _Hand | None:
+        robot = self.scene.robots[name]
+        if robot.gripper is None:
+            return None
+        tree, numbers, levers = robot.tree, [], []
+        joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
+        moved = [
+            j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()
+        ]
+        for joint, source in joints.items():
+            closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
+            arms = [
+                abs(tree.ratio[j]) * (self._arm(name, j) if tree.kind[j] == REVOLUTE else 1.0)
+                for j in moved
+                if tree.source[j] == source
+            ]
+            numbers.append(self._number[name, joint])
+            levers.append(closing * sum(arms) / max(1, len(moved)))  # virtual work: each finger bears its share
+        carrier = robot.links[
+            robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
+        ].joint
+        return _Hand(numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
+
+    def _arm(self, name: str, joint: int) -> float:
+        """How far the tip of what a joint of a finger moves is from its axis [m]."""
+        links = [link for link in self.scene.robots[name].links.values() if link.joint == joint and link.mesh]
+        points = [
+            link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3]
+            for link in links
+            if link.mesh
+        ]
+        return max((float(np.linalg.norm(each[:, :2], axis=1).max()) for each in points), default=0.05)
+
+    def place(self, robots: Mapping[str, tuple[float, ...]]) -> None:
+        """Puts robots at configurations at once, at rest."""
+        for name, values in robots.items():
+            for joint, value in zip(self.scene.robots[name].joint_names, values, strict=True):
+                self.setpoint[self._number[name, joint]] = value
+        self.speed[:] = 0.0
+        self.change[:] = 0.0
+        self.data.qpos[self._values] = self._ratio * self.setpoint[self._leader] + self._shift
+        self.data.qvel[self._rates] = 0.0
+        self._mujoco.mj_forward(self.model, self.data)
+        self._stale = False
+
+    def command(self, robot: str, joints: tuple[str, ...], setpoint: Array, speed: Array, change: Array) -> None:
+        """The setpoint of some joints for the next steps: values, velocities, accelerations."""
+        index = [self._number[robot, joint] for joint in joints]
+        self.setpoint[index], self.speed[index], self.change[index] = setpoint, speed, change
+
+    def grip(self, robot: str, bodies: Sequence[str] = (), force: float | None = None) -> None:
+        """A hand presses from now on, with a force [N] or as its scene says.
+
+        The controller expects the masses of the bodies in the scene in this hand; true ones may be others.
+        """
+        gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
+        hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
+        hand.held = [(self.model.body(body).id, self._expected[body]) for body in bodies]
+
+    def release(self, robot: str) -> None:
+        """A hand follows its setpoints again, from where its fingers are."""
+        hand = self._hands[robot]
+        hand.pressing, hand.held = None, []
+        self.setpoint[hand.motors] = self.data.qpos[self._values[hand.motors]]
+
+    def pressing(self, robot: str) -> float | None:
+        """The force with which a hand presses [N]; None: it does not."""
+        return self._hands[robot].pressing if robot in self._hands else None
+
+    def weld(self, robot: str, body: str) -> None:
+        """Fixes a body to a hand that locks, as it is now."""
+        library, data = self._mujoco, self.data
+        number = self.model.equality(f"{robot}:{body}").id
+        one, other = self.model.eq_obj1id[number], self.model.eq_obj2id[number]
+        back, place, turn = np.empty(4), np.empty(3), np.empty(4)
+        library.mju_negQuat(back, data.xquat[one])
+        library.mju_rotVecQuat(place, data.xpos[other] - data.xpos[one], back)
+        library.mju_mulQuat(turn, back, data.xquat[other])
+        self.model.eq_data[number, :10] = [0.0, 0.0, 0.0, *place, *turn]
+        data.eq_active[number] = 1
+
+    def unweld(self, robot: str, body: str) -> None:
+        """Lets go of a body that was fixed to a hand."""
+        self.data.eq_active[self.model.equality(f"{robot}:{body}").id] = 0
+
+    def step(self) -> None:
+        """Advances by one time step."""
+        library, model, data = self._mujoco, self.model, self.data
+        library.mj_step1(model, data)
+        leader, ratio = self._leader, self._ratio
+        off = ratio * self.setpoint[leader] + self._shift - data.qpos[self._values]
+        late = ratio * self.speed[leader] - data.qvel[self._rates]
+        self._wanted[self._rates] = (
+            ratio * self.change[leader] + 2.0 * STIFFNESS * late + STIFFNESS * STIFFNESS * off
+        )
+        library.mj_mulM(model, data, self._torques, self._wanted)
+        self._torques += data.qfrc_bias
+        self._torques -= data.qfrc_passive
+        for hand in self._hands.values():
+            for body, mass in hand.held:
+                self._add_load(hand.carrier, body, mass)
+        each = self._torques[self._rates] * ratio
+        torque = np.bincount(leader, each, len(self.motors))
+        for hand in self._hands.values():
+            if hand.pressing is not None:
+                bias = np.bincount(
+                    leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
+                )
+                moving = data.qvel[self._rates[hand.motors]]
+                torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
+        data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
+        for name, hand in self._hands.items():
+            if hand.pressing is not None and not self.settings.welds:
+                self._complete_friction(name, hand)
+        library.mj_step2(model, data)
+        self._stale = True
+
+    def _add_load(self, carrier: int, body: int, mass: float) -> None:
+        """Adds the torques that move what a hand holds, a point mass where the body is."""
+        place = self.data.xipos[body]
+        bias = self._bias(carrier, place)
+        self._mujoco.mj_jac(self.model, self.data, self._jacobian, None, place, carrier)
+        self._torques += (mass * (self._jacobian @ self._wanted + bias - self.model.opt.gravity)) @ self._jacobian
+
+    def _complete_friction(self, robot: str, hand: _Hand) -> None:
+        """Adds what MuJoCo leaves out of the acceleration at which contacts in a hand do not slip: that of J in J q'.
+
+        Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
+        """
+        data, contacts = self.data, self.data.contact
+        first, second = self._bodies[contacts.geom[:, 0]], self._bodies[contacts.geom[:, 1]]
+        mine, other = self._fingers[robot][first], self._fingers[robot][second]
+        rows = np.flatnonzero(
+            (mine != other) & (contacts.efc_address >= 0) & (self._free[first] | self._free[second])
+        )
+        for k in rows:
+            one, two = int(first[k]), int(second[k])
+            point = contacts.pos[k]
+            bias = self._bias(two, point) - self._bias(one, point)
+            address = int(contacts.efc_address[k])
+            # The damping of contacts already makes up for half of it in each step, at the positions after the step.
+            share = 1.0 - 0.5 * self.settings.timestep * data.efc_KBIP[address, 1]
+            data.efc_aref[address : address + 3] -= share * (contacts.frame[k].reshape(3, 3) @ bias)
+
+    def _bias(self, body: int, point: Array) -> Array:
+        """The acceleration (3,) of a point of a body if no joint accelerates."""
+        self._mujoco.mj_jacDot(self.model, self.data, self._jacobian, None, point, body)
+        return np.asarray(self._jacobian @ self.data.qvel)
+
+    def configuration(self, robot: str) -> tuple[float, ...]:
+        """The values of a robot's joints, as they are."""
+        joints = self.scene.robots[robot].joint_names
+        return tuple(self.data.qpos[self._values[[self._number[robot, joint] for joint in joints]]].tolist())
+
+    def velocities(self, robot: str) -> tuple[float, ...]:
+        """The velocities of a robot's joints, as they are."""
+        joints = self.scene.robots[robot].joint_names
+        return tuple(self.data.qvel[self._rates[[self._number[robot, joint] for joint in joints]]].tolist())
+
+    def pose(self, thing: str) -> Array:
+        """The pose (4, 4) of a body or `robot.link` in the world, as it is."""
+        robot, dot, link = thing.partition(".")
+        if dot:
+            own = self.scene.robots[robot]
+            joint = own.links[link].joint
+            return self._pose(f"{robot}:{own.model.names[joint] if joint else ''}") @ own.links[link].joint_T_link
+        return self._pose(thing)
+
+    def _pose(self, body: str) -> Array:
+        if self._stale:  # a step leaves places as they were before it
+            self._mujoco.mj_kinematics(self.model, self.data)
+            self._stale = False
+        found, pose = self.data.body(body), np.eye(4)
+        pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
+        return pose
+
+    def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
+        """What touches now, deeper than a depth [m]."""
+        data = self.data
+        for number in range(data.ncon):
+            contact = data.contact[number]
+            if contact.dist < -deeper:
+                first, second = sorted((self._thing[contact.geom1], self._thing[contact.geom2]))
+                yield Contact((first, second), float(-contact.dist))
+
+    def body_state(self) -> Array:
+        """A copy of the whole state, for `restore`."""
+        size = self._mujoco.mj_stateSize(self.model, self._mujoco.mjtState.mjSTATE_INTEGRATION)
+        state = np.empty(size)
+        self._mujoco.mj_getState(self.model, self.data, state, self._mujoco.mjtState.mjSTATE_INTEGRATION)
+        return state
+
+    def displace(self, body: str, offset: Array) -> None:
+        """Moves a body by an offset (3,) [m], as somebody who pushes it."""
+        start = self.model.joint(body).qposadr[0]
+        self.data.qpos[start : start + 3] += offset
+        self._mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def library(self) -> Any:
+        """MuJoCo itself, for what is not offered here."""
+        return self._mujoco

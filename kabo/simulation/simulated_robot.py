@@ -1,0 +1,107 @@
+"""The robots of a scene in physics, as the executor drives them, with what sensors would measure of them."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.execution.following import Follower
+from kabo.execution.motions import Motion
+from kabo.execution.protocols import RobotState
+from kabo.scene import Scene
+from kabo.scene.state import GeometricState
+from kabo.simulation.physics import Physics
+from kabo.simulation.settings import USUAL, PhysicsSettings
+
+JUDGED_EACH = 5  # time steps
+STILL = 0.003  # [rad/s or m/s] below which a hand stands
+SETTLING = 0.5  # [s] for which gravity acts before anything is done
+
+
+class SimulatedRobot:
+    """All robots of a scene in physics.
+
+    Args:
+        scene: the scene.
+        settings: of the physics.
+        start: where everything is at first; None: as the scene says.
+        rate: setpoints a second [Hz]: at most one each time step.
+        disturb: called before each time step with the physics and its time [s], to push, drop or break something.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        settings: PhysicsSettings = USUAL,
+        start: GeometricState | None = None,
+        *,
+        rate: float = 1000.0,
+        disturb: Callable[[Physics], None] | None = None,
+    ) -> None:
+        self.scene, self.settings = scene, settings
+        self.physics = Physics(scene, settings, start)
+        self.each = max(1, round(1.0 / (rate * settings.timestep)))  # time steps between two setpoints
+        self._follower = Follower(scene)
+        self._disturb = disturb
+        self.judge: Callable[[Physics, Motion | None, float, list[tuple[str, str]]], None] | None = None
+        self._held: dict[str, tuple[str, ...]] = {}
+        self._steps = 0
+        self.wait(SETTLING)
+
+    def follow(self, motion: Motion) -> None:
+        """Begins a motion."""
+        self._follower.follow(motion)
+
+    def stop(self) -> None:
+        """Slows down along the path until it stands."""
+        self._follower.stop()
+
+    def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """The hand presses, or locks where hands lock."""
+        self.physics.grip(robot, bodies)
+        self._held[robot] = bodies
+        for body in bodies if self.settings.welds else ():
+            self.physics.weld(robot, body)
+
+    def release(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """The hand presses no more."""
+        self.physics.release(robot)
+        self._held.pop(robot, None)
+        for body in bodies if self.settings.welds else ():
+            self.physics.unweld(robot, body)
+
+    def state(self) -> RobotState:
+        """What encoders and hands measure."""
+        physics, robots = self.physics, self.scene.robots
+        velocities = {name: physics.velocities(name) for name in robots}
+        hands = {name: np.abs(velocities[name][robots[name].planned :]).max(initial=0.0) for name in robots}
+        pressing = {name: force for name in robots if (force := physics.pressing(name)) is not None}
+        return RobotState(
+            physics.time,
+            self._follower.time,
+            self._follower.moving,
+            {name: physics.configuration(name) for name in robots},
+            velocities,
+            pressing,
+            frozenset(name for name, speed in hands.items() if speed < STILL),
+        )
+
+    def wait(self, seconds: float) -> None:
+        """Simulates so long."""
+        physics, step = self.physics, self.settings.timestep
+        for number in range(max(1, round(seconds / step))):
+            if self._disturb is not None:
+                self._disturb(physics)
+            physics.step()
+            if number % self.each == 0:
+                for sent in self._follower.advance(self.each * step):
+                    physics.command(*sent)
+            self._steps += 1
+            if self.judge is not None and self._steps % JUDGED_EACH == 0:
+                held = [(robot, body) for robot, bodies in self._held.items() for body in bodies]
+                follower = self._follower
+                self.judge(physics, follower.motion if follower.moving else None, follower.time, held)
+
+    def poses(self) -> Mapping[str, Array]:
+        """The true poses (4, 4) of all movable bodies."""
+        return {name: self.physics.pose(name) for name in self.scene.movable}

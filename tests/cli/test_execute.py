@@ -1,0 +1,104 @@
+"""`kabo execute` and `kabo simulate`: exit codes, logs, models, errors that say what is wrong."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import kabo
+from kabo.cli import exit_codes
+from kabo.cli.main import main
+
+DOMAINS = Path(__file__).parents[2] / "domains"
+DOORS = DOMAINS / "doors" / "n3.yaml"
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("doors") / "plan.json"
+    found = kabo.solve(kabo.load_problem(DOORS)).plan
+    assert found is not None
+    found.save(path)
+    return path
+
+
+def test_a_plan_without_motions_reaches_its_goal_and_the_log_is_written(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "log.jsonl"
+    assert main(["execute", str(DOORS), str(plan), "--seed", "3", "-o", str(log)]) == exit_codes.DONE
+    assert "the goal is reached" in capsys.readouterr().err
+    events = [json.loads(line)["event"] for line in log.read_text().splitlines()]
+    assert events[0] == "start" and events[-1] == "goal"
+
+
+def test_the_result_is_printed_for_programs(plan: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["execute", str(DOORS), str(plan), "--json"]) == exit_codes.DONE
+    told = json.loads(capsys.readouterr().out)
+    assert told["reached_goal"] and told["history"] and told["contacts"] == []
+    assert [record["event"] for record in told["log"]][-1] == "goal"
+
+
+def test_an_outcome_that_the_plan_does_not_know_is_a_stop(plan: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    formula = kabo.policy(kabo.load_plan(plan))().observe
+    command = ["execute", str(DOORS), str(plan), "--truth", f"{formula}=ajar"]
+    assert main(command) == exit_codes.STOPPED
+    assert f"{formula} is ajar, for which the plan has no branch" in capsys.readouterr().err
+
+
+def test_a_plan_that_is_not_verified_is_not_carried_out(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = json.loads(plan.read_text())
+    name = next(n for n, node in broken["nodes"].items() if node["kind"] == "action")
+    broken["nodes"][name]["kind"] = "goal"
+    for key in ("action", "arguments", "next"):
+        del broken["nodes"][name][key]
+    file = tmp_path / "broken.json"
+    file.write_text(json.dumps(broken))
+    code = main(["execute", str(DOORS), str(file)])
+    assert code in (exit_codes.VERIFICATION_FAILED, exit_codes.BAD_INPUT)
+    assert "goal is reached" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--truth", "open"], "is no formula with its outcome"),
+        (["--on", "hardware"], "--on"),
+        (["--rate", "5000"], "--rate"),
+        (["--tracking-error", "fast"], "--tracking-error"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    arguments: list[str], said: str, plan: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        code = main(["execute", str(DOORS), str(plan), *arguments])
+    except SystemExit as end:
+        code = end.code
+    assert code == exit_codes.BAD_INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_a_scene_becomes_a_model_that_mujoco_loads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = tmp_path / "model.xml"
+    assert main(["simulate", str(DOMAINS / "stacked" / "n2.yaml"), "-o", str(model)]) == exit_codes.DONE
+    assert "6 motors" in capsys.readouterr().err
+    assert mujoco.MjModel.from_xml_path(str(model)).nu == 6
+    again = tmp_path / "again.xml"
+    main(["simulate", str(DOMAINS / "stacked" / "n2.yaml"), "-o", str(again)])
+    assert model.read_bytes() == again.read_bytes()
+
+
+def test_physics_without_mujoco_says_how_to_install_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import sys
+
+    from kabo.simulation.mujoco_library import mujoco
+
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(kabo.InputError, match=r'pip install "kabo\[simulation\]"'):
+        mujoco()
