@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry.collision.separation_proofs import Unproven
+from kabo.geometry.collision.separation_proofs import SHARE_OF_CLEARANCE, Unproven
 from kabo.planner.certify.motion_situation import joint_pose
 from kabo.verify.certificate.pair_proof import Refuted
 from kabo.verify.motion.surfaces import encloses, mesh_distance
@@ -82,8 +82,8 @@ def test_every_proof_is_accepted_with_its_margin_and_no_proof_is_missed(seed):
     couple = scene.couple()
     if scene.found is None:
         event("no proof needed")
-        assert not couple.moves or couple.apart() >= near - 1e-9
-        least = np.inf if not couple.moves else near - 1e-9
+        assert not couple.moves or couple.apart() >= SHARE_OF_CLEARANCE * BUDGET.clearance - 1e-9
+        least = np.inf if not couple.moves else min(near, couple.apart())
     else:
         event(
             "proven: "
@@ -197,4 +197,5 @@ def test_a_wanted_margin_is_reached_within_a_fifth_of_what_there_is(seed):
     least = min(0.01, distances(scene).min())
     assert scene.couple().check(scene.proof, 0.01).least >= min(0.01, scene.found.margin) - 1e-9
     assert min(0.01, scene.found.margin) >= 0.8 * least - 1e-6, (scene.found.margin, least)
-    event("better by far" if scene.found.margin > 2.0 * plain.found.margin else "about the same")
+    before = 0.0 if plain.found is None else plain.found.margin  # None: boxes left what was wanted
+    event("better by far" if scene.found.margin > 2.0 * before else "about the same")

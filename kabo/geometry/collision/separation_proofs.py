@@ -5,6 +5,7 @@ The parts of a mesh are sorted so that
 adjacent parts in the order are close in space, and halves of a range have small boxes.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,13 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.bundles import DISC, RADIUS, Chain, Hulls, Proofs, Things, Trail, Work
+from kabo.geometry.collision.kernels.bundles import (
+    DISC,
+    RADIUS,
+    Chain,
+    Hulls,
+    Proofs,
+    Search,
+    Sides,
+    Things,
+    Trail,
+    Work,
+)
 from kabo.geometry.collision.kernels.witness import (
     AXIS,
     EXACT_AXIS,
-    FIRST,
     POSITIONS_PER_PIECE,
-    SECOND,
     SMALL_SHARE,
     prove_pairs,
 )
@@ -143,13 +153,6 @@ class ProofArrays:
         return np.diff(self.where)
 
     @cached_property
-    def halves(self) -> NDArray[np.bool_]:
-        """Whether each proof (P, 2) halves ranges of parts of the first, and of the second body."""
-        before = np.zeros((len(self.codes) + 1, 2), np.int64)
-        np.cumsum(self.codes[:, None] == (FIRST, SECOND), axis=0, out=before[1:])
-        return np.asarray(np.diff(before[self.where], axis=0) > 0)
-
-    @cached_property
     def _written(self) -> tuple[str, Integers, bytes, bytes]:
         """All nodes as letters, the axes of each kind before each node, and both kinds of axes as bytes."""
         short, exact = self.codes == AXIS, self.codes == EXACT_AXIS
@@ -158,14 +161,21 @@ class ProofArrays:
         letters = self.codes.tobytes().translate(_LETTERS).decode("ascii")
         return letters, before, self.axes[short].astype("<i2").tobytes(), self.axes[exact].astype("<f8").tobytes()
 
+    @cached_property
+    def _slices(self) -> list[list[int]]:
+        """Of each pair where its letters and both kinds of its axes begin, and those of the next one."""
+        _, before, _, _ = self._written
+        found: list[list[int]] = np.concatenate([self.where[None], before[:, self.where]]).T.tolist()
+        return found
+
     def witness(self, pair: int) -> Witness | None:
         """The proof of a pair; None if it needs none."""
-        begin, end = self.where[pair : pair + 2].tolist()
+        (begin, a, c), (end, b, d) = self._slices[pair : pair + 2]
         if begin == end:
             return None
-        letters, before, short, exact = self._written
-        (a, c), (b, d) = before[:, begin].tolist(), before[:, end].tolist()
-        return Witness(letters[begin:end], short[a:b] + exact[c:d], float(self.margins[pair]))
+        letters, _, short, exact = self._written
+        axes = short[a:b] + exact[c:d] if c < d else short[a:b]
+        return Witness(letters[begin:end], axes, float(self.margins[pair]))
 
 
 class _Placed:
@@ -199,11 +209,14 @@ class Prover:
         made = stacked([parts.packed for parts in meshes.values()])
         self.hulls = Hulls(made.blocks, made.sizes, made.rounds)
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
+        self.extents, self._balls = _extents(self.boxes, np.asarray(ends[:-1], np.int64))
+        self._whole_rows = {name: len(self.boxes) + number for number, name in enumerate(("", *meshes))}
+        self._settings: dict[tuple[int, int], tuple[Course, tuple[Chain, Things, Search]]] = {}
         self._placed, self._seen = _Placed(), dict[int, tuple[int, PlacedBody]]()
         self._last: tuple[Sequence[PlacedBody], Integers] = (), np.zeros(0, np.int64)
         self._trees: dict[int, tuple[KinematicTree, Chain, Array]] = {}
         self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
-        self._work = _work()
+        self._work, self._radii = _work(), dict[str, float]()
 
     def number(self, body: PlacedBody) -> int:
         """The number of a body: equal bodies have equal ones."""
@@ -227,11 +240,20 @@ class Prover:
         """How far a body's corners and discs, and all of its points, are from the joint that carries it (2,) [m]."""
         own = slice(*self.ranges[body.mesh])
         turn, at = body.joint_T_body[:9].reshape(3, 3), body.joint_T_body[9:]
+        if body.joint == 0:  # it never moves: a bound is enough
+            return np.full(2, self._radius(body.mesh) + math.sqrt(float(at @ at)))
         placed = np.einsum("rc,bci->bri", turn, self.hulls.blocks[own]) + at[None, :, None]
         far = np.linalg.norm(placed, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
         far += self.hulls.rounds[own, DISC]
         balls = self.hulls.rounds[own, RADIUS]
         return np.array([far.max(initial=0.0), (far + balls).max(initial=0.0)])
+
+    def _radius(self, mesh: str) -> float:
+        """A bound of how far any point of a mesh's parts is from its origin [m]."""
+        if mesh not in self._radii:
+            own = self.boxes[slice(*self.ranges[mesh])]
+            self._radii[mesh] = float(np.linalg.norm(np.abs(own).reshape(-1, 2, 3).max(axis=(0, 1), initial=0.0)))
+        return self._radii[mesh]
 
     def _chain(self, tree: KinematicTree) -> tuple[Chain, Array]:
         """The arrays of a tree, and how far its joints may be from the world's origin."""
@@ -239,6 +261,23 @@ class Prover:
             chain = chain_of(tree)
             self._trees[id(tree)] = tree, chain, reach_of(chain)
         return self._trees[id(tree)][1:]
+
+    def setting(self, course: Course) -> tuple[Chain, Things, Search]:
+        """The arrays of a course's chain and bodies, and those of a search for axes between them."""
+        key = id(course.tree), id(course.bodies)
+        if key not in self._settings:
+            chain, reaches = self._chain(course.tree)
+            numbers = self.numbers(course.bodies)
+            rows, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
+            search = search_for(offset_for(2.0 * float((reaches[rows[0]] + far[:, 1]).max())))
+            things = Things(rows, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes)
+            self._settings[key] = course, (chain, things, search)  # which keeps the bodies, hence their id
+        return self._settings[key][1]
+
+    def whole_bodies(self, course: Course) -> tuple[Integers, Array]:
+        """The rows (T,) of `extents` for whole bodies, and balls (T, 4) around these, in their frames."""
+        rows = np.array([self._whole_rows[body.mesh] for body in course.bodies], np.int64)
+        return rows, self._balls[rows - self._whole_rows[""]]
 
     def prove(self, course: Course, wanted: Array | None = None) -> list[Witness | None] | Unproven:
         """The proof of every pair, or None for a pair that needs no proof; or the first pair that cannot be proven apart.
@@ -257,11 +296,8 @@ class Prover:
         `wanted` (P,) [m] where they can, else as much as is found with a stated effort; by default 0.9 of the planner's
         clearance.
         """
-        chain, reaches = self._chain(course.tree)
+        chain, things, search = self.setting(course)
         rows, count = len(course.waypoints), len(course.pairs)
-        numbers = self.numbers(course.bodies)
-        things, far = self._placed.rows[numbers].T.copy(), self._placed.reaches[numbers]
-        search = search_for(offset_for(2.0 * float((reaches[things[0]] + far[:, 1]).max())))
         finest, thorough = POSITIONS_PER_PIECE if course.at_any_times else 1.0, wanted is not None
         effort, loss = (MAX_PAIR_NODES, BEST_LOSS) if thorough else (MAX_PROOF_NODES, QUICK_LOSS)
         limits = np.array([self.near, SMALL_SHARE * self.margin, finest, effort, loss])
@@ -273,9 +309,9 @@ class Prover:
         where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
         way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
         trail = Trail(course.waypoints, strays, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 3)))
-        bodies = Things(things, far[:, 0].copy(), self._placed.joint_T[numbers], self.hulls, self.boxes)
         proofs = Proofs(self._codes, self._axes, where, margins, targets)
-        proven = prove_pairs(course.pairs, limits, chain, trail, bodies, self._work, search, proofs)
+        sides = _sides(2 * count, len(things.radii), chain, rows)
+        proven = prove_pairs(course.pairs, limits, chain, trail, things, sides, self._work, search, proofs)
         if proven < count:
             return self._unproven(course, int(proven), int(where[proven]))
         end = int(where[-1]) if count else 0
@@ -292,6 +328,33 @@ class Prover:
             parts = int(rows[1, 0]) - first, int(rows[1, 1]) - second
         start_of, end_of, gap = rows[0].tolist()
         return Unproven(pair, start_of, end_of, gap, parts)
+
+
+def _extents(boxes: Array, starts: Integers) -> tuple[Array, Array]:
+    """Middles and half sides of boxes (B, 6), then those around each range of them; and balls (R, 4) around the latter.
+
+    The first range, and the first ball, are room for none.
+    """
+    low, high, none = boxes[:, :3], boxes[:, 3:], np.zeros((1, 6))
+    made = np.concatenate([0.5 * (low + high), 0.5 * (high - low)], axis=1)
+    if not len(starts):
+        return np.concatenate([made, none]), np.zeros((1, 4))
+    low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+    whole = np.concatenate([none, np.concatenate([0.5 * (low + high), 0.5 * (high - low)], axis=1)])
+    radii = np.sqrt((whole[:, 3:] ** 2).sum(axis=1))
+    return np.concatenate([made, whole]), np.concatenate([whole[:, :3], radii[:, None]], axis=1)
+
+
+def _sides(count: int, bodies: int, chain: Chain, rows: int) -> Sides:
+    return Sides(
+        numbers=np.empty((bodies, chain.joints.shape[1]), np.int64),
+        keys=np.empty((count, 2), np.int64),
+        poses=np.empty((count, rows, 12)),
+        bounds=np.empty((count, rows - 1, 3)),
+        boxes=np.empty((count, 6)),
+        still=np.empty(count, np.bool_),
+        moves=np.empty(count, np.bool_),
+    )
 
 
 def _work() -> Work:

@@ -1,13 +1,12 @@
-"""Better proofs for the pairs that decide how much clearance a stretch has: their parts become tighter, and more.
+"""Tighter parts, and more of them, for the pairs that decide how much clearance a stretch or an object has.
 
-What the least margin of a stretch is short of the distance of the meshes is what convex parts stick out. So it is found
-where along the path the parts of such a pair are nearest to each other, and at which points; the part whose point is
-farther from the mesh is drawn tight, or halved, until the distance of the parts tells the truth. Then pairs are
-proven again. In each of a few rounds the pairs with the least margins get this work, until it gains nothing.
+What the distance of parts is short of that of the meshes is what they stick out. So it is found where along the path
+the parts of such a pair are nearest to each other, and at which points; the part whose point is farther from the mesh
+is drawn tight, or halved, until the distance of the parts tells the truth. Then all pairs are proven, with these parts.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,25 +15,19 @@ from kabo.geometry.collision.kernels.bundles import Hulls
 from kabo.geometry.collision.kernels.nearest_places import (
     Between,
     Lists,
-    body_poses,
     least_along,
     nearest_points,
-    poses_at,
 )
 from kabo.geometry.collision.kernels.tight_parts import distance_to
+from kabo.geometry.collision.near_pairs import NearPairs
 from kabo.geometry.collision.separation_proofs import Course, Parts, in_order
-from kabo.geometry.collision.view_arrays import chain_of, offset_for, search_for
+from kabo.geometry.collision.view_arrays import offset_for, search_for
 from kabo.geometry.parts import COLUMNS, LANE, Packed, with_columns
 from kabo.planner.certify.certified_bodies import CertifiedBodies
-from kabo.planner.certify.proven_stretches import ProvenStretch
 from kabo.planner.certify.tight_parts import TightPart, tight_part
 from kabo.scene import Mesh
 
-ROUNDS = 3
-NEXT = 1.05  # of the least margin of a stretch: pairs up to this one get the same work
-WORTH = 1.03  # of a margin: a pair is not proven again for less
 TRUE = 0.1  # of a distance of parts: so much less than that of meshes it may be
-PLACES = 72  # along a path, about, where distances are looked at
 MAX_STEPS = 48  # of drawing parts of a pair tight, or halving them
 MAX_PARTS = 160  # of a body, after which none is halved
 
@@ -125,30 +118,6 @@ class Leaves:
         return Parts(tuple(self.corners(i) for i in range(count)), packed, boxes)
 
 
-class _Along:
-    """The places along a course where distances are looked at, and the poses of bodies there."""
-
-    def __init__(self, course: Course) -> None:
-        self._course = course
-        pieces = len(course.waypoints) - 1
-        step = max(1, -(-pieces // PLACES))
-        count = -(-PLACES // pieces) if step == 1 else 1
-        self.places = np.unique(np.append(np.arange(0, pieces, step / count), pieces))
-        chain = chain_of(course.tree)
-        self._frames = np.zeros((len(self.places), chain.joints.shape[1], 12))
-        self._frames[:, 0, [0, 4, 8]] = 1.0
-        poses_at(course.waypoints, self.places, chain, np.zeros(course.waypoints.shape[1]), self._frames)
-        self._known: dict[int, Array] = {}
-
-    def of(self, number: int) -> Array:
-        """The poses (K, 12) of a body of the course."""
-        if number not in self._known:
-            body, poses = self._course.bodies[number], np.empty((len(self.places), 12))
-            body_poses(self._frames, body.joint, body.joint_T_body, poses)
-            self._known[number] = poses
-        return self._known[number]
-
-
 class _Nearest:
     """The parts of two bodies in arrays, those of one mesh once; they are refined where the bodies are nearest."""
 
@@ -159,7 +128,7 @@ class _Nearest:
         self.which = [(each, i) for each in self.own for i in range(len(each))]
         rows = len(self.which) + MAX_STEPS
         self.hulls = Hulls(np.empty((rows, 3, COLUMNS)), np.zeros(rows, np.int64), np.zeros((rows, 5)))
-        self.boxes = np.zeros((rows + 1, 6))  # the last one is room for that of a whole body
+        self.boxes = np.zeros((rows + 2, 6))  # the last two are room for those of whole bodies
         self.lists = Lists(np.zeros((2, rows), np.int64), np.zeros(2, np.int64))
         end = 0
         for each in self.own:
@@ -236,114 +205,31 @@ class _Nearest:
         return True
 
 
-def sharpen(
-    proven: Sequence[ProvenStretch],
-    bodies: CertifiedBodies,
-    meshes: Mapping[str, Mesh],
-    near: float,
-    look: Callable[[], None],
-) -> bool:
-    """Refines parts and proves pairs again until the least margin of every stretch is the best that is found.
+class Refinement:
+    """The parts of all meshes while they are refined where bodies come nearest."""
 
-    Args:
-        proven: all stretches with their proofs, which are replaced.
-        bodies: the parts, which are replaced.
-        meshes: what parts may be refined of, by the hashes of meshes.
-        near: margins from this on [m] do not count.
-        look: called before each stretch.
-
-    Returns:
-        False if a proof was not found any more: then the others are worth nothing.
-    """
-    work = _Sharpening(bodies, meshes, near)
-    settled: list[set[int]] = [set() for _ in proven]
-    for _ in range(ROUNDS):
-        chosen = [
-            _least_pairs(each.proofs.margins, done, near) for each, done in zip(proven, settled, strict=True)
-        ]
-        wanted: list[dict[int, float]] = []
-        for each, pairs, done in zip(proven, chosen, settled, strict=True):
-            if pairs:
-                look()
-            wanted.append(work.refined(each, pairs))
-            done |= set(pairs) - set(wanted[-1])
-        halved = work.replace()  # what was halved is numbered otherwise, even if that was of no use for any pair
-        if not any(wanted) and not halved:
-            return True
-        for each, own in zip(proven, wanted, strict=True):
-            look()
-            if not _prove_again(each, own, halved, bodies, near):
-                return False
-    return True
-
-
-class _Sharpening:
-    """The parts of all meshes while they are refined, and where bodies are along each course."""
-
-    def __init__(self, bodies: CertifiedBodies, meshes: Mapping[str, Mesh], near: float) -> None:
-        self._bodies, self._meshes, self._near = bodies, meshes, near
+    def __init__(self, bodies: CertifiedBodies, meshes: Mapping[str, Mesh]) -> None:
+        """`meshes` has what parts may be refined of, by the hashes of meshes."""
+        self._bodies, self._meshes = bodies, meshes
         self._leaves: dict[str, Leaves] = {}
-        self._along: dict[int, _Along] = {}
 
-    def refined(self, each: ProvenStretch, pairs: Sequence[int]) -> dict[int, float]:
-        """Refines parts of pairs of a stretch; the margins that may be wanted of those for which this was any use [m]."""
-        wanted: dict[int, float] = {}
-        for pair in pairs:
-            course = each.course
-            numbers = course.pairs[pair, :2].tolist()
-            first, second = (self._of(course.bodies[k].mesh) for k in numbers)
-            if first.mesh is None and second.mesh is None:
-                continue
-            if id(each) not in self._along:
-                self._along[id(each)] = _Along(course)
-            along = self._along[id(each)]
-            poses = np.array([along.of(k) for k in numbers])
-            far = 2.0 * float(np.abs(poses[:, :, 9:]).max() + 4.0)
-            distance = min(self._near, _Nearest((first, second), poses, far).refined(self._near))
-            if distance > WORTH * each.proofs.margins[pair]:
-                wanted[pair] = distance
-        return wanted
+    def distance(self, course: Course, pair: int, measured: NearPairs) -> float:
+        """The distance [m] of a pair that was measured: where its parts made it too small, these are refined."""
+        first, second = (self._of(course.bodies[k].mesh) for k in course.pairs[pair, :2].tolist())
+        if first.mesh is None and second.mesh is None:
+            return measured.distance(pair)
+        poses = measured.poses(pair)
+        far = 2.0 * float(np.abs(poses[:, :, 9:]).max() + 4.0)
+        return _Nearest((first, second), poses, far).refined(measured.cap(pair))
 
     def _of(self, mesh: str) -> Leaves:
         if mesh not in self._leaves:
             self._leaves[mesh] = Leaves.of(self._bodies.parts[mesh], self._meshes.get(mesh))
         return self._leaves[mesh]
 
-    def replace(self) -> set[str]:
-        """Gives the parts that have changed to the bodies; the meshes of which any was halved."""
+    def finish(self) -> None:
+        """Gives the parts that have changed to the bodies."""
         changed = {mesh: own for mesh, own in sorted(self._leaves.items()) if own.changed}
-        halved = {mesh for mesh, own in changed.items() if own.halved}
         if changed:
-            self._bodies.replace_parts({mesh: own.made() for mesh, own in changed.items()})
-        return halved
-
-
-def _least_pairs(margins: Array, settled: set[int], near: float) -> list[int]:
-    """The pairs with the least margins of a stretch; none if the least one is settled, or `near`."""
-    if not len(margins) or margins.min() >= near or int(margins.argmin()) in settled:
-        return []
-    below = np.flatnonzero(margins < min(near, NEXT * margins.min())).tolist()
-    return [pair for pair in below if pair not in settled]
-
-
-def _prove_again(
-    each: ProvenStretch, wanted: Mapping[int, float], halved: set[str], bodies: CertifiedBodies, near: float
-) -> bool:
-    """Proves pairs with the parts as they are: those of which more is wanted, and where other parts are numbered."""
-    course, margins = each.course, each.proofs.margins
-    own = np.array([body.mesh in halved for body in course.bodies])
-    stale = own[course.pairs[:, :2]] & each.proofs.halves if halved else np.zeros((len(margins), 2), bool)
-    again = np.asarray(stale.any(axis=1), bool)
-    again[list(wanted)] = True
-    numbers = np.flatnonzero(again)
-    if not len(numbers):
-        return True
-    aims = np.array([wanted.get(pair, min(near, float(margins[pair]))) for pair in numbers.tolist()])
-    kept = None if course.kept is None else course.kept[numbers]
-    made = bodies.prove_again(replace(course, pairs=np.ascontiguousarray(course.pairs[numbers]), kept=kept), aims)
-    if made is None:
-        return False
-    better = np.flatnonzero((made.margins > margins[numbers]) | stale[numbers].any(axis=1))
-    rest = np.setdiff1d(np.arange(len(margins)), numbers[better])
-    each.proofs = each.proofs.only(rest).joined(made.only(better), rest, numbers[better])
-    return True
+            parts = {mesh: own.made() for mesh, own in changed.items()}
+            self._bodies.replace_parts(parts, {mesh: [i for i, _ in own.names] for mesh, own in changed.items()})

@@ -1,13 +1,13 @@
 """The convex parts of a certificate: as few as its proofs need, the same for all of them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.geometry import Budget, Enclosure
+from kabo.geometry.collision.near_pairs import NearPairs
 from kabo.geometry.collision.part_trees import Cover, divided_larger
 from kabo.geometry.collision.separation_proofs import (
     Course,
@@ -62,15 +62,6 @@ class PairProofs:
             sizes[own] = made.sizes[self.row[own]]
         return np.flatnonzero(sizes)
 
-    @property
-    def halves(self) -> NDArray[np.bool_]:
-        """Whether the proof of each pair (P, 2) halves ranges of parts of the first, and of the second body."""
-        found = np.zeros((len(self.row), 2), bool)
-        for number, made in enumerate(self.sources):
-            own = self.source == number
-            found[own] = made.halves[self.row[own]]
-        return found
-
     def witness(self, pair: int) -> Witness | None:
         """The proof of a pair; None if it needs none."""
         source: ProofArrays = self.sources[int(self.source[pair])]
@@ -91,41 +82,43 @@ class CertifiedBodies:
         self._budget, self._near = budget, near
         self._parts = {digest: ordered(cover.enclosure) for digest, cover in self.covers.items()}
         self._prover = Prover(self._parts, near, budget.clearance)
-        self._known: dict[tuple[object, ...], tuple[Integers, PairProofs]] = {}
+        self._known: dict[tuple[object, ...], tuple[Integers, PairProofs, Array]] = {}
+        self._names: dict[str, Sequence[int]] = {}  # of the parts of each refined mesh
 
-    def prove_again(self, course: Course, wanted: Array) -> PairProofs | None:
-        """The proofs of a course with the parts as they are, with margins `wanted` (P,) [m] where that can be.
+    def near_pairs(self, course: Course, scopes: Integers, caps: Array) -> NearPairs:
+        """The pairs of a course by their distances, with the parts that nothing has refined yet."""
+        return NearPairs(self._prover, course, scopes, caps)
 
-        None if one is not found any more.
+    def prove(self, course: Course, wanted: Array | None = None) -> PairProofs | Unproven:
+        """The proofs of a course, with margins `wanted` (P,) [m] where these are found; parts divided until they decide.
+
+        Without them as much is wanted as counts at all. Pairs that have been proven along the same path before are not
+        proven again, unless more is wanted.
         """
-        found = self._prover.arrays(course, wanted)
-        return None if isinstance(found, Unproven) else PairProofs.of(found)
-
-    def prove(self, course: Course) -> PairProofs | Unproven:
-        """The proofs of a course, with the greatest margins up to `near` that are found; parts divided until they decide.
-
-        Pairs that have been proven along the same path before are not proven again.
-        """
+        wanted = np.full(len(course.pairs), self._near) if wanted is None else wanted
         if course.kept is not None or course.at_any_times:
-            return self._proven(course)
+            return self._proven(course, wanted)
         off = b"" if course.deviations is None else course.deviations.tobytes()
         path = id(course.tree), course.waypoints.tobytes(), off
-        keys = self._keys(course)
         if path not in self._known:
-            made = self._proven(course)
+            made = self._proven(course, wanted)
             if not isinstance(made, Unproven):
-                self._known[path] = self._keys(course) if self.divided else keys, made
+                self._known[path] = self._keys(course), made, wanted
             return made
-        before, proofs = self._known[path]
+        before, proofs, aims = self._known[path]
+        keys = self._keys(course)
         order = np.argsort(before, kind="stable")
         place = order[np.minimum(np.searchsorted(before[order], keys), len(before) - 1)] if len(before) else order
-        same = before[place] == keys if len(before) else np.zeros(len(keys), bool)
+        if len(before):
+            same = (before[place] == keys) & (np.maximum(aims, proofs.margins)[place] >= wanted)
+        else:
+            same = np.zeros(len(keys), bool)
         old, new = np.flatnonzero(same), np.flatnonzero(~same)
-        made = self._proven(replace(course, pairs=np.ascontiguousarray(course.pairs[new])))
+        made = self._proven(replace(course, pairs=np.ascontiguousarray(course.pairs[new])), wanted[new])
         if isinstance(made, Unproven):
             return replace(made, pair=int(new[made.pair]))
         if path not in self._known:  # parts were divided
-            return self.prove(course)
+            return self.prove(course, wanted)
         return proofs.only(place[old]).joined(made, old, new)
 
     def _keys(self, course: Course) -> Integers:
@@ -133,9 +126,9 @@ class CertifiedBodies:
         numbers = self._prover.numbers(course.bodies)
         return np.asarray(numbers[course.pairs[:, 0]] << 32 | numbers[course.pairs[:, 1]])
 
-    def _proven(self, course: Course) -> PairProofs | Unproven:
+    def _proven(self, course: Course, wanted: Array) -> PairProofs | Unproven:
         while True:
-            found = self._prover.arrays(course, self._near)
+            found = self._prover.arrays(course, wanted)
             if not isinstance(found, Unproven):
                 return PairProofs.of(found)
             if not self._divide(course, found):
@@ -144,9 +137,8 @@ class CertifiedBodies:
     def _divide(self, course: Course, failed: Unproven) -> bool:
         """Whether the larger of the two parts that were not proven apart could be divided."""
         meshes = [course.bodies[k].mesh for k in course.pairs[failed.pair, :2]]
-        places = [
-            order_of(self.covers[mesh].enclosure)[part] for mesh, part in zip(meshes, failed.parts, strict=True)
-        ]
+        numbers = [self._names[m][k] if m in self._names else k for m, k in zip(meshes, failed.parts, strict=True)]
+        places = [order_of(self.covers[mesh].enclosure)[k] for mesh, k in zip(meshes, numbers, strict=True)]
         before = [self.covers[mesh] for mesh in meshes]
         finer = divided_larger(before, places, self._budget.geometry)
         if finer is None:
@@ -156,6 +148,7 @@ class CertifiedBodies:
             if cover is not old:
                 self.covers[mesh] = cover
                 self._parts[mesh] = ordered(cover.enclosure)
+                self._names.pop(mesh, None)
         self._prover = Prover(self._parts, self._near, self._budget.clearance)
         self._known.clear()
         return True
@@ -165,11 +158,17 @@ class CertifiedBodies:
         """The parts of every mesh, by its hash."""
         return self._parts
 
-    def replace_parts(self, cut: Mapping[str, Parts]) -> None:
-        """Replaces the parts of some meshes by some that lie within them: proofs that halve no range of them still hold."""
-        self._parts.update(cut)
+    def replace_parts(self, refined: Mapping[str, Parts], names: Mapping[str, Sequence[int]]) -> None:
+        """Replaces the parts of some meshes by some that lie within them; `names` are the parts that those are of."""
+        self._parts.update(refined)
+        self._names.update(names)
         self._prover = Prover(self._parts, self._near, self._budget.clearance)
         self._known.clear()
+
+    @property
+    def refined(self) -> bool:
+        """Whether any parts are replaced."""
+        return bool(self._names)
 
     def given(self) -> dict[str, BodyParts]:
         """The parts of every mesh for a certificate, by `sha256:` and its hash."""

@@ -28,7 +28,8 @@ class PairChoice:
     def __init__(self, never_collide: Callable[[str, str], bool]) -> None:
         """`never_collide` says whether two things, by their names, need no proof."""
         self.never_collide = never_collide
-        self._known: dict[object, Integers] = {}
+        self._known: dict[object, tuple[Integers, dict[str, int], Integers]] = {}
+        self._never: dict[tuple[str, str], bool] = {}
 
     def pairs(
         self, things: Sequence[Thing], moving: int, permitted: frozenset[frozenset[str]], tree: KinematicTree
@@ -44,30 +45,29 @@ class PairChoice:
         names = tuple(thing.name for thing in things)
         key = moving, len(tree.parent), names, tuple(thing.body.joint for thing in things[:moving])
         if key not in self._known:
-            self._known[key] = self._comparable(things, moving, tree)
-        rows = self._known[key]
-        left_out = [pair for pair in permitted if len(pair) == 2 and all(name in names for name in pair)]
-        if not left_out:
-            return rows
-        numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
-        own = np.array([numbers[name] for name in names], np.int64)[rows[:, :2]]
-        keys = own.min(axis=1) * len(names) + own.max(axis=1)
-        ends = [sorted(numbers[name] for name in pair) for pair in left_out]
-        return rows[~np.isin(keys, [a * len(names) + b for a, b in ends])]
+            rows = self._comparable(things, moving, tree)
+            numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
+            own = np.array([numbers[name] for name in names], np.int64)[rows[:, :2]]
+            self._known[key] = rows, numbers, own.min(axis=1) * len(names) + own.max(axis=1)
+        rows, numbers, keys = self._known[key]
+        stay = np.ones(len(rows), bool)
+        for pair in permitted:
+            ends = sorted(numbers[name] for name in pair if name in numbers)
+            if len(ends) == 2:
+                stay &= keys != ends[0] * len(names) + ends[1]
+        return rows[stay] if permitted else rows
 
     def _comparable(self, things: Sequence[Thing], moving: int, tree: KinematicTree) -> Integers:
         """The pairs that may not touch."""
         rows: list[tuple[int, int, int]] = []
         chains = [_chain(tree, thing.body.joint) for thing in things[:moving]]
-        never = {
-            (a, b): self.never_collide(a, b)
-            for a in {thing.name for thing in things[:moving]}
-            for b in {thing.name for thing in things}
-        }
+        never = self._never
         for i in range(moving):
             first, own = things[i].name, chains[i]
             for k in range(i + 1, len(things)):
                 second = things[k].name
+                if (first, second) not in never:
+                    never[first, second] = self.never_collide(first, second)
                 if first != second and not never[first, second]:
                     frame = next((joint for joint in chains[k] if joint in own), 0) if k < moving else 0
                     rows.append((i, k, frame))

@@ -5,13 +5,14 @@ possible values is treated as if it had all of them at once.
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
 from kabo.geometry.collision.part_trees import Cover
@@ -25,10 +26,11 @@ from kabo.plan import (
     Plan,
     topological_order,
 )
-from kabo.planner.certify.best_margins import sharpen
+from kabo.planner.certify.best_margins import Refinement
 from kabo.planner.certify.certified_bodies import CertifiedBodies
 from kabo.planner.certify.certified_pairs import PairChoice, Thing, kept_distances
 from kabo.planner.certify.component_values import ComponentValues
+from kabo.planner.certify.least_so_far import LeastSoFar
 from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, joined, stretches
 from kabo.planner.certify.overlapping_pairs import every_pair_of_pieces, from_time_on
@@ -49,6 +51,16 @@ class MovingStretch(NamedTuple):
     stretch: MotionStretch
     course: Course
     things: Sequence[Thing]
+
+
+class Claim(NamedTuple):
+    """What is to be proven of a stretch: pairs of things along a course, in one of several ways."""
+
+    node: str
+    stretch: MotionStretch
+    things: Sequence[Thing]
+    ways: Callable[[], Iterator[tuple[Course, Array, int]]]  # course, margins that are wanted, and cut
+    before: tuple[int, ...] = ()  # segments of the node before
 
 
 UNFINISHED = "the work was cut off before its proofs were found"
@@ -113,12 +125,12 @@ def certify(
         enough = max(surroundings.budget.epsilon, NEAR_FACTOR * surroundings.greatest_kept)
         certifying = _Certifying(plan, surroundings, near or enough, look, covers)
         made = certifying.made(sharp)
-        if made is None:
-            sharp = False  # once more
-            continue
-        if not certifying.bodies.divided:
+        if certifying.bodies.divided:
+            covers = certifying.bodies.covers  # all proofs are to be about the same parts
+        elif isinstance(made, Certificate) or not certifying.bodies.refined:
             return made
-        covers = certifying.bodies.covers  # all proofs are to be about the same parts
+        else:
+            sharp = False  # refined parts are never worse; but no proof may be lost by them
 
 
 class _Certifying:
@@ -141,25 +153,29 @@ class _Certifying:
         self.bodies = CertifiedBodies(self.things.enclosures(), covers, surroundings.budget, near)
         self.gaps: list[UnprovenPair] = []
         self.choice = PairChoice(surroundings.never_collide)
+        self.least = LeastSoFar(self.scene.movable, near)
         self._trees: dict[tuple[str, ...], tuple[list[int], KinematicTree]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
         shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
         # Of motions that share time with another one.
         self._moved: dict[str, list[MovingStretch]] = {name: [] for name in shared}
 
-    def made(self, sharp: bool) -> Certificate | list[UnprovenPair] | None:
-        """The certificate, or what is not proven; None if proofs were lost while they were to become `sharp`."""
-        proven: list[ProvenStretch] = []
-        with phase("certifying", len(self.order), "nodes", log=_LOG) as step:
+    def made(self, sharp: bool) -> Certificate | list[UnprovenPair]:
+        """The certificate, or what is not proven; `sharp` if parts may be refined."""
+        claims: list[Claim] = []
+        self.refinement = Refinement(self.bodies, self.things.cuttable() if sharp else {})
+        with phase("certifying", 2 * len(self.order), "nodes", log=_LOG) as step:
             for name in self.order:
                 node = self.plan.nodes[name]
-                proven += [*self._node(name, node), *self._early(name, node)] if node.motion else []
+                self.least.enter(name)
+                claims += [*self._node(name, node), *self._early(name, node)] if node.motion else []
+                self.least.leave(name, node.successors)
                 step()
+            self.refinement.finish()
+            found = [self._proven(claim) for claim in claims]
         if self.gaps:
             return self.gaps
-        sharp = sharp and not self.bodies.divided  # else all is proven once more, with the divided parts
-        if sharp and not sharpen(proven, self.bodies, self.things.cuttable(), self.near, self.look):
-            return None
+        proven = [each for each in found if each is not None]
         proofs = tuple(each.proof() for each in proven)
         segments = [each for name in self.order for each in self._clearances(name, proven)]
         return Certificate(
@@ -181,19 +197,17 @@ class _Certifying:
             yield Clearance(name, i, clearance, None if clearance is None else between, permitted)
 
     # ------------------------------------------------------------------------------------------------- a node
-    def _node(self, name: str, node: Node) -> Iterator[ProvenStretch]:
+    def _node(self, name: str, node: Node) -> Iterator[Claim]:
         moving = list(dict.fromkeys(segment.robot for segment in node.motion))
         situation = MotionSituation.at(name, self.values, self.scene, moving)
         for stretch in stretches(node.motion, dict(self.scene.robots), situation.q):
             self.look()
-            found = self._stretch(name, node, stretch, situation)
-            if found is not None:
-                yield found
+            yield self._stretch(name, node, stretch, situation)
             for i in stretch.ending:
                 situation.end(node.motion[i])
 
-    def _early(self, name: str, node: Node) -> Iterator[ProvenStretch]:
-        """Proofs that a motion that begins early never meets the rest of the previous one, however late either is."""
+    def _early(self, name: str, node: Node) -> Iterator[Claim]:
+        """Claims that a motion that begins early never meets the rest of the previous one, however late either is."""
         if not node.overlap:
             return
         before = next(other for other in self.order if name in self.plan.nodes[other].successors)
@@ -204,13 +218,10 @@ class _Certifying:
             if rest is not None:
                 waypoints, deviations = rest
                 tail = first._replace(course=replace(first.course, waypoints=waypoints, deviations=deviations))
-                found = [self._apart_at_any_times(name, tail, second) for second in self._moved[name]]
-                yield from (each for each in found if each is not None)
+                yield from (self._apart_at_any_times(name, tail, second) for second in self._moved[name])
 
     # ---------------------------------------------------------------------------------------------- a stretch
-    def _stretch(
-        self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation
-    ) -> ProvenStretch | None:
+    def _stretch(self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation) -> Claim:
         first_joint, tree = self._joined(tuple(stretch.waypoints))
         moving, standing = self.things.of(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
         things = [*moving, *standing]
@@ -222,15 +233,48 @@ class _Certifying:
             alone = replace(whole, bodies=bodies[: len(moving)])
             self._moved[name].append(MovingStretch(stretch, alone, moving))
         passing = self._passing(node, stretch, things) & permitted
+        ways: list[tuple[Course, Array]] = []
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             pairs = self.choice.pairs(things, len(moving), left_out, tree)
             course = replace(whole, pairs=pairs, kept=kept_distances(things, pairs, permitted, situation.roots))
-            found = self.bodies.prove(course)
+            if not ways:
+                wanted = self._wanted(course, things, passing if left_out != permitted else frozenset())
+                ways += [] if wanted is None else [(course, wanted)]
+            else:
+                rows = pairs[:, :2] @ np.array([len(things), 1])
+                first = ways[0][0].pairs[:, :2] @ np.array([len(things), 1])
+                ways.append((course, np.ascontiguousarray(ways[0][1][np.isin(first, rows)])))
+        return Claim(name, stretch, things, lambda: ((*way, 0) for way in ways))
+
+    def _wanted(
+        self, course: Course, things: Sequence[Thing], passing: Set[frozenset[str]] = frozenset()
+    ) -> Array | None:
+        """The margin that is worth having of each pair (P,) [m]; refines the parts of those that decide it.
+
+        None if a pair that is `passing` touches.
+        """
+        scopes = np.array([self.least.scope(thing.name) for thing in things], np.int64)
+        measured = self.bodies.near_pairs(course, scopes, self.least.caps)
+        while (pair := measured.next()) is not None:
+            names = frozenset(things[i].name for i in course.pairs[pair, :2].tolist())
+            if names in passing and measured.distance(pair) <= 0.0:
+                return None
+            measured.settle(pair, min(self.near, self.refinement.distance(course, pair, measured)))
+        self.least.note(measured.caps)
+        return measured.wanted()
+
+    def _proven(self, claim: Claim) -> ProvenStretch | None:
+        """The proofs of a claim; None if there are none, which is noted as a gap."""
+        self.look()
+        for course, wanted, cut in claim.ways():  # noqa: B007  the last one is told
+            found = self.bodies.prove(course, wanted)
             if not isinstance(found, Unproven):
-                return ProvenStretch(name, stretch, course, things, pairs, found)
+                return ProvenStretch(
+                    claim.node, claim.stretch, course, claim.things, course.pairs, found, claim.before, cut
+                )
         assert isinstance(found, Unproven)
-        a, b = (things[i].name for i in pairs[found.pair, :2].tolist())
-        self.gaps.append(UnprovenPair(name, stretch.segments, (a, b), found.start, found.gap))
+        a, b = (claim.things[i].name for i in course.pairs[found.pair, :2].tolist())
+        self.gaps.append(UnprovenPair(claim.node, claim.stretch.segments, (a, b), found.start, found.gap))
         return None
 
     def _joined(self, robots: tuple[str, ...]) -> tuple[list[int], KinematicTree]:
@@ -239,23 +283,25 @@ class _Certifying:
             self._trees[robots] = joined([self.scene.robots[robot].tree for robot in robots])
         return self._trees[robots]
 
-    def _apart_at_any_times(self, name: str, first: MovingStretch, second: MovingStretch) -> ProvenStretch | None:
+    def _apart_at_any_times(self, name: str, first: MovingStretch, second: MovingStretch) -> Claim:
         things, count = [*first.things, *second.things], len(first.things)
         rows = self.choice.across(first.things, second.things)
-        both = rows + np.array([0, count, 0])
-        for cut in CUTS:
-            self.look()
-            course = every_pair_of_pieces(first.course, second.course, rows, cut)
-            course = replace(course, kept=kept_distances(things, both, frozenset(), {}))
-            found = self.bodies.prove(course)
-            if not isinstance(found, Unproven) or len(course.waypoints) > MAX_WAYPOINTS:
-                break
-        if isinstance(found, Unproven):
-            i, k = both[found.pair, :2].tolist()
-            names = things[i].name, things[k].name
-            self.gaps.append(UnprovenPair(name, second.stretch.segments, names, found.start, found.gap))
-            return None
-        return ProvenStretch(name, second.stretch, course, things, both, found, first.stretch.segments, cut)
+        kept = kept_distances(things, rows + np.array([0, count, 0]), frozenset(), {})
+
+        def course(cut: int) -> Course:
+            return replace(every_pair_of_pieces(first.course, second.course, rows, cut), kept=kept)
+
+        wanted = self._wanted(course(CUTS[0]), things)
+        assert wanted is not None, "nothing is passing"
+
+        def ways() -> Iterator[tuple[Course, Array, int]]:
+            for cut in CUTS:
+                made = course(cut)
+                yield made, wanted, cut
+                if len(made.waypoints) > MAX_WAYPOINTS:
+                    return
+
+        return Claim(name, second.stretch, things, ways, first.stretch.segments)
 
     def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
         """Pairs of fingers and bodies not held by them, while no hand moves: these are proven apart even if permitted."""

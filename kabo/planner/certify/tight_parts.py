@@ -6,14 +6,20 @@ and replaced by two parts that hold a half of them each. These depend on mesh an
 """
 
 import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
+from kabo.compilation import cache_folder
 from kabo.content_cache import ContentCache
 from kabo.geometry.collision.kernels.tight_parts import BITS, MOST_CORNERS, WORDS, Room, cut, halve, tighten
 from kabo.geometry.triangles.kernels.clipping import triangles_at
@@ -25,6 +31,7 @@ SHARES = (0.3, 0.5, 0.7)  # of an axis, at which a part is halved
 LEAST_SHARE = 0.2  # of the longest side of a box: it is not halved across shorter ones
 MAX_DEPTH = 14  # of halves of halves
 LEAST_SIZE = 1e-3  # [m] of what is halved
+HASH_BYTES = 32  # of a file's content, at its beginning
 CACHE_BYTES = 64 * 1024**2
 _AXES = np.array(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [0, 1, -1], [1, 0, 1], [1, 0, -1], [1, 1, 0], [1, -1, 0]]
@@ -33,6 +40,8 @@ _DIRECTIONS = _AXES / np.linalg.norm(_AXES, axis=1)[:, None]
 _FRAMES = np.array(
     [[0, 1, 2], [0, 3, 4], [1, 5, 6], [2, 7, 8]]
 )  # axes of boxes: straight, or turned about one of them
+
+METHOD_VERSION = 1  # part of the names of files; to be incremented when the same part is drawn otherwise
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +88,45 @@ _MADE: ContentCache[TightPart] = ContentCache(CACHE_BYTES, lambda part: part.nby
 
 
 def tight_part(mesh: Mesh, part: Array, path: str = "") -> TightPart:
-    """A part (V, 3) [m] of a mesh drawn tight, or the half of a half of it that a path of 0 and 1 leads to."""
-    key = mesh.digest, hashlib.sha256(part.tobytes()).digest(), path
-    return _MADE.get_or_make(key, lambda: _made(mesh, part, path))
+    """A part (V, 3) [m] of a mesh drawn tight, or the half of a half of it that a path of 0 and 1 leads to.
+
+    It is kept in memory and in the cache folder.
+    """
+    key = mesh.digest, hashlib.sha256(part.tobytes()).hexdigest(), path
+    return _MADE.get_or_make(key, lambda: kept_or_made(key, lambda: _made(mesh, part, path)))
+
+
+def kept_or_made(key: tuple[str, str, str], make: Callable[[], TightPart]) -> TightPart:
+    """The part in the file of the cache folder that belongs to a key, or a new one, which is then kept there.
+
+    A file that is damaged, or cut off, is made anew: its first bytes are the hash of the others.
+    """
+    name = hashlib.sha256(repr((METHOD_VERSION, *key)).encode()).hexdigest()[:40]
+    path = cache_folder() / "tight" / f"{name}.tight"
+    with suppress(OSError, ValueError):
+        found = path.read_bytes()
+        if found[:HASH_BYTES] == hashlib.sha256(found[HASH_BYTES:]).digest():
+            numbers = np.frombuffer(found, "<f8", offset=HASH_BYTES).astype(np.float64)
+            end = 1 + 3 * int(numbers[0])
+            return TightPart(numbers[1:end].reshape(-1, 3), numbers[end:].reshape(-1, 3, 3))
+    made = make()
+    count = np.array([float(len(made.corners))])
+    body = np.concatenate([count, made.corners.ravel(), made.triangles.ravel()]).astype("<f8").tobytes()
+    with suppress(OSError):  # a read-only cache costs time, never an answer
+        _write(path, hashlib.sha256(body).digest() + body)
+    return made
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Writes a file so that others see all of it or nothing."""
+    path.parent.mkdir(mode=0o700, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
 
 
 def _made(mesh: Mesh, part: Array, path: str) -> TightPart:

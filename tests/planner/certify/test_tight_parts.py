@@ -13,7 +13,7 @@ from kabo.geometry.collision.separation_proofs import ordered
 from kabo.geometry.parts import COLUMNS
 from kabo.meshes import Mesh, load_mesh
 from kabo.planner.certify.best_margins import Leaves, _Nearest
-from kabo.planner.certify.tight_parts import STICKS_OUT, tight_part
+from kabo.planner.certify.tight_parts import STICKS_OUT, kept_or_made, tight_part
 from kabo.scene.transforms import flat, transform
 from kabo.verify.certificate.cover import faces_of, uncovered
 
@@ -118,3 +118,21 @@ def test_the_nearest_place_is_found_as_if_each_pair_of_parts_were_measured_at_ea
 
     alone = [least(([a], [b]), [k]) for a in two[0] for b in two[1] for k in range(9)]
     assert 0.94 * min(alone) <= least(two, list(range(9))) <= min(alone) / 0.94
+
+
+def test_a_part_is_read_from_the_cache_folder_and_made_anew_where_the_file_is_damaged(monkeypatch, tmp_path):
+    monkeypatch.setenv("KABO_CACHE", str(tmp_path / "cache"))
+    mesh, calls = Mesh(BOX, BOX_FACES), []
+    part = tight_part(mesh, BOX * 1.0)
+
+    def make():
+        calls.append(1)
+        return part
+
+    key = mesh.digest, "a part", "01"
+    first, second = kept_or_made(key, make), kept_or_made(key, make)
+    assert len(calls) == 1 and second.corners.tolist() == first.corners.tolist() == part.corners.tolist()
+    assert second.triangles.tolist() == part.triangles.tolist()
+    for file in (tmp_path / "cache" / "tight").glob("*.tight"):
+        file.write_bytes(file.read_bytes()[:-8])
+    assert kept_or_made(key, make).triangles.shape == part.triangles.shape and len(calls) == 2

@@ -203,6 +203,18 @@ class Trail(NamedTuple):
     bounds: Array  # (2, W - 1, 3) deviation, path and stray of each piece
 
 
+class Sides(NamedTuple):
+    """Bodies along a path, each in the frame of some of its pairs: what all of these pairs share."""
+
+    numbers: Integers  # (T, J) of a body and a joint, whose frame it is; -1 if no pair has them
+    keys: Integers  # (S, 2) the body and the joint of each number
+    poses: Array  # (S, W, 12) at all way points; only the first one if it does not move
+    bounds: Array  # (S, W - 1, 3) as those of `Trail`
+    boxes: Array  # (S, 6) around all that it sweeps, lower and upper
+    still: NDArray[np.bool_]  # (S,) whether it does not move on the path
+    moves: NDArray[np.bool_]  # (S,) whether it moves, or strays
+
+
 class Work(NamedTuple):
     """The scratch arrays of a proof."""
 

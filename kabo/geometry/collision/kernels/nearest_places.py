@@ -33,7 +33,7 @@ class Lists(NamedTuple):
 
 
 @lean_kernel
-def _relative(poses, k, turn, at):
+def relative(poses, k, turn, at):
     """Writes the pose of the second body in the first one's frame."""
     for r in range(3):
         at[r] = 0.0
@@ -48,8 +48,11 @@ def _relative(poses, k, turn, at):
 
 
 @lean_kernel
-def _box_gap(boxes, a, b, turn, at, apart):
-    """The greatest gap of the boxes of two parts along an axis of either; writes the way between their middles."""
+def box_gap(boxes, a, b, turn, at, apart, enough):
+    """The greatest gap of the boxes of two parts along an axis of either, or one of at least `enough`.
+
+    In the first case the way between their middles is written.
+    """
     gap = -np.inf
     for r in range(3):
         x, half = at[r] - boxes[a, r], boxes[a, 3 + r]
@@ -58,6 +61,8 @@ def _box_gap(boxes, a, b, turn, at, apart):
             half += abs(turn[r, c]) * boxes[b, 3 + c]
         apart[r] = x
         gap = max(gap, abs(x) - half)
+        if gap >= enough:
+            return gap
     for c in range(3):
         x, half = 0.0, boxes[b, 3 + c]
         for r in range(3):
@@ -68,7 +73,7 @@ def _box_gap(boxes, a, b, turn, at, apart):
 
 
 @lean_kernel
-def _gap(hulls, a, b, poses, k, best, ends, search, apart):
+def gap_of_parts(hulls, a, b, poses, k, best, ends, search, apart):
     """The gap of two parts at a pose, or some gap above `best`; `apart` is about the way from one to the other."""
     for r in range(3):
         search.axis[r] = 0.0
@@ -85,49 +90,36 @@ def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chose
     The distance is `limit` if no parts are nearer than that.
     """
     turn, first, second = between.turn, chosen[1], chosen[2]
-    _relative(poses, k, turn, between.at)
+    relative(poses, k, turn, between.at)
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
-    _box_gap(boxes, first, second, turn, between.at, between.apart)
-    best = min(limit, _gap(hulls, first, second, poses, k, limit, ends, search, between.apart))
+    box_gap(boxes, first, second, turn, between.at, between.apart, np.inf)
+    best = min(limit, gap_of_parts(hulls, first, second, poses, k, limit, ends, search, between.apart))
     whole = boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
-        if _box_gap(boxes, a, whole, turn, between.at, between.apart) >= best:
+        if box_gap(boxes, a, whole, turn, between.at, between.apart, best) >= best:
             continue
         for j in range(parts.counts[1]):
             b = parts.numbers[1, j]
-            if _box_gap(boxes, a, b, turn, between.at, between.apart) < best:
-                gap = _gap(hulls, a, b, poses, k, best, ends, search, between.apart)
+            if box_gap(boxes, a, b, turn, between.at, between.apart, best) < best:
+                gap = gap_of_parts(hulls, a, b, poses, k, best, ends, search, between.apart)
                 if gap < best:
                     best, first, second = gap, a, b
     return best, first, second
 
 
 @lean_kernel
-def _least_box_gap(boxes, parts, poses, k, between):
-    """A lower bound of the distance of two bodies at a pose, by the boxes of their parts [m]; it may be negative."""
-    _relative(poses, k, between.turn, between.at)
-    least, whole = np.inf, boxes.shape[0] - 1
-    for i in range(parts.counts[0]):
-        a = parts.numbers[0, i]
-        if _box_gap(boxes, a, whole, between.turn, between.at, between.apart) < least:
-            for j in range(parts.counts[1]):
-                b = parts.numbers[1, j]
-                least = min(least, _box_gap(boxes, a, b, between.turn, between.at, between.apart))
-    return least
-
-
-@lean_kernel
-def _box_of_second(boxes, parts):
-    """Writes the box of the whole second body into the last row."""
-    whole = boxes.shape[0] - 1
-    for r in range(3):
-        low, high = np.inf, -np.inf
-        for j in range(parts.counts[1]):
-            b = parts.numbers[1, j]
-            low, high = min(low, boxes[b, r] - boxes[b, 3 + r]), max(high, boxes[b, r] + boxes[b, 3 + r])
-        boxes[whole, r], boxes[whole, 3 + r] = 0.5 * (low + high), 0.5 * (high - low)
+def _whole_boxes(boxes, parts):
+    """Writes the boxes of both whole bodies into the last two rows, that of the second one into the last."""
+    for e in range(2):
+        whole = boxes.shape[0] - 2 + e
+        for r in range(3):
+            low, high = np.inf, -np.inf
+            for j in range(parts.counts[e]):
+                b = parts.numbers[e, j]
+                low, high = min(low, boxes[b, r] - boxes[b, 3 + r]), max(high, boxes[b, r] + boxes[b, 3 + r])
+            boxes[whole, r], boxes[whole, 3 + r] = 0.5 * (low + high), 0.5 * (high - low)
 
 
 @lean_kernel
@@ -135,12 +127,15 @@ def least_along(hulls, boxes, parts, poses, lower, nearest_parts, ends, search, 
     """Finds where two bodies are nearest, to a share `ALIKE`: writes the pose and the parts; returns the distance [m].
 
     `lower` (K,) are lower bounds of the distance at each pose, -inf at first, and `nearest_parts` (K, 2) the parts that are
-    so far apart, -1 if that is not known; both are written where poses are looked at. The last row of `boxes` is room.
+    so far apart, -1 if that is not known; both are written where poses are looked at. The last two rows of `boxes`
+    are room.
     """
-    _box_of_second(boxes, parts)
+    _whole_boxes(boxes, parts)
+    whole = boxes.shape[0] - 1
     for k in range(lower.shape[0]):
         if lower[k] == -np.inf:
-            lower[k] = _least_box_gap(boxes, parts, poses, k, between)
+            relative(poses, k, between.turn, between.at)
+            lower[k] = box_gap(boxes, whole - 1, whole, between.turn, between.at, between.apart, np.inf)
     while True:
         k, known = 0, -1
         for other in range(lower.shape[0]):

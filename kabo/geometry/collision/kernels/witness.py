@@ -66,23 +66,85 @@ def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scrat
         )
 
 
-@lean_kernel  # -> writes `trail.bounds`; returns whether the pair moves
-def _pace(chain, trail, pair, things):
-    """Writes for every piece bounds of how far points of both bodies deviate from chords, move, and stray in the frame."""
-    total, greatest, waypoints, bounds, segment = 0.0, 0.0, trail.waypoints, trail.bounds, trail.way.segment
+@lean_kernel
+def _number_sides(pairs, sides):
+    """Numbers each body in the frame of one of its pairs, once however many pairs that are; returns how many there are."""
+    count = 0
+    for t in range(sides.numbers.shape[0]):
+        for frame in range(sides.numbers.shape[1]):
+            sides.numbers[t, frame] = -1
+    for p in range(pairs.shape[0]):
+        for e in range(2):
+            t, frame = pairs[p, e], pairs[p, 2]
+            if sides.numbers[t, frame] < 0:
+                sides.numbers[t, frame] = count
+                sides.keys[count, 0], sides.keys[count, 1] = t, frame
+                count += 1
+    return count
+
+
+@lean_kernel
+def _pace(count, chain, trail, things, sides):
+    """Writes for every piece bounds of how far points of each side deviate from chords, move, and stray in its frame."""
+    waypoints, bounds, segment = trail.waypoints, sides.bounds, trail.way.segment
     for k in range(waypoints.shape[0] - 1):
         for i in range(waypoints.shape[1]):
             segment[0, i], segment[1, i] = waypoints[k, i], waypoints[k + 1, i]
             trail.way.strays[i] = trail.strays[k, i]
         turning(trail.way, chain)
-        for e in range(2):
-            t = pair[e]
-            bounds[e, k, DEVIATION], _, bounds[e, k, PATH], bounds[e, k, STRAY] = motion(
-                trail.way, chain, things.rows[JOINT, t], pair[2], things.radii[t]
+        for s in range(count):
+            t = sides.keys[s, 0]
+            bounds[s, k, DEVIATION], _, bounds[s, k, PATH], bounds[s, k, STRAY] = motion(
+                trail.way, chain, things.rows[JOINT, t], sides.keys[s, 1], things.radii[t]
             )
-            total += bounds[e, k, PATH]
-        greatest = max(greatest, bounds[0, k, STRAY] + bounds[1, k, STRAY])
-    return total > 0.0 or greatest > 0.0
+
+
+@lean_kernel
+def _place_sides(count, trail, things, sides, work):
+    """Writes the poses of each side at all way points, its box over the whole path, and how it moves."""
+    frames, pieces, ends, over = trail.way.frames, trail.waypoints.shape[0] - 1, work.ends, work.over
+    for s in range(count):
+        t, frame, path, stray, off = sides.keys[s, 0], sides.keys[s, 1], 0.0, 0.0, 0.0
+        for k in range(pieces):
+            path += sides.bounds[s, k, PATH]
+            stray = max(stray, sides.bounds[s, k, STRAY])
+            off = max(off, sides.bounds[s, k, DEVIATION] + sides.bounds[s, k, STRAY])
+        rows = 1 if path == 0.0 else pieces + 1
+        for k in range(rows):
+            _body_pose(
+                frames[0],
+                frames[k],
+                frame,
+                things.rows[JOINT, t],
+                things.joint_T,
+                t,
+                sides.poses[s],
+                k,
+                work.scratch,
+            )
+        sides.still[s], sides.moves[s] = path == 0.0, path > 0.0 or stray > 0.0
+        ends[0, LOW], ends[0, HIGH], ends[0, START], ends[0, END] = (
+            things.rows[FIRST_PART, t],
+            things.rows[LAST_PART, t],
+            0,
+            rows - 1,
+        )
+        over[0, DEVIATION] = off
+        _swept_box(things.boxes, sides.poses[s], ends[0], off, work.box, sides.boxes[s])
+
+
+@lean_kernel
+def _take_sides(pair, sides, trail, work):
+    """Copies poses and bounds of both sides of a pair to where a proof uses them."""
+    for e in range(2):
+        s = sides.numbers[pair[e], pair[2]]
+        work.still[e] = sides.still[s]
+        for k in range(1 if sides.still[s] else sides.bounds.shape[1] + 1):
+            for i in range(12):
+                trail.poses[e, k, i] = sides.poses[s, k, i]
+        for k in range(sides.bounds.shape[1]):
+            for i in range(3):
+                trail.bounds[e, k, i] = sides.bounds[s, k, i]
 
 
 @lean_kernel  # (2, K, 3), i8, i8 -> writes (2, 3) deviation with stray, path, and stray
@@ -100,35 +162,33 @@ def _over(bounds, s0, s1, over):
 
 
 @lean_kernel
-def _swept_boxes(boxes, poses, work):
-    """Writes the boxes (2, 6) around both ranges' swept volumes, and the diagonals (2,) of the ranges' own boxes."""
-    ends, over, box, swept, size = work.ends, work.over, work.box, work.swept, work.size
-    for e in range(2):
-        size[e] = 0.0
-        for r in range(3):
-            least, most = np.inf, -np.inf
-            for p in range(ends[e, LOW], ends[e, HIGH]):
-                least, most = min(least, boxes[p, r]), max(most, boxes[p, 3 + r])
-            box[r], box[3 + r] = 0.5 * (least + most), 0.5 * (most - least)
-            size[e] += (most - least) * (most - least)
-        size[e] = np.sqrt(size[e])
-        for r in range(3):
-            least, most = np.inf, -np.inf
-            for k in range(ends[e, START], ends[e, END] + 1):
-                a, b, c = poses[e, k, 3 * r], poses[e, k, 3 * r + 1], poses[e, k, 3 * r + 2]
-                middle = a * box[0] + b * box[1] + c * box[2] + poses[e, k, 9 + r]
-                half = abs(a) * box[3] + abs(b) * box[4] + abs(c) * box[5]
-                least, most = min(least, middle - half), max(most, middle + half)
-            swept[e, r], swept[e, 3 + r] = least - over[e, DEVIATION], most + over[e, DEVIATION]
+def _swept_box(boxes, poses, ends, grow, box, swept):
+    """Writes the box (6,) around the volume that a range of parts sweeps; returns the diagonal of the range's own box."""
+    size = 0.0
+    for r in range(3):
+        least, most = np.inf, -np.inf
+        for p in range(ends[LOW], ends[HIGH]):
+            least, most = min(least, boxes[p, r]), max(most, boxes[p, 3 + r])
+        box[r], box[3 + r] = 0.5 * (least + most), 0.5 * (most - least)
+        size += (most - least) * (most - least)
+    for r in range(3):
+        least, most = np.inf, -np.inf
+        for k in range(ends[START], ends[END] + 1):
+            a, b, c = poses[k, 3 * r], poses[k, 3 * r + 1], poses[k, 3 * r + 2]
+            middle = a * box[0] + b * box[1] + c * box[2] + poses[k, 9 + r]
+            half = abs(a) * box[3] + abs(b) * box[4] + abs(c) * box[5]
+            least, most = min(least, middle - half), max(most, middle + half)
+        swept[r], swept[3 + r] = least - grow, most + grow
+    return np.sqrt(size)
 
 
 @lean_kernel
-def _boxes_apart(swept, near):
-    """Whether two boxes are farther apart than `near` along an axis."""
-    apart = False
+def _box_gap(first, second):
+    """The greatest gap of two boxes along an axis [m]; negative if they overlap."""
+    gap = -np.inf
     for r in range(3):
-        apart = apart or swept[0, r] - swept[1, 3 + r] > near or swept[1, r] - swept[0, 3 + r] > near
-    return apart
+        gap = max(gap, first[r] - second[3 + r], second[r] - first[3 + r])
+    return gap
 
 
 @lean_kernel
@@ -170,13 +230,14 @@ def _place(s0, s1, pair, chain, trail, things, work):
         )
         for e in range(2):
             t = pair[e]
-            _body_pose(
-                frames[0], frames[count], pair[2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e], count + c,
-                work.scratch,
-            )  # fmt: skip
+            if not work.still[e]:
+                _body_pose(
+                    frames[0], frames[count], pair[2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e],
+                    count + c, work.scratch,
+                )  # fmt: skip
     for e in range(2):
-        ends[e, START] = count if inside else s0 >> FRACTION_BITS
-        ends[e, END] = ends[e, START] if work.still[e] else count + 1 if inside else s1 >> FRACTION_BITS
+        ends[e, START] = 0 if work.still[e] else count if inside else s0 >> FRACTION_BITS
+        ends[e, END] = 0 if work.still[e] else count + 1 if inside else s1 >> FRACTION_BITS
 
 
 @lean_kernel
@@ -251,11 +312,16 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
             ends[e, LOW], ends[e, HIGH] = stack[top, 2 + 2 * e], stack[top, 3 + 2 * e]
         _place(s0, s1, pair, chain, trail, things, work)
         _over(trail.bounds, s0, s1, over)
-        _swept_boxes(things.boxes, trail.poses, work)
+        for e in range(2):
+            work.size[e] = _swept_box(
+                things.boxes, trail.poses[e], ends[e], over[e, DEVIATION], work.box, swept[e]
+            )
         if row >= proofs.codes.shape[0] or top + 2 >= stack.shape[0]:
             return -1
-        if _boxes_apart(swept, limits[NEAR] + BOX_MARGIN):
+        gap = _box_gap(swept[0], swept[1]) - BOX_MARGIN
+        if gap > min(limits[NEAR], wanted):
             proofs.codes[row] = BOXES
+            proofs.margins[p] = min(proofs.margins[p], gap if gap < limits[NEAR] else np.inf)
             row += 1
             continue
         grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
@@ -268,7 +334,7 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
         if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
             for r in range(3):
                 axis[r] = swept[0, r] + swept[0, 3 + r] - swept[1, r] - swept[1, 3 + r]
-        gap = greatest_gap(things.hulls, ends, trail.poses, grow + limits[NEAR], least, limits[LOSS], search)
+        gap = greatest_gap(things.hulls, ends, trail.poses, grow + wanted, least, limits[LOSS], search)
         gained = rest <= max(limits[DECIDED], GAINED_SHARE * (gap - grow)) or s1 - s0 <= limits[FINEST]
         if gap > least and (gap > grow + wanted or gained):
             gap = _write_axis(things, work, trail.poses, grow, gap, search, proofs, row)
@@ -286,7 +352,7 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
 
 
 @lean_kernel
-def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
+def prove_pairs(pairs, limits, chain, trail, things, sides, work, search, proofs):
     """Proves pairs (P, 3) of first body, second body, frame; writes the row after each proof, and its least margin.
 
     `proofs.targets` (2, P) are the margin that is wanted of each pair, and the one that is needed [m].
@@ -299,23 +365,21 @@ def prove_pairs(pairs, limits, chain, trail, things, work, search, proofs):
         forward_kinematics(
             waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], chain.placement, frames[k]
         )
+    number = _number_sides(pairs, sides)
+    _pace(number, chain, trail, things, sides)
+    _place_sides(number, trail, things, sides, work)
     for p in range(pairs.shape[0]):
         proofs.margins[p], proofs.where[p] = np.inf, row
-        if not _pace(chain, trail, pairs[p], things):
+        first, second = sides.numbers[pairs[p, 0], pairs[p, 2]], sides.numbers[pairs[p, 1], pairs[p, 2]]
+        if not (sides.moves[first] or sides.moves[second]):
             continue
-        for e in range(2):
-            t, path = pairs[p, e], 0.0
-            for k in range(count):
-                _body_pose(
-                    frames[0], frames[k], pairs[p, 2], things.rows[JOINT, t], things.joint_T, t, trail.poses[e], k,
-                    work.scratch,
-                )  # fmt: skip
-                path += trail.bounds[e, k, PATH] if k + 1 < count else 0.0
-            work.still[e] = path == 0.0
-        after = _prove(p, pairs[p], limits, chain, trail, things, work, search, proofs, row)
-        if after < 0:
+        gap = _box_gap(sides.boxes[first], sides.boxes[second]) - BOX_MARGIN
+        if gap > min(limits[NEAR], proofs.targets[WANTED, p]):
+            proofs.margins[p] = gap if gap < limits[NEAR] else np.inf
+            continue
+        _take_sides(pairs[p], sides, trail, work)
+        row = _prove(p, pairs[p], limits, chain, trail, things, work, search, proofs, row)
+        if row < 0:
             return p
-        if after > row + 1 or proofs.codes[row] != BOXES:
-            row = after
         proofs.where[p] = row
     return pairs.shape[0]

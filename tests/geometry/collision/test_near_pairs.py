@@ -1,0 +1,53 @@
+"""Which pairs come nearest along a path: the same as if each one were measured at each place."""
+
+import numpy as np
+
+from kabo.geometry import Enclosure
+from kabo.geometry.collision.near_pairs import NearPairs
+from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Prover, ordered
+from kabo.scene.transforms import flat, transform
+from tests.geometry.collision.test_separation_proofs import CLEARANCE, CUBE, slide
+
+FAR = 1.0
+
+
+def near_pairs(gaps, scopes=None, caps=(FAR,), waypoints=((0.0, 0.0), (1.0, 0.0))) -> NearPairs:
+    """A cube that slides upwards, and cubes beside its way at some distances."""
+    prover = Prover({"cube": ordered(Enclosure((CUBE,), 0.0))}, FAR, CLEARANCE)
+    beside = [PlacedBody("cube", 0, flat(transform((0.3 + gap, 0.0, 0.5)))) for gap in gaps]
+    bodies = [PlacedBody("cube", 2, flat(transform((0.2, 0, 0)))), *beside]
+    pairs = np.array([[0, k, 0] for k in range(1, len(bodies))], np.int64)
+    numbers = np.zeros(len(bodies), np.int64) if scopes is None else np.array([0, *scopes])
+    return NearPairs(prover, Course(slide(), np.array(waypoints), bodies, pairs), numbers, np.array(caps))
+
+
+def settled(measured: NearPairs) -> list[int]:
+    """The pairs that are looked at, settled one after the other with what was measured."""
+    order = []
+    while (pair := measured.next()) is not None:
+        order.append(pair)
+        measured.settle(pair, measured.distance(pair))
+    return order
+
+
+def test_the_nearest_pair_decides_and_of_others_no_more_is_wanted():
+    measured = near_pairs([0.03, 0.01, 0.4, 0.02])
+    assert settled(measured) == [1]
+    np.testing.assert_allclose(measured.wanted(), 0.01, rtol=0.03)
+
+
+def test_a_pair_whose_parts_stuck_out_leaves_the_decision_to_the_next_one():
+    measured = near_pairs([0.03, 0.01, 0.4, 0.02])
+    assert measured.next() == 1
+    measured.settle(1, 0.025)  # as after parts were refined
+    assert settled(measured) == [3]
+    np.testing.assert_allclose(measured.wanted(), [0.02, 0.025, 0.02, 0.02], rtol=0.03)
+
+
+def test_the_least_distance_of_each_object_is_looked_at_unless_a_branch_has_a_lesser_one():
+    assert settled(near_pairs([0.03, 0.01, 0.4, 0.02], [1, 2, 0, 3], (FAR, FAR, FAR, FAR))) == [1, 3, 0]
+    assert settled(near_pairs([0.03, 0.01, 0.4, 0.02], [1, 2, 0, 3], (FAR, 0.005, FAR, FAR))) == [1, 3]
+
+
+def test_bodies_that_do_not_move_decide_nothing():
+    assert settled(near_pairs([0.03, 0.01], waypoints=((0.0, 0.0), (0.0, 0.0)))) == []
