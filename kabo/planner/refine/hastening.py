@@ -24,7 +24,7 @@ from kabo.tasks.robots.motion.timing import passing, timed_group
 from kabo.tasks.robots.scenes import configuration
 from kabo.tasks.robots.timed_paths import TimedPath
 
-TRIES, MAX_VAIN = 100, 30  # changes of each motion, and those in a row that may be none for the better
+TRIES, MAX_VAIN = 200, 60  # changes of each motion, and those in a row that may be none for the better
 LEAST_GAIN_S = 1e-3  # seconds that a change must save
 LEFT_OUT = 0.15  # share of the changes that put no way point in place of others
 ALONG = 0.15  # share of the changes that put one on the line of the stroke that follows, or came before

@@ -86,6 +86,19 @@ def joined(
     return made
 
 
+def without_rest(
+    context: ProcedureContext, start: Situation, act: ActMotion, robot: str
+) -> tuple[ActMotion, Array] | None:
+    """An act without the rest of the stroke at its end, and that rest (m, n); None if there is none."""
+    legs = legs_of(context, start, act.motion)
+    pieces = [] if legs is None else list(_pieces(legs, act.freedoms, 0))
+    if legs is None or len(pieces) < 2 or not pieces[-1].loose or pieces[-1].way is not None:
+        return None
+    motion = _rebuilt(legs, act.freedoms, pieces[-1:], 0, pieces[-1].path[:1])
+    changes = {**act.changes, robot: _end(motion, robot, context, start)}
+    return replace(act, motion=motion, changes=changes), pieces[-1].path
+
+
 def lengths(acts: Sequence[ActMotion]) -> float:
     """The total path length of all segments of the acts [rad or m, L2 over the joints of each segment]."""
     return sum(segment_length(segment) for act in acts for segment in act.motion)

@@ -8,19 +8,22 @@ follows. Every changed motion is proven collision-free again, for all values tha
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.refine.estimating import estimated_seconds
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
 from kabo.planner.refine.hastening import faster
 from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
+from kabo.planner.refine.junctions import move_rests
 from kabo.planner.refine.legs import legs_of
 from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
-from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
+from kabo.planner.refine.refining_stops import Stop, seconds_of, stops_of, stretches_of
 from kabo.planner.refine.timing import duration, timed
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -67,9 +70,9 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     stops = found.stops
     stretches = list(stretches_of(stops))
     draft = PlanDraft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
-    choice = AlternativeChoice(server, stops, draft, samples)
+    choice = AlternativeChoice(server, stops, draft, samples, partial(_estimated, server))
     for stretch in stretches:
-        choice.shorten(stretch)
+        choice.improve(stretch)
     for stop in stops:
         stop.keep(choice.draft.situations[stop], choice.draft.answers[stop])
     for stretch in stretches:
@@ -78,10 +81,16 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     paths = {stop: stop.answer for stop in stops}
     time_motion(stops, server)
     paths |= found.restore_faster(stretches)
+    move_rests(stops, paths, server.server.context(), {stop: freedoms_of(stop, server) for stop in stops})
     _hasten(paths, server)
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)
     return RefinementFigures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
+
+
+def _estimated(server: GeometricProcedures, answer: Success | None) -> float:
+    """The duration [s] that the motion in an answer is expected to have in the end."""
+    return 0.0 if answer is None else estimated_seconds(server.scene.robots, answer.motion)
 
 
 def time_motion(stops: Sequence[Stop], server: GeometricProcedures) -> None:
@@ -254,11 +263,6 @@ def _moves(stop: Stop) -> bool:
 def length_of(stop: Stop) -> float:
     """The path length of a stop's motion [rad or m, L2]."""
     return 0.0 if stop.answer is None else sum(map(segment_length, stop.answer.motion))
-
-
-def seconds_of(stop: Stop) -> float:
-    """The time from the end of the previous stop's motion to the end of this one [s]."""
-    return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap
 
 
 def longest(stops: Sequence[Stop], own: Callable[[Stop], float]) -> float:

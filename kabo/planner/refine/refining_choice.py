@@ -1,28 +1,30 @@
-"""Replaces task solutions along a stretch so that the plan gets shorter, using dynamic programming.
+"""Replaces task solutions along a stretch so that the plan gets cheaper, using dynamic programming.
 
 A task can have other solutions: another grasp, another place, another branch of inverse kinematics. Along a
-stretch, the shortest sequence of solutions to each state is kept for the few best states. If the stretch then ends
+stretch, the cheapest sequence of solutions to each state is kept for the few best states. If the stretch then ends
 in another state, later nodes keep their motion where it is still proven and the objects that it moves are
-unchanged; the other nodes are planned again. The change is accepted only if the whole plan gets shorter.
+unchanged; the other nodes are planned again. The change is accepted only if the whole plan gets cheaper.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
-from kabo.planner.refine.joining import segment_length
 from kabo.planner.refine.legs import proven
 from kabo.planner.refine.refining_stops import Stop
+from kabo.scene import Component
 from kabo.tasks.procedures import GeometricProcedures
 
-MAX_SOLUTIONS = 3  # solutions of each task along a stretch
+MAX_SOLUTIONS = 16  # solutions of each task along a stretch
 BEAM_WIDTH = 4  # states that are kept after each node
-MAX_ENDS = 2  # ends of a stretch with which the whole plan is tried
-MAX_SOLUTIONS_BEHIND = 1  # solutions of each task behind a stretch with a new end
-LEAST_GAIN = 1e-3  # rad by which the plan has to get shorter
+MAX_ENDS = 4  # ends of a stretch with which the whole plan is tried
+MAX_SOLUTIONS_BEHIND = 4  # solutions of each task behind a stretch with a new end
+LEAST_GAIN = 1e-3  # by which the plan has to get cheaper
+
+Cost = Callable[[Success | None], float]  # of the motion in an answer, at least 0; 0 without an answer
 
 
 @dataclass(frozen=True)
@@ -32,20 +34,10 @@ class PlanDraft:
     answers: Mapping[Stop, Success | None]
     situations: Mapping[Stop, Situation]
 
-    @property
-    def cost(self) -> float:
-        """The path length of all motion [rad or m, L2]; each stop counts once."""
-        return sum(map(length, self.answers.values()))
-
-
-def length(answer: Success | None) -> float:
-    """The path length of the motion in an answer [rad or m, L2]; 0 without an answer."""
-    return 0.0 if answer is None else sum(map(segment_length, answer.motion))
-
 
 @dataclass(frozen=True)
 class _Way:
-    """The answers along a stretch so far, their length, and the situation after them."""
+    """The answers along a stretch so far, their cost, and the situation after them."""
 
     cost: float
     situation: Situation
@@ -54,12 +46,16 @@ class _Way:
 
 @dataclass
 class AlternativeChoice:
-    """Searches for task solutions that shorten the plan; `order` lists its stops in topological order."""
+    """Searches for task solutions that make the plan cheaper; `order` lists its stops in topological order.
+
+    The cost of a plan is the sum of `cost` over its stops: each counts once, on however many branches it is.
+    """
 
     server: GeometricProcedures
     order: Sequence[Stop]
     draft: PlanDraft
     samples: int
+    cost: Cost
     _began: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -70,9 +66,13 @@ class AlternativeChoice:
         """Whether the budget of samples is used up or the run has to stop."""
         return self.server.statistics.samples - self._began > self.samples or self.server.stop()
 
-    def shorten(self, stretch: Sequence[Stop]) -> None:
-        """Replaces solutions along a stretch if that makes the whole plan shorter."""
-        if self.spent or _is_held(stretch):
+    def total(self, draft: PlanDraft) -> float:
+        """The cost of all motion of a plan."""
+        return sum(map(self.cost, draft.answers.values()))
+
+    def improve(self, stretch: Sequence[Stop]) -> None:
+        """Replaces solutions along a stretch if that makes the whole plan cheaper."""
+        if self.spent:
             return
         best = self.draft
         with suppress(CutOff):  # what is better until then is taken
@@ -80,7 +80,7 @@ class AlternativeChoice:
                 forced = dict(zip(stretch, way.answers, strict=True))
                 if all(forced[stop] is self.draft.answers[stop] for stop in stretch):
                     continue
-                found = self._settled(forced, best.cost - LEAST_GAIN)
+                found = self._settled(forced, self.total(best) - LEAST_GAIN)
                 if found is not None:
                     best = found
                 if self.spent:
@@ -89,14 +89,14 @@ class AlternativeChoice:
 
     # ---------------------------------------------------------------------------------------------- one stretch
     def _ways(self, stretch: Sequence[Stop]) -> list[_Way]:
-        """The shortest ways along a stretch to the few best ends, the shortest first."""
+        """The cheapest ways along a stretch to the few best ends, the cheapest first."""
         ways = [_Way(0.0, self.draft.situations[stretch[0]], ())]
         for stop in stretch:
             reached: dict[object, _Way] = {}
             for way in ways:
                 for answer in self._solutions(stop, way.situation, MAX_SOLUTIONS):
                     after = way.situation if answer is None else way.situation.replace(answer.changes)
-                    on = _Way(way.cost + length(answer), after, (*way.answers, answer))
+                    on = _Way(way.cost + self.cost(answer), after, (*way.answers, answer))
                     known = reached.get(after.key)
                     if known is None or on.cost < known.cost:
                         reached[after.key] = on
@@ -122,23 +122,32 @@ class AlternativeChoice:
 
     # -------------------------------------------------------------------------------------------- the whole plan
     def _settled(self, forced: Mapping[Stop, Success | None], most: float) -> PlanDraft | None:
-        """The plan with some answers given and all others made to fit; None if impossible, or longer than `most`."""
+        """The plan with some answers given and all others made to fit; None if impossible, or if it costs more than `most`.
+
+        Nodes with the same call that all ended alike still do: so branches can meet behind them.
+        """
         arriving: dict[Stop, Situation] = {self.order[0]: self.draft.situations[self.order[0]]}
         answers: dict[Stop, Success | None] = {}
+        ends: dict[object, Mapping[str, Component]] = {}
+        for stop, answer in forced.items():
+            if answer is not None:
+                ends.setdefault(self._end(stop), answer.changes)
         cost = 0.0
-        left = sum(map(length, forced.values()))  # what is still to come at least
+        left = sum(map(self.cost, forced.values()))  # what is still to come at least
         for stop in self.order:
             situation = arriving[stop]
             if stop in forced:
                 answers[stop] = forced[stop]
-                left -= length(forced[stop])
+                left -= self.cost(forced[stop])
             else:
-                fitting = self._fitting(stop, situation)
+                fitting = self._fitting(stop, situation, ends.get(self._end(stop)))
                 if fitting is None:
                     return None
                 (answers[stop],) = fitting
             answer = answers[stop]
-            cost += length(answer)
+            if answer is not None:
+                ends.setdefault(self._end(stop), answer.changes)
+            cost += self.cost(answer)
             if cost + left > most:
                 return None
             after = situation if answer is None else situation.replace(answer.changes)
@@ -147,22 +156,36 @@ class AlternativeChoice:
                 arriving[follower] = after if known is None else known.union(after)
         return PlanDraft(answers, arriving)
 
-    def _fitting(self, stop: Stop, situation: Situation) -> tuple[Success | None] | None:
-        """The answer of a node in a situation: the present one if it is still proven, else the shortest new solution."""
+    def _end(self, stop: Stop) -> object:
+        """A key that is the same for the nodes with a call that end alike at present."""
+        now = self.draft.answers[stop]
+        return None if now is None else (stop.call, frozenset(now.changes.items()))
+
+    def _fitting(
+        self, stop: Stop, situation: Situation, end: Mapping[str, Component] | None
+    ) -> tuple[Success | None] | None:
+        """The answer of a node in a situation: the present one if it is still proven, else the cheapest new solution.
+
+        If `end` is given, the node makes these changes if it can; it has to where branches meet behind it.
+        """
         now, call, before = self.draft.answers[stop], stop.call, self.draft.situations[stop]
-        if now is None or call is None or situation.key == before.key:
+        if now is None or call is None:
+            return (now,)
+        stays = end is None or now.changes == end
+        if stays and situation.key == before.key:
             return (now,)
         single = self.server.single(call, situation)
         if any(len(situation.values(name)) != 1 for name in single):
             return None
-        stays = all(situation.values(name) == before.values(name) for name in single)
+        stays &= all(situation.values(name) == before.values(name) for name in single)
         if stays and proven(self.server.server.context(), situation, now.motion):
             return (now,)
-        found = [each for each in self._solutions(stop, situation, MAX_SOLUTIONS_BEHIND) if each is not None]
-        return (min(found, key=length),) if found else None
-
-
-def _is_held(stretch: Sequence[Stop]) -> bool:
-    """Whether a stretch is a single node before a node where branches meet: its end cannot change."""
-    following = [after for after in stretch[-1].following if not after.is_goal]
-    return len(stretch) == 1 and bool(following) and all(after.ways_in > 1 for after in following)
+        count = MAX_SOLUTIONS_BEHIND if end is None else MAX_SOLUTIONS
+        found: list[Success] = []
+        for each in self._solutions(stop, situation, count):
+            if each is not None and each.changes == end:
+                return (each,)
+            found += [each] if each is not None else []
+        if not found or end is not None and any(after.ways_in > 1 for after in stop.following):
+            return None
+        return (min(found[:MAX_SOLUTIONS_BEHIND], key=self.cost),)

@@ -8,6 +8,7 @@ from kabo.geometry_server.situation import Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.assembly import handles_of
 from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.refine.timing import duration
 from kabo.tasks.procedures import GeometricProcedures
 
 
@@ -99,3 +100,8 @@ def stretches_of(stops: Sequence[Stop]) -> Iterator[list[Stop]]:
             here = here.following[0]
         if stretch:
             yield stretch
+
+
+def seconds_of(stop: Stop) -> float:
+    """The time from the end of the previous stop's motion to the end of this one [s]."""
+    return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap

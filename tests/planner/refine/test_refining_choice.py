@@ -9,11 +9,16 @@ from hypothesis import strategies as st
 from kabo.geometry_server import Refusal, Situation, Success
 from kabo.plan import Segment
 from kabo.planner.refine import refining_choice
-from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft, length
+from kabo.planner.refine.joining import segment_length
+from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
 from kabo.planner.refine.refining_stops import Stop
 
 PLACES = st.integers(0, 6)
 TABLES = st.lists(st.lists(PLACES, min_size=1, max_size=3), min_size=2, max_size=4)
+
+
+def length(answer: Success | None) -> float:
+    return 0.0 if answer is None else sum(map(segment_length, answer.motion))
 
 
 def at(place: int) -> Situation:
@@ -81,21 +86,21 @@ def test_a_stretch_takes_the_shortest_of_all_ways_through_its_solutions(table):
     stops, draft = chain(server, len(table))
     beam, refining_choice.BEAM_WIDTH = refining_choice.BEAM_WIDTH, 100
     try:
-        choice = AlternativeChoice(server, stops, draft, 1000)  # type: ignore[arg-type]
-        choice.shorten(stops[:-1])
+        choice = AlternativeChoice(server, stops, draft, 1000, length)  # type: ignore[arg-type]
+        choice.improve(stops[:-1])
     finally:
         refining_choice.BEAM_WIDTH = beam
     event("found the shortest at once" if choice.draft is draft else "shortened")
-    assert choice.draft.cost <= shortest(server) + refining_choice.LEAST_GAIN
-    assert choice.draft.cost <= draft.cost
+    assert choice.total(choice.draft) <= shortest(server) + refining_choice.LEAST_GAIN
+    assert choice.total(choice.draft) <= choice.total(draft)
 
 
 @given(table=TABLES)
 def test_what_is_chosen_follows_from_one_situation_to_the_next(table):
     server = Server(table)
     stops, draft = chain(server, len(table))
-    choice = AlternativeChoice(server, stops, draft, 1000)  # type: ignore[arg-type]
-    choice.shorten(stops[:-1])
+    choice = AlternativeChoice(server, stops, draft, 1000, length)  # type: ignore[arg-type]
+    choice.improve(stops[:-1])
     situation = at(3)
     for stop in stops:
         assert choice.draft.situations[stop].key == situation.key
@@ -109,6 +114,6 @@ def test_nothing_is_tried_when_the_samples_are_spent():
     server = Server([[6, 2], [3, 4]])
     stops, draft = chain(server, 2)
     server.statistics.samples = 0
-    choice = AlternativeChoice(server, stops, draft, -1)  # type: ignore[arg-type]
-    choice.shorten(stops[:-1])
+    choice = AlternativeChoice(server, stops, draft, -1, length)  # type: ignore[arg-type]
+    choice.improve(stops[:-1])
     assert choice.draft is draft
