@@ -3,7 +3,7 @@
 Between two rests a joint moves at least by the sum of its steps, no faster than its own limits; what the joints do
 together lasts as long as the slowest of them takes. That is short of the truth where a way winds among obstacles. The
 motion along the way as it was found, with corners rounded by little, is beyond it, as free ways will be made straighter.
-What is expected lies between both.
+What is expected lies between both, nearer to the latter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from kabo.plan import Segment
 from kabo.scene import Robot, motion_limits
 
 ROUNDED = 0.03  # rad, L2: how far the motion along a way as it was found passes by its way points
-WINDING = 0.5  # share of the time that windings cost which refinement leaves
+WINDING = 0.75  # share of the time that windings cost which refinement leaves
 MOVING = 1e-6  # rad or m: less is no motion
 
 

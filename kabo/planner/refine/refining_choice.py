@@ -18,7 +18,7 @@ from kabo.planner.refine.refining_stops import Stop
 from kabo.scene import Component
 from kabo.tasks.procedures import GeometricProcedures
 
-MAX_SOLUTIONS = 16  # solutions of each task along a stretch
+MAX_SOLUTIONS = 8  # solutions of each task along a stretch
 BEAM_WIDTH = 4  # states that are kept after each node
 MAX_ENDS = 4  # ends of a stretch with which the whole plan is tried
 MAX_SOLUTIONS_BEHIND = 4  # solutions of each task behind a stretch with a new end
