@@ -12,7 +12,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
-from kabo.execution.motions import HandAction, Motion, motion_of, parts_of
+from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.protocols import Robot, Sensor
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
@@ -111,6 +111,7 @@ class _Executor:
         self.margins = Margins(plan)
         self.history: list[tuple[str, str | None]] = []
         self.known: dict[str, str] = {}
+        self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.name = plan.root
         if any(node.motion for node in plan.nodes.values()):
             if scene is None or robot is None:
@@ -207,27 +208,32 @@ class _Executor:
     def _follow(self, part: Motion) -> None:
         """Follows a part until its end, looks at it meanwhile, and lets hands act when it is time."""
         assert self.robot is not None
-        robot, waiting, open_segments = self.robot, list(part.actions), list(part.stretches)
+        robot, waiting, under_way = self.robot, list(part.actions), list(part.stretches)
         self.watch.begin()
         self._act(waiting, part.begin)
         robot.follow(part)
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
-            while open_segments and open_segments[0].end <= state.motion_time:
-                done = open_segments.pop(0)
-                self.belief.move(done.robot, done.trajectory.joints, done.trajectory.at(done.end))
+            under_way = self._finished(under_way, state.motion_time)
             surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
-        for done in open_segments:
-            self.belief.move(done.robot, done.trajectory.joints, done.trajectory.at(done.end))
+        self._finished(under_way, part.end)
         measured = self.watch.measured
         self._enter(
             "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
         )
         self._act(waiting, part.end)
+        self._check_grasps()
+
+    def _finished(self, stretches: list[Stretch], time: float) -> list[Stretch]:
+        """The stretches that have not ended by then; robots are believed to be at the ends of the others."""
+        for done in stretches:
+            if done.end <= time:
+                self.belief.move(done.robot, done.trajectory.joints, done.trajectory.at(done.end))
+        return [each for each in stretches if each.end > time]
 
     def _act(self, waiting: list[HandAction], time: float) -> None:
         """Lets hands do what is due at a time of the motion."""
@@ -252,12 +258,22 @@ class _Executor:
         bodies = tuple(body for body, _ in action.attach)
         self._robot.grip(action.robot, bodies)
         self._enter("gripping", robot=action.robot, bodies=bodies)
-        for _ in self._looks(STILL_AFTER):
-            if action.robot in self._robot.state().still:
-                break
-        surprise = self.watch.grasp(action.robot, self._robot.state(), self.belief, bodies)
-        if surprise is not None:
-            self._halt(surprise)
+        self.gripped.append((action.robot, bodies))
+        if (
+            not self._robot.state().moving
+        ):  # another robot that moves is not kept waiting: the hand is judged later
+            self._check_grasps()
+
+    def _check_grasps(self) -> None:
+        """Judges the hands that have closed, when they stand."""
+        while self.gripped:
+            robot, bodies = self.gripped.pop(0)
+            for _ in self._looks(STILL_AFTER):
+                if robot in self._robot.state().still:
+                    break
+            surprise = self.watch.grasp(robot, self._robot.state(), self.belief, bodies)
+            if surprise is not None:
+                self._halt(surprise)
 
     def _settle(self) -> None:
         for _ in self._looks(SETTLED_AFTER):

@@ -135,3 +135,28 @@ def test_a_sensor_that_is_silent_or_contradicts_the_plan_stops_the_run(doors: Pl
     run = execute(doors, None, None, KnownTruth({formula: "ajar"}, seed=1))
     assert "ajar" in run.reason and "no branch" in run.reason or run.reached_goal
     assert any(formula == each.get("formula") for each in run.log.records) or run.reached_goal
+
+
+@pytest.fixture(scope="module")
+def two_arms() -> tuple[Plan, Scene]:
+    """A plan whose actions overlap: one arm begins before the other has ended."""
+    problem = kabo.load_problem(DOMAINS / "circular_rearrange" / "n3.yaml")
+    plan = kabo.solve(problem, quality="good").plan
+    assert plan is not None and any(node.overlap > 0.0 for node in plan.nodes.values())
+    return plan, kabo.load_scene(problem.scene)
+
+
+@pytest.mark.slow
+def test_two_arms_move_at_once_where_the_plan_overlaps(two_arms: tuple[Plan, Scene]) -> None:
+    plan, scene = two_arms
+    robot = KinematicRobot(scene)
+    run = execute(plan, scene, robot, KnownTruth(poses=robot.poses))
+    assert run.reached_goal, run.reason
+    assert any(len(set(each["nodes"])) > 1 for each in run.log.of("moving"))
+    assert max(each["tracking"] for each in run.log.of("followed")) < 1e-6
+    alone = sum(
+        max(s.times[-1] for s in plan.nodes[name].motion) for name, _ in run.history if plan.nodes[name].motion
+    )
+    overlaps = sum(plan.nodes[name].overlap for name, _ in run.history)
+    moved = sum(each["end"] - each["begin"] for each in run.log.of("moving"))
+    assert moved == pytest.approx(alone - overlaps, abs=1e-3)
