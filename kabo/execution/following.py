@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.execution.loads import STEP, LoadOnPath
 from kabo.execution.motions import Motion, Stretch
-from kabo.motion import MotionLimits
+from kabo.motion import Held, MotionLimits
 from kabo.scene import Scene, motion_limits
 
 STOP_TIMES = tuple(0.02 * 1.25**k for k in range(24))  # [s], tried in turn: 20 ms to 3.4 s
@@ -61,6 +62,7 @@ class Follower:
         self.scene = scene
         self.motion: Motion | None = None
         self.time = 0.0  # of the motion's clock [s]
+        self.loads: dict[str, list[Held]] = {}  # what hands of robots hold
         self._limits: dict[tuple[str, tuple[str, ...]], MotionLimits] = {}
         self._stop: Stop | None = None
         self._since = self._asked_at = 0.0
@@ -115,18 +117,36 @@ class Follower:
     def _fastest_stop(self, motion: Motion) -> Stop:
         """The stop that ends first of those within all limits; else none before the end of the motion."""
         left = motion.end - self.time
+        loads = self._loads_on_path(motion)
         tried = sorted((delay + lasts, delay, lasts) for delay in STOP_DELAYS for lasts in STOP_TIMES)
         for ends, delay, lasts in tried:
             if delay + 0.5 * lasts >= left:
                 continue
-            if self._within_limits(motion, Stop(delay, lasts), ends):
+            if self._within_limits(motion, Stop(delay, lasts), ends, loads):
                 return Stop(delay, lasts)
         return Stop(left + 1.0, 1.0)
 
-    def _within_limits(self, motion: Motion, stop: Stop, ends: float) -> bool:
+    def _loads_on_path(self, motion: Motion) -> list[LoadOnPath]:
+        """What moving arms hold, along the rest of the stretches that they are in."""
+        found = []
+        for stretch in motion.stretches:
+            arm = self.scene.robots[stretch.robot].planned_joints
+            begin = max(self.time, stretch.begin)
+            if stretch.trajectory.joints != arm or stretch.end - begin < 3.0 * STEP:
+                continue
+            times = np.linspace(begin, stretch.end, round((stretch.end - begin) / STEP) + 1)
+            for held in self.loads.get(stretch.robot, ()):
+                found.append(LoadOnPath.along(held, times, stretch.trajectory.at(times)))
+        return found
+
+    def _within_limits(self, motion: Motion, stop: Stop, ends: float, loads: list[LoadOnPath]) -> bool:
         seconds = np.arange(0.0, ends + 1.0 / CHECKED_RATE, 1.0 / CHECKED_RATE)
         times = self.time + stop.passed(seconds)
         rate, first, second = stop.rate(seconds)
+        for load in loads:
+            inside = (times >= load.times[0]) & (times <= load.times[-1])
+            if not load.held_under(times[inside], rate[inside], first[inside]):
+                return False
         for stretch in motion.stretches:
             inside = (times >= stretch.begin) & (times <= stretch.end)
             if not inside.any():

@@ -6,6 +6,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.following import Follower
+from kabo.execution.loads import load_of
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, attachment, world_T
@@ -43,10 +44,14 @@ class KinematicRobot:
         for body in bodies if own.tool is not None else ():
             parent = f"{robot}.{own.tool.frame}"  # type: ignore[union-attr]
             self._hang(body, parent)
+            place = np.asarray(self.world.objects[body].position)
+            load = load_of(self.scene, robot, self.world.robots[robot], place, self.scene.bodies[body].mass)
+            self._follower.loads.setdefault(robot, []).extend([load] if load is not None else [])
 
     def release(self, robot: str, bodies: tuple[str, ...]) -> None:
         """Leaves bodies where they are."""
         self._pressing.pop(robot, None)
+        self._follower.loads.pop(robot, None)
         for body in bodies:
             self._hang(body, "world")
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.following import Follower
+from kabo.execution.loads import load_of
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
@@ -60,6 +61,12 @@ class SimulatedRobot:
         """The hand presses, or locks where hands lock."""
         self.physics.grip(robot, bodies)
         self._held[robot] = bodies
+        tool = self.scene.robots[robot].tool
+        for body in () if tool is None else bodies:
+            place = (np.linalg.inv(self.physics.pose(f"{robot}.{tool.frame}")) @ self.physics.pose(body))[:3, 3]
+            values, mass = self.physics.configuration(robot), self.scene.bodies[body].mass
+            load = load_of(self.scene, robot, values, place, mass)
+            self._follower.loads.setdefault(robot, []).extend([load] if load is not None else [])
         for body in bodies if self.settings.welds else ():
             self.physics.weld(robot, body)
 
@@ -67,6 +74,7 @@ class SimulatedRobot:
         """The hand presses no more."""
         self.physics.release(robot)
         self._held.pop(robot, None)
+        self._follower.loads.pop(robot, None)
         for body in bodies if self.settings.welds else ():
             self.physics.unweld(robot, body)
 

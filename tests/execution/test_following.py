@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from kabo.execution import Follower, Motion, motion_of, parts_of
+from kabo.execution.loads import LoadOnPath
+from kabo.motion import Held
 from kabo.plan import Plan
-from kabo.scene import Scene, motion_limits
+from kabo.scene import Scene, link_poses, motion_limits
 
 RATE = 1000.0
 
@@ -76,6 +78,37 @@ def test_a_stop_in_fast_motion_is_much_shorter_than_the_motion(motion: Motion, s
     assert follower.time < transfer.end
     assert count / RATE < 0.6
     assert follower.time > before
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_a_stop_does_not_shake_off_what_is_held(share: float, motion: Motion, stacked_scene: Scene) -> None:
+    transfer = max(motion.stretches, key=lambda each: each.trajectory.duration)
+    times = np.linspace(transfer.begin, transfer.end, 400)
+    robot, tool = stacked_scene.robots[transfer.robot], stacked_scene.robots[transfer.robot].tool
+    assert tool is not None
+
+    def places(rows: np.ndarray) -> np.ndarray:
+        hand = stacked_scene.start.robots[transfer.robot][robot.planned :]
+        return np.array([link_poses(robot, (*row.tolist(), *hand))[tool.frame][:3, 3] for row in rows])
+
+    free = Held(places, 1e9)
+    along = LoadOnPath.along(free, times, transfer.trajectory.at(times))
+    planned = np.linalg.norm(along.second - np.array(free.gravity), axis=1).max()
+    stops = {}
+    for bound in (1e9, 1.0005 * planned):
+        follower = Follower(stacked_scene)
+        follower.loads[transfer.robot] = [Held(places, bound)]
+        follower.follow(motion)
+        while follower.time < transfer.begin + share * (transfer.end - transfer.begin):
+            list(follower.advance(1.0 / RATE))
+        follower.stop()
+        rows = sent(follower, len(transfer.trajectory.joints))
+        found = places(rows[:, 0])
+        acceleration = np.diff(found, n=2, axis=0) * RATE**2 - np.array(free.gravity)
+        stops[bound] = len(rows), np.linalg.norm(acceleration, axis=1).max()
+    (quick, shaken), (gentle, held) = stops.values()
+    assert held <= 1.005 * 1.0005 * planned
+    assert gentle >= quick and (gentle > quick or shaken <= 1.005 * planned)
 
 
 def test_a_motion_is_divided_where_a_hand_acts_at_rest(motion: Motion) -> None:
