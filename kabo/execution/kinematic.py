@@ -46,7 +46,8 @@ class KinematicRobot:
             self._hang(body, parent)
             place = np.asarray(self.world.objects[body].position)
             load = load_of(self.scene, robot, self.world.robots[robot], place, self.scene.bodies[body].mass)
-            self._follower.loads.setdefault(robot, []).extend([load] if load is not None else [])
+            if load is not None:
+                self._follower.loads.setdefault(robot, []).append(load)
 
     def release(self, robot: str, bodies: tuple[str, ...]) -> None:
         """Leaves bodies where they are."""

@@ -11,6 +11,7 @@ from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
+from kabo.scene.transforms import inverse
 from kabo.simulation.physics import Physics
 from kabo.simulation.settings import USUAL, PhysicsSettings
 
@@ -61,14 +62,23 @@ class SimulatedRobot:
         """The hand presses, or locks where hands lock."""
         self.physics.grip(robot, bodies)
         self._held[robot] = bodies
-        tool = self.scene.robots[robot].tool
-        for body in () if tool is None else bodies:
-            place = (np.linalg.inv(self.physics.pose(f"{robot}.{tool.frame}")) @ self.physics.pose(body))[:3, 3]
-            values, mass = self.physics.configuration(robot), self.scene.bodies[body].mass
-            load = load_of(self.scene, robot, values, place, mass)
-            self._follower.loads.setdefault(robot, []).extend([load] if load is not None else [])
+        self._add_loads(robot, bodies)
         for body in bodies if self.settings.welds else ():
             self.physics.weld(robot, body)
+
+    def _add_loads(self, robot: str, bodies: tuple[str, ...]) -> None:
+        """What the hand holds, as the scene says, limits stops from now on."""
+        tool = self.scene.robots[robot].tool
+        if tool is None:
+            return
+        hand = inverse(self.physics.pose(f"{robot}.{tool.frame}"))
+        for body in bodies:
+            place = (hand @ self.physics.pose(body))[:3, 3]
+            load = load_of(
+                self.scene, robot, self.physics.configuration(robot), place, self.scene.bodies[body].mass
+            )
+            if load is not None:
+                self._follower.loads.setdefault(robot, []).append(load)
 
     def release(self, robot: str, bodies: tuple[str, ...]) -> None:
         """The hand presses no more."""
