@@ -1,6 +1,6 @@
 """The log of a run: one JSON object a line, in the order in which things happened; nothing is left out.
 
-Every record has a `time` [s] on the robots' clock and an `event`; docs/reference/execution.md lists the events.
+Every record has a `time` [s] on the robots' clock and an `event`; docs/how-to/carry_out.md lists the events.
 """
 
 import json

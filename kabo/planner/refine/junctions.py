@@ -5,7 +5,7 @@ from the end of its least length, the rest becomes part of a free way, which is 
 to agree on the new end. Every branch takes one node that ends there and at most one that begins there.
 """
 
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -76,6 +76,7 @@ def move_rests(
     paths: MutableMapping[Stop, Success | None],
     context: ProcedureContext,
     freedoms: FreedomsOf,
+    stop_now: Callable[[], bool] = lambda: False,
 ) -> None:
     """Moves the rests of strokes in place where no branch becomes slower.
 
@@ -84,10 +85,13 @@ def move_rests(
         paths: their answers without times; those that change are replaced.
         context: the context of the geometry server.
         freedoms: the permitted changes of each stop's motion.
+        stop_now: asked before each place; if true, the others are left as they are.
     """
     robots = dict.fromkeys(segment.robot for answer in paths.values() if answer for segment in answer.motion)
     for robot in robots:
         for junction in junctions(stops, robot):
+            if stop_now():
+                return
             with suppress(CutOff):
                 for stop, (situation, path, made) in _moved(junction, paths, context, freedoms).items():
                     paths[stop] = path

@@ -81,7 +81,8 @@ def refine(found: "FoundMotion", server: GeometricProcedures, *, samples: int = 
     paths = {stop: stop.answer for stop in stops}
     time_motion(stops, server)
     paths |= found.restore_faster(stretches)
-    move_rests(stops, paths, server.server.context(), {stop: freedoms_of(stop, server) for stop in stops})
+    freedoms_by_stop = {stop: freedoms_of(stop, server) for stop in stops}
+    move_rests(stops, paths, server.server.context(), freedoms_by_stop, server.stop)
     _hasten(paths, server)
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)

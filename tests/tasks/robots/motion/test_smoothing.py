@@ -154,17 +154,17 @@ def test_rounds_that_reach_over_a_corner_bend_the_path_there() -> None:
 
 def test_what_is_surely_not_proven_of_a_path_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rounds shrink until the path is free, and only then a motion along it is made."""
-    part, timed, routes = group()[0], list[Timed](), list[Route]()
+    part, timed, routes, make = group()[0], list[Timed](), list[Route](), smoothing._timed
 
-    def counted(*arguments: object, **options: object) -> Timed:
-        timed.append(timed_path(*arguments, **options))
+    def counted(*arguments: object) -> Timed:
+        timed.append(make(*arguments))  # type: ignore[arg-type]
         return timed[-1]
 
     def found(*arguments: object) -> Route:
         routes.append(route_of(*arguments))
         return routes[-1]
 
-    monkeypatch.setattr(smoothing, "timed_path", counted)
+    monkeypatch.setattr(smoothing, "_timed", counted)
     monkeypatch.setattr(smoothing, "route_of", found)
     monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__: np.zeros(len(starts), bool))
     smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
