@@ -75,8 +75,7 @@ def run(options: argparse.Namespace) -> int:
                 answer(f"{options.plan}: {report}".rstrip("\n"))
                 return exit_codes.VERIFICATION_FAILED
         plan = rooms.load_plan(options.plan)
-        problem = rooms.load_problem(options.problem, options.domain)
-        scene = None if problem.scene is None or plan.start is None else rooms.load_scene(problem.scene)
+        scene = None if plan.start is None else rooms.load_scene(options.problem)
         robot, judge = (None, None) if scene is None else _robot(options, scene, plan)
         sensor = rooms.KnownTruth(truth, options.seed, dict if robot is None else robot.poses)
         settings = rooms.ExecutionSettings(
@@ -104,6 +103,7 @@ def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
 
 def _robot(options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan") -> tuple[Any, Any]:
     """The robot, and the judge of contacts if there are any."""
+    rooms.require_fit(plan, scene)
     start = rooms.Belief.at_start(scene, plan.start).state
     if options.on == "kinematic":
         return rooms.KinematicRobot(scene, start, rate=options.rate), None

@@ -5,6 +5,7 @@ from kabo.execution import Log as Log
 from kabo.execution import Run as Run
 from kabo.execution import execute as execute
 from kabo.execution.belief import Belief as Belief
+from kabo.execution.fitting import require_fit as require_fit
 from kabo.explain.explain import Explanation as Explanation
 from kabo.explain.explain import explanation_to_json as explanation_to_json
 from kabo.exploration import Exploration as Exploration
@@ -25,7 +26,6 @@ from kabo.geometry_server import make_robot_model as make_robot_model
 from kabo.geometry_server import robot_name as robot_name
 from kabo.geometry_server import robot_scene_text as robot_scene_text
 from kabo.geometry_server import robot_summary as robot_summary
-from kabo.language import load_problem as load_problem
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
 from kabo.meshes import Mesh as Mesh

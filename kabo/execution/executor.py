@@ -10,6 +10,7 @@ from math import ceil
 
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
+from kabo.execution.fitting import require_fit
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
@@ -90,7 +91,7 @@ def execute(
         stop: asked at each look; if true, all robots come to a planned stop.
 
     Raises:
-        InputError: the plan has less proven clearance than the robots' tracking error, or motions without trajectories.
+        InputError: the plan does not fit the scene, or has less proven clearance than the robots' tracking error.
     """
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop).run()
 
@@ -116,6 +117,7 @@ class _Executor:
         if any(node.motion for node in plan.nodes.values()):
             if scene is None or robot is None:
                 raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
+            require_fit(plan, scene)
             self._require_margins()
             self.belief = Belief.at_start(scene, plan.start)
             self.watch = Watch(scene, self.margins)

@@ -1,6 +1,7 @@
 """`kabo execute` and `kabo simulate`: exit codes, logs, models, errors that say what is wrong."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -102,3 +103,47 @@ def test_physics_without_mujoco_says_how_to_install_it(
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(kabo.InputError, match=r'pip install "kabo\[simulation\]"'):
         mujoco()
+
+
+UR5 = """
+scene: ur
+epsilon: 0.004
+packages: {example-robot-data: installed}
+robots:
+  arm:
+    urdf: package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf
+    base: {position: [0, 0, 0.5]}
+    configurations: {home: [0, -1.2, 1.2, -1.5, -1.5, 0], there: [1.2, -1.2, 1.2, -1.5, -1.5, 0]}
+objects:
+  pillar: {box: [0.1, 0.1, 0.3], pose: {position: [0.5, 0.5, 0.6]}}
+"""
+
+
+@pytest.mark.parametrize("robot", ["kinematic", "simulation"])
+def test_a_motion_of_a_scene_is_carried_out_without_a_problem(
+    robot: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if robot == "simulation":
+        pytest.importorskip("mujoco")
+    scene, motion = tmp_path / "scene.yaml", tmp_path / "plan.json"
+    scene.write_text(UR5)
+    assert main(["motion", str(scene), "--to", "there", "-o", str(motion)]) == exit_codes.DONE
+    assert main(["execute", str(scene), str(motion), "--on", robot]) == exit_codes.DONE
+    assert "the goal is reached" in capsys.readouterr().err
+    other = DOMAINS / "stacked" / "n2.yaml"
+    assert main(["execute", str(other), str(motion), "--on", robot, "--no-verify"]) == exit_codes.BAD_INPUT
+    assert 'the scene has no robot "arm": the plan is of another one' in capsys.readouterr().err
+
+
+def test_a_plan_without_trajectories_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, file = tmp_path / "scene.yaml", tmp_path / "plan.json"
+    scene.write_text(UR5)
+    assert main(["motion", str(scene), "--to", "there", "-o", str(file)]) == exit_codes.DONE
+    plan = kabo.load_plan(file)
+    nodes = {
+        name: replace(node, motion=tuple(replace(each, trajectory=None) for each in node.motion))
+        for name, node in plan.nodes.items()
+    }
+    replace(plan, nodes=nodes).save(file)
+    assert main(["execute", str(scene), str(file), "--no-verify"]) == exit_codes.BAD_INPUT
+    assert "has no trajectory" in capsys.readouterr().err
