@@ -1,6 +1,6 @@
 """Whether a plan can be carried out in a scene at all: its names are those of the scene, its motions can be sent."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.plan import Plan
@@ -38,9 +38,7 @@ def _unknown(
         yield from _missing(f"joint of {robot}", joints, robots.get(robot, joints))
 
 
-def _missing(
-    kind: str, names: Mapping[str, object] | tuple[str, ...], known: tuple[str, ...]
-) -> Iterator[tuple[str, str | None]]:
+def _missing(kind: str, names: Iterable[str], known: tuple[str, ...]) -> Iterator[tuple[str, str | None]]:
     for name in names:
         if name not in known:
             yield f'the scene has no {kind} "{name}": the plan is of another one', did_you_mean(name, known)

@@ -18,7 +18,7 @@ from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Robot, Scene, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
-from kabo.simulation.contact_shapes import ContactShape, contact_shapes
+from kabo.simulation.contact_shapes import contact_shapes
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
 from kabo.simulation.settings import USUAL, PhysicsSettings
 
@@ -250,6 +250,3 @@ def _pose(pose: Array) -> dict[str, str]:
 
 def _numbers(values: Iterable[float]) -> str:
     return " ".join(f"{float(value) + 0.0:.12g}" for value in values)
-
-
-__all__ = ["ContactShape", "Motor", "PhysicsModel", "physics_model"]

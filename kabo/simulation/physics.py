@@ -7,7 +7,6 @@ instead, whatever its width.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -286,20 +285,8 @@ class Physics:
                 first, second = sorted((self._thing[contact.geom1], self._thing[contact.geom2]))
                 yield Contact((first, second), float(-contact.dist))
 
-    def body_state(self) -> Array:
-        """A copy of the whole state, for `restore`."""
-        size = self._mujoco.mj_stateSize(self.model, self._mujoco.mjtState.mjSTATE_INTEGRATION)
-        state = np.empty(size)
-        self._mujoco.mj_getState(self.model, self.data, state, self._mujoco.mjtState.mjSTATE_INTEGRATION)
-        return state
-
     def displace(self, body: str, offset: Array) -> None:
         """Moves a body by an offset (3,) [m], as somebody who pushes it."""
         start = self.model.joint(body).qposadr[0]
         self.data.qpos[start : start + 3] += offset
         self._mujoco.mj_forward(self.model, self.data)
-
-    @property
-    def library(self) -> Any:
-        """MuJoCo itself, for what is not offered here."""
-        return self._mujoco

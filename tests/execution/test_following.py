@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kabo.execution import Follower, Motion, motion_of, parts_of
+from kabo.execution import Follower, Motion, following, motion_of, parts_of
 from kabo.execution.loads import LoadOnPath
 from kabo.motion import Held
 from kabo.plan import Plan
@@ -81,7 +81,12 @@ def test_a_stop_in_fast_motion_is_much_shorter_than_the_motion(motion: Motion, s
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
-def test_a_stop_does_not_shake_off_what_is_held(share: float, motion: Motion, stacked_scene: Scene) -> None:
+def test_a_stop_does_not_shake_off_what_is_held(
+    share: float, motion: Motion, stacked_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Motors that are three times as strong could stop sooner than friction permits."""
+    strong = lambda robot, joints: motion_limits(robot, joints).scaled(3.0)  # noqa: E731
+    monkeypatch.setattr(following, "motion_limits", strong)
     transfer = max(motion.stretches, key=lambda each: each.trajectory.duration)
     times = np.linspace(transfer.begin, transfer.end, 400)
     robot, tool = stacked_scene.robots[transfer.robot], stacked_scene.robots[transfer.robot].tool
@@ -108,7 +113,8 @@ def test_a_stop_does_not_shake_off_what_is_held(share: float, motion: Motion, st
         stops[bound] = len(rows), np.linalg.norm(acceleration, axis=1).max()
     (quick, shaken), (gentle, held) = stops.values()
     assert held <= 1.005 * 1.0005 * planned
-    assert gentle >= quick and (gentle > quick or shaken <= 1.005 * planned)
+    assert shaken > 1.05 * planned
+    assert gentle > quick
 
 
 def test_a_motion_is_divided_where_a_hand_acts_at_rest(motion: Motion) -> None:
