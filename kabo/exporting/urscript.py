@@ -5,13 +5,12 @@ a stop at each. Nothing moves before the arm is where the plan begins. What is n
 the program, to be filled in: the hand, waiting for other robots, and sensing, which asks a person by default.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from kabo.exporting.texts import lines_of, one_line, rounded
 from kabo.exporting.way import SAME_TIME, Choice, Run, TimedNode, refusal, require_motion, runs_of
-from kabo.plan import Plan
 from kabo.plan.description import call
 
 USUAL_RATE = 500.0  # [Hz], of the e-series; the CB3 series has 125 Hz
@@ -53,13 +52,10 @@ def kabo_plan():
 """
 
 
-def ur_program(
-    plan: Plan, timed: Sequence[TimedNode], choice: Choice, rate: float, way_points: bool, file: str
-) -> str:
+def ur_program(timed: Sequence[TimedNode], choice: Choice, rate: float, way_points: bool, file: str) -> str:
     """The program of one arm.
 
     Args:
-        plan: the plan.
         timed: the nodes of the branch.
         choice: says which robot, if several move.
         rate: of servoj [Hz].
@@ -100,7 +96,7 @@ def _arm(timed: Sequence[TimedNode], robot: str, file: str) -> tuple[str, ...]:
     for joints in sorted(found):
         if len(joints) == len(JOINTS) and all(own.endswith(end) for own, end in zip(joints, JOINTS, strict=True)):
             return joints
-    names = ", ".join(max(found, key=len))
+    names = ", ".join(max(found, key=lambda joints: len(joints)))
     hint = f"an arm of Universal Robots has {', '.join(JOINTS)}; trajectory and csv are for any robot"
     raise refusal(file, f"URScript does not drive {robot} with the joints {names}", hint)
 
@@ -165,7 +161,7 @@ def _bodies(run: Run) -> str:
     return ", ".join([body for body, _ in run.attach] or list(run.detach))
 
 
-def _list(values: Sequence[float]) -> str:
+def _list(values: Iterable[float]) -> str:
     return "[" + ", ".join(map(rounded, values)) + "]"
 
 

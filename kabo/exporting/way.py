@@ -125,7 +125,8 @@ def require_motion(timed: Sequence[TimedNode], robot: str | None, file: str) -> 
     moving = sorted({segment.robot for each in timed for segment in each.node.motion})
     if not moving:
         what = "the plan has no motion" if len(timed) > 1 else f"{timed[0].name} has no motion"
-        raise refusal(file, f"{what}: nothing can be sent to a robot", "plan a problem with a scene")
+        hint = "plan a problem with a scene" if len(timed) > 1 else "choose a node that moves something"
+        raise refusal(file, f"{what}: nothing can be sent to a robot", hint)
     if robot is not None and robot not in moving:
         hint = did_you_mean(robot, moving) or f"{', '.join(moving)} can be chosen"
         raise refusal(file, f'no robot "{robot}" moves here', hint)
