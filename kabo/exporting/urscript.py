@@ -96,7 +96,7 @@ def _arm(timed: Sequence[TimedNode], robot: str, file: str) -> tuple[str, ...]:
     for joints in sorted(found):
         if len(joints) == len(JOINTS) and all(own.endswith(end) for own, end in zip(joints, JOINTS, strict=True)):
             return joints
-    names = ", ".join(max(found, key=lambda joints: len(joints)))
+    names = ", ".join(max((len(joints), joints) for joints in found)[1])
     hint = f"an arm of Universal Robots has {', '.join(JOINTS)}; trajectory and csv are for any robot"
     raise refusal(file, f"URScript does not drive {robot} with the joints {names}", hint)
 
