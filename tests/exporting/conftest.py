@@ -49,7 +49,8 @@ def made(arm: tuple[str, ...]) -> Plan:
         "n4": Node("action", "wave", {"r": "right"}, next="n5", motion=(other,), overlap=0.5),
         "n5": Node("goal"),
     }  # fmt: skip
-    return Plan("one <of> everything -- really", {}, {}, "n0", nodes)
+    options = {"search": "greedy", "seed": 0, "epsilon": 0.01, "geometry": "bounding"}
+    return Plan("one <of> everything -- really", {}, options, "n0", nodes)
 
 
 @pytest.fixture
