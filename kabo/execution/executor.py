@@ -112,6 +112,8 @@ class _Executor:
         self.margins = Margins(plan)
         self.history: list[tuple[str, str | None]] = []
         self.known: dict[str, str] = {}
+        # What a node delivers and another one branches on is looked at once: where the plan senses it.
+        self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.name = plan.root
         if any(node.motion for node in plan.nodes.values()):
@@ -171,7 +173,10 @@ class _Executor:
 
     def _outcome(self, node: Node) -> str | None:
         for term in node.delivers:
-            value = self.sensor.value(term)
+            outcomes = self.decided_later.get(term)
+            value = self.sensor.value(term) if outcomes is None else self.sensor.resolve(term, outcomes)
+            if outcomes is not None and value is not None:
+                self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
             if value is None:
                 raise _Stopped(f"{self.name}: the value of {term} was not measured")

@@ -172,3 +172,17 @@ class KinematicInstruments:
     def poses(self) -> Mapping[str, Array]:
         """Where all bodies are."""
         return self.robot.poses()
+
+
+class NoInstruments:
+    """Instruments of a plan without motions: all that is asked is told by the truth."""
+
+    time = 0.0
+
+    def read(self, measurement: Measurement) -> Reading:
+        """Nothing is measured."""
+        return None
+
+    def poses(self) -> Mapping[str, Array]:
+        """Nothing is seen."""
+        return {}

@@ -8,8 +8,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 
+from kabo.displays import counted
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
+from kabo.language.names import NAME
 from kabo.language.problem import Problem
 from kabo.language.yaml.documents import Scalar
 
@@ -75,7 +77,7 @@ def read_asked(call: Call, problem: Problem, findings: Findings) -> Asked | None
         return None
     if len(types) != len(call.arguments):
         hint = f"it is {call.name}({', '.join(types)})"
-        findings.add(call.place, f"{call.name} has {len(types)} arguments, not {len(call.arguments)}", hint)
+        findings.add(call.place, f"{call.name} has {counted(len(types), 'argument')}, not {len(call.arguments)}", hint)
         return None
     return Asked(call, tuple(types), outcomes, predicate)
 
@@ -90,6 +92,10 @@ def variables_of(asked: Asked, problem: Problem, findings: Findings, used: set[s
                 text = f'"{word}" is a {problem.objects[word]}, and {asked.call.name} is about a {kind}'
                 findings.add(place, text)
                 right = False
+        elif word[-1].isdigit() or not NAME.fullmatch(word):  # so that no mistyped object is a variable
+            text = f'there is no {kind} "{word}"; names of variables end with a letter'
+            findings.add(place, text, findings.near(word, problem.of_type(kind)))
+            right = False
         elif used and word not in used:
             text = f'"{word}" is no object, and no variable: the measurement does not use it'
             findings.add(place, text, findings.near(word, problem.of_type(kind)))

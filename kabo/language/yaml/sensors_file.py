@@ -7,6 +7,7 @@ import os
 import re
 from pathlib import Path
 
+from kabo.displays import counted
 from kabo.errors import InputError
 from kabo.language.findings import Findings
 from kabo.language.problem import Problem
@@ -119,7 +120,7 @@ class _Reading:
             looks or DEFAULT_LOOKS, key.place,
         )  # fmt: skip
         if error == 0.0 or made.least_looks > made.looks:
-            text = f"{made.looks} looks cannot bring the error below {error:g}, if one answer in "
+            text = f"{counted(made.looks, 'look')} cannot bring the error below {error:g}, if one answer in "
             text += f"{1.0 / wrong:.3g} is wrong" if wrong else "none is wrong"
             self.findings.add(key.place, text, f"at least {made.least_looks} that agree are needed")
             return
@@ -147,7 +148,7 @@ class _Reading:
             number = float(found["number"])
         things = {"weight": 1, "contact": 2, "told": 0}[call.name]
         if len(call.arguments) != things:
-            self.findings.add(call.place, f"{call.name} is of {things} things, not {len(call.arguments)}")
+            self.findings.add(call.place, f"{call.name} is of {counted(things, 'thing')}, not {len(call.arguments)}")
             return None
         return call.name, call, found["sign"] or ("not" if found["no"] else None), number
 
