@@ -1,6 +1,6 @@
 """Sensor files and truth files as plain data: what answers which question of a plan, and what only a simulator knows.
 
-Source: docs/reference/sensors.md.
+Source: docs/how-to/carry_out.md.
 """
 
 from collections.abc import Mapping

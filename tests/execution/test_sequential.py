@@ -40,7 +40,9 @@ def test_the_error_is_that_of_bayes_in_exact_numbers(counts: dict[str, int]) -> 
 def test_two_outcomes_are_told_apart_as_surely_and_as_soon_as_wald_says(wrong: float, error: float) -> None:
     binding = SensorBinding("p", ("true", "false"), Measurement("told"), wrong=wrong, error=error)
     lead = binding.least_looks
-    found = [decide(looks_of(k, wrong, ("true", "false")), ("true", "false"), wrong, error, 400) for k in range(WORLDS)]
+    found = [
+        decide(looks_of(k, wrong, ("true", "false")), ("true", "false"), wrong, error, 400) for k in range(WORLDS)
+    ]
     mistakes = sum(each.outcome != "true" for each in found) / WORLDS
     assert all(each.error <= error for each in found)
     assert mistakes <= error + 4.0 * (error / WORLDS) ** 0.5

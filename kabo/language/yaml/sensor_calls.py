@@ -77,7 +77,9 @@ def read_asked(call: Call, problem: Problem, findings: Findings) -> Asked | None
         return None
     if len(types) != len(call.arguments):
         hint = f"it is {call.name}({', '.join(types)})"
-        findings.add(call.place, f"{call.name} has {counted(len(types), 'argument')}, not {len(call.arguments)}", hint)
+        findings.add(
+            call.place, f"{call.name} has {counted(len(types), 'argument')}, not {len(call.arguments)}", hint
+        )
         return None
     return Asked(call, tuple(types), outcomes, predicate)
 

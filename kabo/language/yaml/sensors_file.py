@@ -1,6 +1,6 @@
 """Sensor files: which measurement answers which formula or term of a plan, how often it is wrong; the camera; weights.
 
-Source: docs/reference/sensors.md.
+Source: docs/how-to/carry_out.md.
 """
 
 import os
@@ -148,7 +148,9 @@ class _Reading:
             number = float(found["number"])
         things = {"weight": 1, "contact": 2, "told": 0}[call.name]
         if len(call.arguments) != things:
-            self.findings.add(call.place, f"{call.name} is of {counted(things, 'thing')}, not {len(call.arguments)}")
+            self.findings.add(
+                call.place, f"{call.name} is of {counted(things, 'thing')}, not {len(call.arguments)}"
+            )
             return None
         return call.name, call, found["sign"] or ("not" if found["no"] else None), number
 

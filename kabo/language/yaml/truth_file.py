@@ -1,6 +1,6 @@
 """Truth files: what a simulator owns and neither plan nor controller knows: masses, places, answers.
 
-Source: docs/reference/sensors.md.
+Source: docs/how-to/carry_out.md.
 """
 
 from collections.abc import Callable

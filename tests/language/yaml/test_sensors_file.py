@@ -117,9 +117,7 @@ def test_a_truth_has_masses_places_and_answers(problem: kabo.Problem, tmp_path: 
         ("mass: {}", 'unknown key "mass"'),
     ],
 )
-def test_a_mistake_in_a_truth_is_told(
-    entry: str, message: str, problem: kabo.Problem, tmp_path: Path
-) -> None:
+def test_a_mistake_in_a_truth_is_told(entry: str, message: str, problem: kabo.Problem, tmp_path: Path) -> None:
     found = faults(load_truth, f"truth: one\n{entry}\n", problem, tmp_path)
     assert found[0][0] == 2 and message in found[0][2]
 
