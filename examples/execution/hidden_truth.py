@@ -29,6 +29,7 @@ def carried_out(problem, plan, scene, sensors, masses, seed):
 
 
 def main(seeds):
+    """Plans once, and carries the plan out in a world for each seed."""
     problem = kabo.load_problem(FOLDER / "problem.yaml")
     plan, scene = kabo.solve(problem).plan, kabo.load_scene(FOLDER / "problem.yaml")
     sensors = load_sensors(FOLDER / "sensors.yaml", problem)
@@ -37,9 +38,8 @@ def main(seeds):
         run, washed = carried_out(problem, plan, scene, sensors, masses, seed)
         right = washed == {bottle for bottle, mass in masses.items() if mass == EMPTY}
         looks = sum(record["looks"] for record in run.log.of("looked"))
-        print(
-            f"seed {seed}: {run.reason}; {looks} looks, washed {sorted(washed)}: {'right' if right else 'WRONG'}"
-        )
+        told = f"seed {seed}: {run.reason}; {looks} looks, washed {sorted(washed)}: {'right' if right else 'WRONG'}"
+        sys.stdout.write(told + \"\n\")
 
 
 if __name__ == "__main__":

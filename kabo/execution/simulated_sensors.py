@@ -96,7 +96,8 @@ class SimulatedSensors(BoundSensors):
         return found
 
     def _uniform(self, kind: str, name: str, number: int, count: int) -> Array:
-        return uniforms(stream_key("sensors", self.seed, kind, name), number, 1, count)[0]
+        drawn: Array = uniforms(stream_key("sensors", self.seed, kind, name), number, 1, count)[0]
+        return drawn
 
     def _normal(self, kind: str, name: str, number: int, count: int) -> Array:
         return normals(self._uniform(kind, name, number, 2 * count))

@@ -15,6 +15,8 @@ DEFAULT_LOOKS = 100  # at most
 DEFAULT_SECONDS = 0.1  # [s] over which a force is averaged
 DEFAULT_RATE = 30.0  # [Hz] of a camera
 
+MeasurementKind = Literal["weight", "contact", "told"]
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -25,7 +27,7 @@ class Measurement:
         things: bodies, robots or `robot.link`.
     """
 
-    kind: Literal["weight", "contact", "told"]
+    kind: MeasurementKind
     things: tuple[str, ...] = ()
 
 

@@ -40,7 +40,7 @@ class PhysicsInstruments:
         return None
 
     def _weight(self, body: str) -> float | None:
-        """What the wrist feels on average, for some time at rest [K 3.3.3]; what other bodies it holds as the scene says."""
+        """What the wrist feels on average at rest [K 3.3.3], less other bodies in this hand as the scene has them."""
         robot, physics = self.robot, self.robot.physics
         hand = robot.holder(body)
         if hand is None:

@@ -18,6 +18,7 @@ from kabo.language.sensors_description import (
     DEFAULT_SECONDS,
     CameraDescription,
     Measurement,
+    MeasurementKind,
     SensorBinding,
     SensorsDescription,
 )
@@ -128,7 +129,7 @@ class _Reading:
 
     def measurement(
         self, key: Scalar, found: "re.Match[str]"
-    ) -> tuple[str, Call | None, str | None, float] | None:
+    ) -> tuple[MeasurementKind, Call | None, str | None, float] | None:
         """The kind of a measurement, its call, the comparison and its threshold."""
         if found["word"] is None:
             return "told", None, None, 0.0
@@ -152,7 +153,8 @@ class _Reading:
                 call.place, f"{call.name} is of {counted(things, 'thing')}, not {len(call.arguments)}"
             )
             return None
-        return call.name, call, found["sign"] or ("not" if found["no"] else None), number
+        kind: MeasurementKind = "weight" if call.name == "weight" else "contact" if things else "told"
+        return kind, call, found["sign"] or ("not" if found["no"] else None), number
 
     def fits(self, asked: Asked, found: "re.Match[str]", kind: str, key: Scalar) -> bool:
         """Whether a measurement can answer what is asked; else this is reported."""
