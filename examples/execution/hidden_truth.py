@@ -39,7 +39,7 @@ def main(seeds):
         right = washed == {bottle for bottle, mass in masses.items() if mass == EMPTY}
         looks = sum(record["looks"] for record in run.log.of("looked"))
         told = f"seed {seed}: {run.reason}; {looks} looks, washed {sorted(washed)}: {'right' if right else 'WRONG'}"
-        sys.stdout.write(told + \"\n\")
+        sys.stdout.write(f"{told}\n")
 
 
 if __name__ == "__main__":
