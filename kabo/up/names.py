@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import Any
 
-from kabo.language import formulas as f
+from kabo.language.names import proper_name
 
 
 @dataclass
@@ -14,11 +15,17 @@ class Names:
     unified-planning has a namespace for each kind of thing; kabo spells names in lower case.
     """
 
+    title: str = "problem"  # of the problem
     types: dict[str, str] = field(default_factory=dict)  # unified-planning's name -> kabo's
     objects: dict[str, str] = field(default_factory=dict)
     fluents: dict[str, str] = field(default_factory=dict)
     actions: dict[str, str] = field(default_factory=dict)
-    variables: Mapping[str, f.Variable] = field(default_factory=dict)  # those in scope, by unified-planning's name
+
+    @staticmethod
+    def variable(original: str) -> str:
+        """The name of a parameter or variable where it may be any: in PDDL variables have a namespace of their own."""
+        spelled = proper_name(original)
+        return spelled if spelled == original else f"{spelled}_{sha256(original.encode()).hexdigest()[:6]}"
 
     def object_of(self, problem: Any, name: str) -> Any:
         """The object of the problem that has this name in kabo.

@@ -17,7 +17,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.language import formulas as f
 from kabo.language import spell_bound
 from kabo.options import Options
-from kabo.plan import Node, Plan, PlanBuilder, plan_statistics
+from kabo.plan import Node, Plan, PlanBuilder, ValueOf, plan_statistics
 from kabo.up.problems import Translation
 
 MAX_LEAVES = 10_000  # of a tree
@@ -90,7 +90,7 @@ class _Writer:
             node = self.plan.nodes[name]
             if node.next is None:
                 raise _Impossible(f"{node.on} is sensed, but the problem is not contingent")
-            yield self.instance(node)
+            yield self.instance(node, {})
             name = node.next
 
     def tree(self, name: str, known: Known) -> Any:
@@ -103,7 +103,7 @@ class _Writer:
             if node.kind == "branch":
                 name = _followed(node, known)
                 continue
-            made = ContingentPlanNode(self.instance(node))
+            made = ContingentPlanNode(self.instance(node, known))
             if last is not None:
                 last.add_child({}, made)
             first, last = first or made, made
@@ -153,19 +153,36 @@ class _Writer:
                     waiting += here.successors
         return {fact: list(dict.fromkeys(outcomes)) for fact, outcomes in found.items()}
 
-    def instance(self, node: Node) -> ActionInstance:
-        """A node as an action of unified-planning."""
+    def instance(self, node: Node, known: Known) -> ActionInstance:
+        """A node as an action of unified-planning; a value that is sensed before is that which `known` has."""
         assert node.action is not None
-        action, names = self.translation.problem.domain.actions[node.action], self.translation.names
-        original = self.translation.original
-        objects = [names.object_of(original, str(node.arguments[each.name])) for each in action.parameters]
-        expression = original.environment.expression_manager.ObjectExp
-        return ActionInstance(names.action_of(original, node.action), tuple(map(expression, objects)))
+        names, original = self.translation.names, self.translation.original
+        action = names.action_of(original, node.action)
+        values = [self._argument(node.arguments[each], kind.type, known) for each, kind in self._parameters(node, action)]
+        return ActionInstance(action, tuple(values))
+
+    def _parameters(self, node: Node, action: Any) -> Iterator[tuple[str, Any]]:
+        assert node.action is not None
+        own = self.translation.problem.domain.actions[node.action].parameters
+        return zip((each.name for each in own), action.parameters, strict=True)
+
+    def _argument(self, value: str | float | ValueOf, kind: Any, known: Known) -> Any:
+        if isinstance(value, ValueOf) and value.term not in known:
+            return self.facts[value.term]  # what was sensed, whatever it is
+        return self._object(known[value.term] if isinstance(value, ValueOf) else str(value), kind)
+
+    def _object(self, name: str, kind: Any) -> Any:
+        """The object of a type that has this name in kabo: values of two functions may be called the same."""
+        original, names = self.translation.original, self.translation.names.objects
+        found = next((each for each in original.objects(kind) if names[each.name] == name), None)
+        if found is None:
+            raise KeyError(name)
+        return original.environment.expression_manager.ObjectExp(found)
 
     def _learn(self, node: Node) -> None:
         """Keeps the facts that a node senses, by their spelling in the plan."""
         assert node.action is not None
-        binding = {name: str(value) for name, value in node.arguments.items()}
+        binding = {name: getattr(value, "term", str(value)) for name, value in node.arguments.items()}
         for each in self.translation.problem.domain.actions[node.action].sense:
             self.facts[spell_bound(each, binding)] = self._fluent(each, node.arguments)
 
@@ -184,7 +201,7 @@ class _Writer:
         manager = self.translation.original.environment.expression_manager
         if fact.type.is_bool_type():
             return manager.Bool(outcome == "true")
-        return manager.ObjectExp(self.translation.names.object_of(self.translation.original, outcome))
+        return self._object(outcome, fact.type)
 
 
 def _followed(node: Node, known: Known) -> str:

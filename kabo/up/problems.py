@@ -77,7 +77,7 @@ class _Translator:
         """
         self._declare()
         self.outer = Expressions(self.builder, self.names, {})
-        costs = _costs(self.original)
+        costs = costs_of(self.original)
         for action in self.original.actions:
             with_cost = costs.get(action.name) if costs is not None else None
             try:
@@ -90,7 +90,9 @@ class _Translator:
             goal = self._goal()
         except Unsayable as error:
             self.builder.refuse(f"in the initial state or the goal: {error}")
-        return Translation(self.original, self.builder.problem(goal), self.names, _is_exact(self.original))
+        made = self.builder.problem(goal)
+        self.names.title = made.name
+        return Translation(self.original, made, self.names, _is_exact(self.original))
 
     # ------------------------------------------------------------------------------------------------ declarations
     def _declare(self) -> None:
@@ -130,9 +132,9 @@ class _Translator:
     # ----------------------------------------------------------------------------------------------- start and goal
     def _start(self) -> None:
         problem, start = self.original, self.builder.start
-        hidden = _hidden(problem)
+        hidden = hidden_of(problem)
         for fluent in problem.fluents:
-            for node in _instances(problem, fluent):
+            for node in instances_of(problem, fluent):
                 if node in hidden:
                     continue
                 value = problem.initial_value(node)
@@ -146,15 +148,20 @@ class _Translator:
                     start.values[term] = f.Comparison("=", term, self.outer.term(value))
         if isinstance(problem, ContingentProblem):
             for constraint in problem.oneof_constraints:
-                self.builder.exactly_one(map(self._literal, constraint))
+                self.builder.exactly_one(map(self._claim, constraint))
             for constraint in problem.or_constraints:
-                self.builder.at_least_one(map(self._literal, constraint))
+                self.builder.at_least_one(map(self._claim, constraint))
 
-    def _literal(self, node: Any) -> f.Literal:
+    def _claim(self, node: Any) -> f.Claim:
+        """A member of a constraint: that a boolean fluent holds or not, or that another one has a value."""
         formula = self.outer.condition(node)
-        if not (isinstance(formula, f.Know) and isinstance(formula.claim, f.Literal)):
-            raise Unsayable(f'"{node}" is hidden, but no boolean fluent')
-        return formula.claim
+        if isinstance(formula, f.Know):
+            claim = formula.claim
+            if isinstance(claim, f.Literal):
+                return claim
+            if claim.operator == "=" and isinstance(claim.right, f.Constant):
+                return claim
+        raise Unsayable(f'"{node}" in a constraint is neither a boolean fluent nor that one has an object as its value')
 
     def _goal(self) -> list[f.Formula]:
         problem = self.original
@@ -236,20 +243,21 @@ def _senses(action: Any) -> bool:
     return isinstance(action, SensingAction)
 
 
-def _instances(problem: Any, fluent: Any) -> Iterator[Any]:
+def instances_of(problem: Any, fluent: Any) -> Iterator[Any]:
+    """A fluent with all combinations of objects as its arguments."""
     domains = [list(problem.objects(each.type)) for each in fluent.signature]
     for objects in product(*domains):
         yield fluent(*objects)
 
 
-def _hidden(problem: Any) -> set[Any]:
+def hidden_of(problem: Any) -> set[Any]:
     """The fluents about which something is unknown at the start; their values, if any are given, do not count."""
     if not isinstance(problem, ContingentProblem):
         return set()
-    return {each.arg(0) if each.is_not() else each for each in problem.hidden_fluents}
+    return {each if each.is_fluent_exp() else each.arg(0) for each in problem.hidden_fluents}
 
 
-def _costs(problem: Any) -> dict[str, Any] | None:
+def costs_of(problem: Any) -> dict[str, Any] | None:
     """The cost of each action, by its name; None if all cost the same."""
     for metric in problem.quality_metrics:
         if metric.is_minimize_action_costs():
@@ -270,7 +278,7 @@ def _values(problem: Any) -> Iterator[Any]:
     """All expressions of a problem with their parts, those of its initial values, of its bounds and of its costs too."""
     waiting = [*problem.goals, *problem.state_invariants, *problem.explicit_initial_values.values()]
     waiting += [each for each in problem.fluents_defaults.values() if each is not None]
-    waiting += (_costs(problem) or {}).values()
+    waiting += (costs_of(problem) or {}).values()
     for action in problem.actions:
         waiting += action.preconditions
         for effect in action.effects:

@@ -2,12 +2,13 @@
 
 import random
 from collections.abc import Iterator
-from itertools import islice, product
+from itertools import islice
 
 from unified_planning.engines import SequentialSimulatorMixin, ValidationResultStatus
 from unified_planning.engines.plan_validator import SequentialPlanValidator
 from unified_planning.engines.sequential_simulator import UPSequentialSimulator
 from unified_planning.model import ContingentProblem, InstantaneousAction, Problem, SensingAction
+from unified_planning.model.fluent import get_all_fluent_exp
 from unified_planning.plans import ActionInstance, SequentialPlan
 
 ALL = 512  # worlds that are looked at one by one; of more, so many are drawn
@@ -25,58 +26,48 @@ def hidden_atoms(problem: ContingentProblem) -> list:
     return sorted({each.arg(0) if each.is_not() else each for each in problem.hidden_fluents}, key=str)
 
 
-def holds(literal, world) -> bool:
-    return not world[literal.arg(0)] if literal.is_not() else world[literal]
+def constraints_of(problem) -> list[tuple[list, bool]]:
+    """What is known of the start: literals, of which exactly one (True) or at least one (False) holds."""
+    return [(one, True) for one in problem.oneof_constraints] + [(one, False) for one in problem.or_constraints]
 
 
-def fits(problem, world) -> bool:
-    """Whether a world fulfils what is known of the start."""
-    exactly = all(sum(holds(each, world) for each in one) == 1 for one in problem.oneof_constraints)
-    return exactly and all(any(holds(each, world) for each in one) for one in problem.or_constraints)
+def possible(literals, exactly: bool, world: dict) -> bool:
+    """Whether a constraint may still hold in a world of which only some atoms are decided."""
+    sides = [(each.arg(0), False) if each.is_not() else (each, True) for each in literals]
+    true = sum(atom in world and world[atom] == positive for atom, positive in sides)
+    open_ = sum(atom not in world for atom, _ in sides)
+    return true + open_ >= 1 and not (exactly and true > 1)
 
 
-def all_worlds(problem) -> Iterator[dict]:
-    """Every assignment to the hidden fluents that fulfils the constraints: members of `oneof` are chosen first."""
+def all_worlds(problem, source: random.Random | None = None) -> Iterator[dict]:
+    """Every assignment to the hidden fluents that fulfils the constraints, in an order that `source` shuffles."""
     atoms = hidden_atoms(problem)
-    chosen_first = [one for one in problem.oneof_constraints]
-    for choice in product(*chosen_first):
-        world = {}
-        consistent = True
-        for one, picked in zip(chosen_first, choice, strict=True):
-            for each in one:
-                atom, value = (each.arg(0), each is not picked) if each.is_not() else (each, each is picked)
-                consistent &= world.setdefault(atom, value) == value
-        if consistent:
-            free = [each for each in atoms if each not in world]
-            for values in product((False, True), repeat=len(free)):
-                whole = world | dict(zip(free, values, strict=True))
-                if fits(problem, whole):
-                    yield whole
+    about: dict = {each: [] for each in atoms}
+    for literals, exactly in constraints_of(problem):
+        for each in literals:
+            about[each.arg(0) if each.is_not() else each].append((literals, exactly))
+    order = atoms if source is None else source.sample(atoms, len(atoms))
 
-
-def drawn_worlds(problem, seed: int, number: int) -> Iterator[dict]:
-    """Worlds drawn at random."""
-    source = random.Random(seed)
-    atoms = hidden_atoms(problem)
-    found = 0
-    for _ in range(1000 * number):
-        world = {each: source.random() < 0.5 for each in atoms}
-        for one in problem.oneof_constraints:
-            picked = source.choice(one)
-            for each in one:
-                atom, value = (each.arg(0), each is not picked) if each.is_not() else (each, each is picked)
-                world[atom] = value
-        if fits(problem, world):
-            found += 1
-            yield world
-        if found == number:
+    def from_here(number: int, world: dict) -> Iterator[dict]:
+        if number == len(order):
+            yield dict(world)
             return
+        values = [False, True] if source is None else source.sample([False, True], 2)
+        for value in values:
+            world[order[number]] = value
+            if all(possible(literals, exactly, world) for literals, exactly in about[order[number]]):
+                yield from from_here(number + 1, world)
+            del world[order[number]]
+
+    yield from from_here(0, {})
 
 
 def worlds(problem, seed: int = 0, number: int = ALL) -> list[dict]:
     """All worlds of a problem, or `number` of them, drawn at random, if there are more."""
     some = list(islice(all_worlds(problem), number + 1))
-    return some if len(some) <= number else list(drawn_worlds(problem, seed, number))
+    if len(some) <= number:
+        return some
+    return [next(all_worlds(problem, random.Random(f"{seed} {each}"))) for each in range(number)]
 
 
 def in_world(problem: ContingentProblem, world: dict) -> Problem:
@@ -88,19 +79,20 @@ def in_world(problem: ContingentProblem, world: dict) -> Problem:
     made.add_objects(problem.all_objects)
     for action in problem.actions:
         made.add_action(without_sensing(action))
-    hidden = set(hidden_atoms(problem))
-    for fluent, value in problem.initial_values.items() if not hidden else _known_values(problem, hidden):
+    hidden = {each.arg(0) if each.is_equals() else each for each in hidden_atoms(problem)}
+    for fluent, value in _known_values(problem, hidden):
         made.set_initial_value(fluent, value)
-    for fluent, value in world.items():
-        made.set_initial_value(fluent, value)
+    for atom, value in world.items():
+        if not atom.is_equals():
+            made.set_initial_value(atom, value)
+        elif value:
+            made.set_initial_value(atom.arg(0), atom.arg(1))
     for goal in problem.goals:
         made.add_goal(goal)
     return made
 
 
 def _known_values(problem, hidden):
-    from unified_planning.model.fluent import get_all_fluent_exp
-
     for fluent in problem.fluents:
         for each in get_all_fluent_exp(problem, fluent):
             if each not in hidden:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from kabo.errors import InputError
 from kabo.language import formulas as f
+from kabo.language.connectives import denied
 from kabo.language.findings import Findings
 from kabo.language.names import Names
 from kabo.language.pddl.actions import PddlAction, Surmise, build_action
@@ -61,6 +62,7 @@ class ProblemBuilder:
         self._vocabulary.types.root = root
         self._action_names = Names()
         self._actions: list[tuple[PddlAction, f.Term | None]] = []
+        self._unknown_functions: set[str] = set()
 
     # ------------------------------------------------------------------------------------------------- declarations
     def type(self, original: str, parent: str | None = None) -> str:
@@ -111,26 +113,33 @@ class ProblemBuilder:
         """It is not known at the start whether the literal's atom holds."""
         self.start.unknown.setdefault(literal.atom, literal)
 
-    def exactly_one(self, literals: Iterable[f.Literal]) -> None:
-        """It is known at the start that exactly one of the literals holds."""
-        self._constraint("Kx", self.start.exactly_one, tuple(dict.fromkeys(literals)))
+    def exactly_one(self, claims: Iterable[f.Claim]) -> None:
+        """It is known at the start that exactly one of the claims holds: of literals, and of `f = v`."""
+        self._constraint("Kx", self.start.exactly_one, tuple(dict.fromkeys(claims)))
 
-    def at_least_one(self, literals: Iterable[f.Literal]) -> None:
-        """It is known at the start that one of the literals holds, or more."""
-        members = tuple(dict.fromkeys(literals))
-        if any(replace(each, positive=not each.positive) in members for each in members):
-            for each in members:  # always true
-                self.unknown(each)
+    def at_least_one(self, claims: Iterable[f.Claim]) -> None:
+        """It is known at the start that one of the claims holds, or more."""
+        members = tuple(dict.fromkeys(claims))
+        if any(denied(each) in members for each in members):
+            self._not_known(members)  # the constraint is always true
         else:
             self._constraint("Kor", self.start.at_least_one, members)
 
-    def _constraint(self, database: f.Database, changes: list[f.Change], members: tuple[f.Literal, ...]) -> None:
-        if len(members) == 1:
+    def _constraint(self, database: f.Database, changes: list[f.Change], members: tuple[f.Claim, ...]) -> None:
+        if len(members) > 1:
+            self._not_known(members)
+            changes.append(f.Change("add", database, members, self._place))
+        elif isinstance(members[0], f.Literal):
             self.start.facts[members[0].atom] = members[0]
-            return
-        for each in members:
-            self.unknown(each)
-        changes.append(f.Change("add", database, members, self._place))
+        elif isinstance(members[0].left, f.Application):
+            self.start.values[members[0].left] = members[0]
+
+    def _not_known(self, claims: Iterable[f.Claim]) -> None:
+        for each in claims:
+            if isinstance(each, f.Literal):
+                self.unknown(each)
+            elif isinstance(each.left, f.Application):
+                self._unknown_functions.add(each.left.function)
 
     # ----------------------------------------------------------------------------------------------------- building
     def refuse(self, message: str, hint: str | None = None) -> None:
@@ -146,7 +155,7 @@ class ProblemBuilder:
         for atom in [atom for atom in self.start.unknown if atom in self.start.facts]:
             del self.start.unknown[atom]  # a constraint of one member tells it
         schemas = [schema for schema, _ in self._actions]
-        unknown = may_be_unknown(schemas, self.start.unknown_symbols())
+        unknown = may_be_unknown(schemas, self.start.unknown_symbols() | self._unknown_functions)
         surmise = Surmise(self._vocabulary, unknown)
         actions: dict[str, Action] = {}
         for schema, cost in self._actions:
