@@ -5,7 +5,7 @@ needed to run it: `problem` and `plan` are what it leaves behind.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -33,10 +33,11 @@ _CALLS = {
     OperatorKind.EQUALS: "Equals",
     OperatorKind.ALWAYS: "Always",
 }
-_IMPORTS = """from fractions import Fraction
+_IMPORTS = """from collections import OrderedDict
+from fractions import Fraction
 
-from unified_planning.model import *
-from unified_planning.plans import *
+from unified_planning.model import ContingentProblem, SensingAction, Variable
+from unified_planning.plans import ActionInstance, ContingentPlan, ContingentPlanNode, SequentialPlan
 from unified_planning.shortcuts import *
 """
 
@@ -76,7 +77,6 @@ class _Writer:
     """Writes the source of one problem: things are found by name in the dictionaries that the source makes."""
 
     problem: Any
-    variables: dict[str, str] = field(default_factory=dict)
 
     def problem_lines(self) -> Iterator[str]:
         """The lines that build the problem."""
@@ -88,8 +88,8 @@ class _Writer:
             yield f"types[{each.name!r}] = UserType({each.name!r}{father})"
         yield f"problem = {kind}({problem.name!r})"
         for each in problem.fluents:
-            signature = "".join(f", {argument.name}={self._type(argument.type)}" for argument in each.signature)
-            yield f"problem.add_fluent(Fluent({each.name!r}, {self._type(each.type)}{signature}))"
+            signature = self._signature(each.signature)
+            yield f"problem.add_fluent(Fluent({each.name!r}, {self._type(each.type)}, {signature}))"
         for each in problem.all_objects:
             yield f"problem.add_object(Object({each.name!r}, {self._type(each.type)}))"
         for each in problem.actions:
@@ -138,10 +138,14 @@ class _Writer:
         bounds = "" if (kind.lower_bound, kind.upper_bound) == (None, None) else f"{kind.lower_bound!r}, {kind.upper_bound!r}"
         return f"{'IntType' if kind.is_int_type() else 'RealType'}({bounds})"
 
+    def _signature(self, named: Any) -> str:
+        """Names with types: as keywords, some of them would not be Python."""
+        pairs = ", ".join(f"({each.name!r}, {self._type(each.type)})" for each in named)
+        return f"OrderedDict([{pairs}])"
+
     def _action(self, action: Any) -> Iterator[str]:
         kind = "SensingAction" if isinstance(action, SensingAction) else "InstantaneousAction"
-        parameters = "".join(f", {each.name}={self._type(each.type)}" for each in action.parameters)
-        yield f"action = {kind}({action.name!r}{parameters})"
+        yield f"action = {kind}({action.name!r}, {self._signature(action.parameters)})"
         for each in action.preconditions:
             yield f"action.add_precondition({self._expression(each)})"
         for effect in action.effects:

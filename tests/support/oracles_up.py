@@ -46,7 +46,11 @@ def all_worlds(problem, source: random.Random | None = None) -> Iterator[dict]:
     for literals, exactly in constraints_of(problem):
         for each in literals:
             about[each.arg(0) if each.is_not() else each].append((literals, exactly))
-    order = atoms if source is None else source.sample(atoms, len(atoms))
+    tied = constraints_of(problem)
+    if source is not None:
+        source.shuffle(tied)
+    near = [each.arg(0) if each.is_not() else each for literals, _ in tied for each in literals]
+    order = list(dict.fromkeys([*near, *atoms]))  # those of one constraint one after the other
 
     def from_here(number: int, world: dict) -> Iterator[dict]:
         if number == len(order):
