@@ -4,6 +4,7 @@ What kabo cannot plan for is refused by name, before anything is searched; that 
 kabo proves it.
 """
 
+from collections.abc import Iterable
 from typing import Any
 from warnings import warn
 
@@ -73,14 +74,18 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
         return _CREDITS
 
     def solve(self, problem: AbstractProblem, *arguments: Any, **options: Any) -> PlanGenerationResult:
-        """Plans as every one-shot planner does; a problem that is not supported is refused with the reasons.
+        """Plans as every one-shot planner does; what kabo does not support is refused with the reasons.
+
+        unified-planning asks for errors only of engines that it chose itself; one that is named answers UNSUPPORTED_PROBLEM.
 
         Raises:
-            UPUsageError: kabo does not support the problem; says why.
+            UPUsageError: kabo does not support the problem, and `error_on_failed_checks` is set; says why.
         """
-        refused = [] if self.skip_checks or not self.error_on_failed_checks else refusals(problem.kind)
-        if refused:
+        refused = refusals(problem.kind)
+        if refused and self.error_on_failed_checks and not self.skip_checks:
             raise UPUsageError(f"kabo does not support this problem: {'; '.join(refused)}")
+        if refused:
+            return _unsupported(refused)
         return super().solve(problem, *arguments, **options)
 
     def _solve(
@@ -103,8 +108,7 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
             result = solve(translation.problem, **options)
             return self._answer(translation, result)
         except InputError as error:
-            found = [LogMessage(Level.ERROR, each.message) for each in error.diagnostics]
-            return PlanGenerationResult(Status.UNSUPPORTED_PROBLEM, None, NAME, log_messages=found)
+            return _unsupported(each.message for each in error.diagnostics)
 
     def _answer(self, translation: Translation, result: Result) -> PlanGenerationResult:
         """kabo's result as one of unified-planning."""
@@ -123,6 +127,11 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
         optimal = self.options.get("search") == "astar" and not contingent and translation.exact
         optimal = optimal and bool(problem.quality_metrics)
         return PlanGenerationResult(Status.SOLVED_OPTIMALLY if optimal else Status.SOLVED_SATISFICING, plan, NAME, figures)
+
+
+def _unsupported(sentences: Iterable[str]) -> PlanGenerationResult:
+    found = [LogMessage(Level.ERROR, each) for each in sentences]
+    return PlanGenerationResult(Status.UNSUPPORTED_PROBLEM, None, NAME, log_messages=found)
 
 
 def _without_plan(translation: Translation, result: Result) -> tuple[Status, list[LogMessage]]:

@@ -107,7 +107,6 @@ class _Translator:
             self.names.types[kind.name] = self.builder.type(kind.name, parent)
         for fluent in problem.fluents:
             arguments = [self.names.types[each.type.name] for each in fluent.signature]
-            # Objects and fluents may have the same name in unified-planning, but not in kabo.
             if fluent.type.is_bool_type():
                 self.names.fluents[fluent.name] = self.builder.predicate(fluent.name, arguments)
             else:
@@ -193,8 +192,7 @@ def _effects(here: Expressions, effect: Any) -> Iterator[ConditionalEffect]:
     """The conditional effects of one effect: a computed truth value gives two of them."""
     variables, inner = here.inside(effect.forall)
     condition = inner.condition(effect.condition)
-    arguments, more, where = _plain_arguments(inner, effect.fluent)
-    variables, condition = (*variables, *more), conjunction([condition, *where])
+    arguments = tuple(map(inner.term, effect.fluent.args))
     name = here.names.fluents[effect.fluent.fluent().name]
     if effect.fluent.type.is_bool_type():
         atom = f.Atom(name, arguments)
@@ -209,25 +207,6 @@ def _effects(here: Expressions, effect: Any) -> Iterator[ConditionalEffect]:
         value = f.Arithmetic("+" if effect.is_increase() else "-", term, value)
     if condition != f.Truth(False):
         yield ConditionalEffect(variables, condition, f.Comparison("=", term, value), changes)
-
-
-def _plain_arguments(
-    here: Expressions, node: Any
-) -> tuple[tuple[f.Term, ...], tuple[f.Variable, ...], list[f.Formula]]:
-    """The arguments of what is changed, where a computed one is a variable; these, and what each is equal to."""
-    arguments: list[f.Term] = []
-    more: list[f.Variable] = []
-    where: list[f.Formula] = []
-    for number_, each in enumerate(node.args):
-        term = here.term(each)
-        if isinstance(term, f.Application):
-            around = [*here.scope.values(), *more]
-            own = here.builder.variable(f"argument{number_}", here.names.types[each.type.name], around)
-            where.append(f.Know(f.Comparison("=", term, own)))
-            more.append(own)
-            term = own
-        arguments.append(term)
-    return tuple(arguments), tuple(more), where
 
 
 def _sensed(here: Expressions, node: Any) -> f.Atom | f.Application:

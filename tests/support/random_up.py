@@ -65,6 +65,5 @@ def effect(source, action, atoms, is_on, thing, held, contingent) -> None:
         action.add_effect(is_on(variable), value, forall=[variable])
     elif form == 4 and not contingent:
         action.add_effect(held(), action.parameter("t"))
-        action.add_effect(is_on(held()), value)
     else:
         action.add_effect(changed, value)
