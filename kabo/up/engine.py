@@ -126,7 +126,9 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
             )
         optimal = self.options.get("search") == "astar" and not contingent and translation.exact
         optimal = optimal and bool(problem.quality_metrics)
-        return PlanGenerationResult(Status.SOLVED_OPTIMALLY if optimal else Status.SOLVED_SATISFICING, plan, NAME, figures)
+        return PlanGenerationResult(
+            Status.SOLVED_OPTIMALLY if optimal else Status.SOLVED_SATISFICING, plan, NAME, figures
+        )
 
 
 def _unsupported(sentences: Iterable[str]) -> PlanGenerationResult:

@@ -138,7 +138,11 @@ class _Exporter:
         here = Sayer(manager, self.sayer.types, self.sayer.fluents, self.sayer.objects, self.values, scope)
         what = f"action {action.name}"
         for each in action.preconditions:
-            self._try(f'{what}, precondition "{spell(each)}"', lambda part: made.add_precondition(here.formula(part)), each)
+            self._try(
+                f'{what}, precondition "{spell(each)}"',
+                lambda part: made.add_precondition(here.formula(part)),
+                each,
+            )
         for effect in action.effects:
             self._try(f'{what}, effect "{spell(effect)}"', _add_effects, made, here, effect)
         for sensed in action.sense:
@@ -183,7 +187,9 @@ class _Exporter:
         for members in start.at_least_one:
             self.made.add_or_initial_constraint([self.sayer.claim(each) for each in members])
         if hidden == MAX_HIDDEN:
-            self.omitted.append(f"initial knowledge: more than {MAX_HIDDEN} atoms are unknown, the rest is not named")
+            self.omitted.append(
+                f"initial knowledge: more than {MAX_HIDDEN} atoms are unknown, the rest is not named"
+            )
 
     def _start_value(self, start: Start, term: f.Application) -> None:
         said, value = self.sayer.term(term), start.values.get(term)

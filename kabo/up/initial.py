@@ -73,7 +73,9 @@ def _apply(problem: Problem, start: Start, effect: f.Effect) -> None:
             for literal in _instances(problem, variables, body):
                 start.facts.setdefault(literal.atom, not literal.positive)
         case _:
-            start.omitted.append(f'initial knowledge "{spell(effect)}": it is about knowledge, not about the world')
+            start.omitted.append(
+                f'initial knowledge "{spell(effect)}": it is about knowledge, not about the world'
+            )
 
 
 def _add(start: Start, fact: f.Fact) -> None:
@@ -98,5 +100,7 @@ def _members(problem: Problem, facts: tuple[f.Fact, ...]) -> Iterator[f.Claim]:
 def _instances(problem: Problem, variables: tuple[f.Variable, ...], tree: "f.Effect | f.Fact") -> Iterator:  # type: ignore[type-arg]
     """The tree with every combination of objects for its variables."""
     for names in product(*(problem.of_type(each.type) for each in variables)):
-        binding: dict[str, f.Term] = {each.name: f.Constant(name) for each, name in zip(variables, names, strict=True)}
+        binding: dict[str, f.Term] = {
+            each.name: f.Constant(name) for each, name in zip(variables, names, strict=True)
+        }
         yield substituted(tree, binding)

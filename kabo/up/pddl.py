@@ -105,7 +105,8 @@ class _Writer:
 
     def _objects(self) -> str:
         return " ".join(
-            f"{self.names.objects[each.name]} - {self.names.types[each.type.name]}" for each in self.original.all_objects
+            f"{self.names.objects[each.name]} - {self.names.types[each.type.name]}"
+            for each in self.original.all_objects
         )
 
     def _declared(self, fluent: Any) -> str:

@@ -132,7 +132,10 @@ class _Writer:
             except _Impossible:
                 continue
             possible += 1
-            yield {self.facts[fact]: self._value(self.facts[fact], outcome) for fact, outcome in seen.items()}, child
+            yield (
+                {self.facts[fact]: self._value(self.facts[fact], outcome) for fact, outcome in seen.items()},
+                child,
+            )
         if not possible:
             raise _Impossible(f"nothing can be seen by {node.action}")
 
@@ -158,7 +161,9 @@ class _Writer:
         assert node.action is not None
         names, original = self.translation.names, self.translation.original
         action = names.action_of(original, node.action)
-        values = [self._argument(node.arguments[each], kind.type, known) for each, kind in self._parameters(node, action)]
+        values = [
+            self._argument(node.arguments[each], kind.type, known) for each, kind in self._parameters(node, action)
+        ]
         return ActionInstance(action, tuple(values))
 
     def _parameters(self, node: Node, action: Any) -> Iterator[tuple[str, Any]]:
@@ -252,12 +257,14 @@ class _Reader:
             following = ways[0][1] if ways else self.builder.goal()
             return self.builder.add(Node("action", name, arguments, following))
         facts = [spell_bound(each, arguments) for each in action.sense]
-        told = [({self._spelled(key): self._outcome(value) for key, value in seen.items()}, way) for seen, way in ways]
+        told = [
+            ({self._spelled(key): self._outcome(value) for key, value in seen.items()}, way) for seen, way in ways
+        ]
         if len(facts) == 1 and any(seen for seen, _ in told):
-            return self.builder.add(Node("sense", name, arguments, on=facts[0], branches=self._split(facts[0], told)))
-        return self.builder.add(
-            Node("sense", name, arguments, self._decided(told), delivers=tuple(facts))
-        )
+            return self.builder.add(
+                Node("sense", name, arguments, on=facts[0], branches=self._split(facts[0], told))
+            )
+        return self.builder.add(Node("sense", name, arguments, self._decided(told), delivers=tuple(facts)))
 
     def _decided(self, told: list[tuple[dict[str, str], str]]) -> str:
         """The handle of the nodes that tell several observations apart, one fact after the other."""

@@ -121,7 +121,11 @@ class _Translator:
         parameters, inner = self.outer.inside(action.parameters)
         conditions = conjunction([inner.condition(each) for each in action.preconditions])
         preconditions = list(conditions.parts) if isinstance(conditions, f.And) else [conditions]
-        effects = [piece for each in action.effects for piece in _effects(inner, each)]
+        pieces = [piece for each in action.effects for piece in _effects(inner, each)]
+        repeated = {
+            id(piece) for number, piece in enumerate(pieces) if piece in pieces[:number] and not piece.changes
+        }
+        effects = [piece for piece in pieces if id(piece) not in repeated]
         sensed = [_sensed(inner, each) for each in action.observed_fluents] if _senses(action) else []
         return WorldAction(
             action.name, parameters, [each for each in preconditions if each != f.Truth(True)], effects, sensed,
@@ -160,7 +164,9 @@ class _Translator:
                 return claim
             if claim.operator == "=" and isinstance(claim.right, f.Constant):
                 return claim
-        raise Unsayable(f'"{node}" in a constraint is neither a boolean fluent nor that one has an object as its value')
+        raise Unsayable(
+            f'"{node}" in a constraint is neither a boolean fluent nor that one has an object as its value'
+        )
 
     def _goal(self) -> list[f.Formula]:
         problem = self.original
@@ -264,7 +270,12 @@ def _values(problem: Any) -> Iterator[Any]:
             waiting += [effect.fluent, effect.value, effect.condition]
     number_of = problem.environment.expression_manager.auto_promote
     for kind in {each.type for each in problem.fluents if each.type.is_int_type() or each.type.is_real_type()}:
-        waiting += [each for bound in (kind.lower_bound, kind.upper_bound) if bound is not None for each in number_of(bound)]
+        waiting += [
+            each
+            for bound in (kind.lower_bound, kind.upper_bound)
+            if bound is not None
+            for each in number_of(bound)
+        ]
     seen = set()
     while waiting:
         node = waiting.pop()

@@ -135,7 +135,11 @@ class _Writer:
             return f"types[{kind.name!r}]"
         if kind.is_bool_type():
             return "BoolType()"
-        bounds = "" if (kind.lower_bound, kind.upper_bound) == (None, None) else f"{kind.lower_bound!r}, {kind.upper_bound!r}"
+        bounds = (
+            ""
+            if (kind.lower_bound, kind.upper_bound) == (None, None)
+            else f"{kind.lower_bound!r}, {kind.upper_bound!r}"
+        )
         return f"{'IntType' if kind.is_int_type() else 'RealType'}({bounds})"
 
     def _signature(self, named: Any) -> str:
@@ -149,7 +153,13 @@ class _Writer:
         for each in action.preconditions:
             yield f"action.add_precondition({self._expression(each)})"
         for effect in action.effects:
-            word = "effect" if effect.is_assignment() else "increase_effect" if effect.is_increase() else "decrease_effect"
+            word = (
+                "effect"
+                if effect.is_assignment()
+                else "increase_effect"
+                if effect.is_increase()
+                else "decrease_effect"
+            )
             parts = [self._expression(effect.fluent), self._expression(effect.value)]
             if not effect.condition.is_true():
                 parts.append(self._expression(effect.condition))
@@ -181,7 +191,9 @@ class _Writer:
             name = names[id(waiting.pop())] = f"node{len(names)}"
             yield f"{name} = ContingentPlanNode({self._instance(node.action_instance)})"
             for seen, child in node.children:
-                pairs = ", ".join(f"{self._expression(key)}: {self._expression(value)}" for key, value in seen.items())
+                pairs = ", ".join(
+                    f"{self._expression(key)}: {self._expression(value)}" for key, value in seen.items()
+                )
                 yield f"{name}.add_child({{{pairs}}}, {names[id(child)]})"
         root = "None" if plan.root_node is None else names[id(plan.root_node)]
         yield f"plan = ContingentPlan({root}, problem.environment)"

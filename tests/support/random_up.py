@@ -3,7 +3,19 @@
 import random
 
 from unified_planning.model import ContingentProblem, InstantaneousAction, Object, Problem, SensingAction
-from unified_planning.shortcuts import And, BoolType, Equals, Exists, Fluent, Forall, Iff, Not, Or, UserType, Variable
+from unified_planning.shortcuts import (
+    And,
+    BoolType,
+    Equals,
+    Exists,
+    Fluent,
+    Forall,
+    Iff,
+    Not,
+    Or,
+    UserType,
+    Variable,
+)
 
 
 def random_problem(seed: int, *, contingent: bool):

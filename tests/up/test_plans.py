@@ -44,7 +44,10 @@ def runs_of(plan: Plan) -> set[Run]:
 
 
 def shown(node: Node, known: dict) -> list[str]:
-    values = [known.get(each.term, each.term) if isinstance(each, ValueOf) else str(each) for each in node.arguments.values()]
+    values = [
+        known.get(each.term, each.term) if isinstance(each, ValueOf) else str(each)
+        for each in node.arguments.values()
+    ]
     return [each.lower() for each in values]
 
 
@@ -75,7 +78,9 @@ def test_the_plan_of_a_domain_is_rebuilt_by_unified_planning_with_the_same_actio
     left = ran(kabo.up.export_up(problem, plan))
     exported = kabo.up.problem_to_up(problem)
     assert left["plan"] == kabo.up.plan_to_up(plan, exported.translation)
-    assert [each.name for each in left["problem"].actions] == [each.name for each in exported.translation.original.actions]
+    assert [each.name for each in left["problem"].actions] == [
+        each.name for each in exported.translation.original.actions
+    ]
     walked = {done for done, _ in runs_of(plan)}
     rebuilt = actions_in(left["plan"])
     assert {done for done in rebuilt if done in walked} == walked
@@ -94,7 +99,10 @@ def test_a_problem_of_which_nothing_is_left_out_is_judged_by_unified_planning(na
 
 def test_what_unified_planning_has_no_form_for_is_named():
     exported = kabo.up.problem_to_up(kabo.load_problem(DOMAINS / "asking_bartender" / "n3.yaml"))
-    assert 'action confirm, precondition "Kv(order(g))": it is about knowledge, not about the world' in exported.omitted
+    assert (
+        'action confirm, precondition "Kv(order(g))": it is about knowledge, not about the world'
+        in exported.omitted
+    )
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -116,7 +124,9 @@ def test_the_source_of_a_problem_and_its_plan_builds_them_anew(seed):
     assert left.explicit_initial_values == problem.explicit_initial_values
     if isinstance(problem, ContingentProblem):
         assert left.hidden_fluents == problem.hidden_fluents
-        assert left.oneof_constraints == problem.oneof_constraints and left.or_constraints == problem.or_constraints
+        assert (
+            left.oneof_constraints == problem.oneof_constraints and left.or_constraints == problem.or_constraints
+        )
     else:
         assert left == problem
 
@@ -135,7 +145,10 @@ def test_a_plan_that_branches_later_than_it_senses_becomes_a_tree_that_branches_
         },
     )  # fmt: skip
     tree = kabo.up.plan_to_up(plan, translation)
-    assert actions_in(tree) - {("listen()",)} == {("listen()", "wait()", "open-left()"), ("listen()", "wait()", "open-right()")}
+    assert actions_in(tree) - {("listen()",)} == {
+        ("listen()", "wait()", "open-left()"),
+        ("listen()", "wait()", "open-right()"),
+    }
     assert not failures(translation.original, tree)
 
 
@@ -156,7 +169,9 @@ def test_a_plan_of_another_problem_and_a_tree_that_is_too_large_are_refused():
     nodes = {"g": Node("goal")}
     following = "g"
     for number in range(15):
-        nodes[f"s{number}"] = Node("sense", "listen", {}, on="tiger_left", branches={"false": following, "true": following})
+        nodes[f"s{number}"] = Node(
+            "sense", "listen", {}, on="tiger_left", branches={"false": following, "true": following}
+        )
         following = f"s{number}"
     with pytest.raises(kabo.InputError, match="as a tree the plan has 32768 branches"):
         kabo.up.plan_to_up(Plan("tiger", {}, {}, following, nodes), translation)
@@ -168,7 +183,9 @@ def test_a_changed_plan_comes_back_and_is_judged_by_kabo():
     wrong = dataclasses.replace(
         plan,
         nodes={
-            name: dataclasses.replace(node, branches=dict(zip(node.branches, reversed(node.branches.values()), strict=True)))
+            name: dataclasses.replace(
+                node, branches=dict(zip(node.branches, reversed(node.branches.values()), strict=True))
+            )
             for name, node in plan.nodes.items()
         },
     )

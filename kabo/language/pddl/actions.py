@@ -246,6 +246,8 @@ def _cost(here: NameResolver, pieces: Iterable[ConditionalEffect], surmise: Surm
     return total
 
 
-def _report(here: NameResolver, tree: ConditionalEffect | f.Atom | f.Application, message: str, *, warning: bool = False) -> None:
+def _report(
+    here: NameResolver, tree: ConditionalEffect | f.Atom | f.Application, message: str, *, warning: bool = False
+) -> None:
     place = tree.place or f.Place(here.source.name, 1, 1)
     here.findings.add(place, message, None, warning=warning)
