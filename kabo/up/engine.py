@@ -1,7 +1,7 @@
 """The engine `kabo` of unified-planning: a one-shot planner for classical, numeric and contingent problems.
 
-What kabo cannot plan for is refused by name, before anything is searched; that there is no plan is only said to be proven where
-kabo proves it.
+What kabo cannot plan for is refused by name, before anything is searched; that there is no plan is only said to be
+proven where kabo proves it.
 """
 
 from collections.abc import Iterable
@@ -76,7 +76,8 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
     def solve(self, problem: AbstractProblem, *arguments: Any, **options: Any) -> PlanGenerationResult:
         """Plans as every one-shot planner does; what kabo does not support is refused with the reasons.
 
-        unified-planning asks for errors only of engines that it chose itself; one that is named answers UNSUPPORTED_PROBLEM.
+        unified-planning asks for errors only of engines that it chose itself; one that is named answers
+        UNSUPPORTED_PROBLEM.
 
         Raises:
             UPUsageError: kabo does not support the problem, and `error_on_failed_checks` is set; says why.
@@ -111,7 +112,7 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
             return _unsupported(each.message for each in error.diagnostics)
 
     def _answer(self, translation: Translation, result: Result) -> PlanGenerationResult:
-        """kabo's result as one of unified-planning."""
+        """Kabo's result as one of unified-planning."""
         problem, statistics = translation.original, result.statistics
         figures = {"expanded": str(statistics["expanded"]), "engine_internal_time": str(statistics["total_s"])}
         if result.plan is None:

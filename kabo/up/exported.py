@@ -1,8 +1,8 @@
 """A problem of kabo as one of unified-planning, for its plans: with the same actions, objects and fluents.
 
-unified-planning describes the world, kabo what is known, too. Preconditions, effects and initial knowledge that it has no form
-for are left out, and each of them is named: with nothing left out, the problem says the same, and its plans can be judged there.
-Of motions it says nothing: they stay in kabo's plan.
+unified-planning describes the world, kabo what is known, too. Preconditions, effects and initial knowledge that it has
+no form for are left out, and each of them is named: with nothing left out, the problem says the same, and its plans can
+be judged there. Of motions it says nothing: they stay in kabo's plan.
 """
 
 from collections import OrderedDict

@@ -29,7 +29,7 @@ class Expressions:
     scope: Mapping[str, f.Variable]
 
     def inside(self, variables: Any) -> "tuple[tuple[f.Variable, ...], Expressions]":
-        """kabo's variables for parameters or variables of unified-planning, and the translator within their scope."""
+        """Kabo's variables for parameters or variables of unified-planning, and the translator within their scope."""
         scope, own = dict(self.scope), []
         for each in variables:
             if not each.type.is_user_type():

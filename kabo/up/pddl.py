@@ -1,7 +1,7 @@
 """Contingent PDDL of a problem of unified-planning: its own writer leaves out `:observe`, `unknown`, `oneof` and `or`.
 
-What is written is read by kabo ([languages](docs/reference/languages.md#pddl)) and by unified-planning's `PDDLReader`. Names are
-those of kabo's plans, since PDDL does not know all that unified-planning allows.
+What is written is read by kabo (docs/reference/languages.md#pddl) and, but for functions with objects as values, by
+unified-planning's `PDDLReader`. Names are those of kabo's plans, since PDDL does not know all that unified-planning allows.
 """
 
 from collections.abc import Iterable, Iterator

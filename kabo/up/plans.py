@@ -1,8 +1,8 @@
 """Plans of kabo as plans of unified-planning, and back.
 
 A plan of kabo is a graph that may branch later than it senses; a `ContingentPlan` is a tree that branches behind sensing
-actions: nodes are repeated for it, as often as there are branches. Where a sensing action has no child for an outcome, the plan
-ends there: the goal is reached, or the outcome is impossible.
+actions: nodes are repeated for it, as often as there are branches. Where a sensing action has no child for an outcome,
+the plan ends there: the goal is reached, or the outcome is impossible.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -212,7 +212,7 @@ class _Writer:
 def _followed(node: Node, known: Known) -> str:
     """Where a branch node leads to, by what is known."""
     outcome = known.get(node.on or "")
-    if outcome not in node.branches:
+    if outcome is None or outcome not in node.branches:
         raise _Impossible(f"{node.on} cannot be {outcome}")
     return node.branches[outcome]
 
@@ -286,7 +286,7 @@ class _Reader:
 
     def _outcomes(self, fact: str) -> tuple[str, ...]:
         problem = self.translation.problem
-        name = fact.split("(")[0]
+        name = fact.split("(", maxsplit=1)[0]
         if name in problem.domain.predicates:
             return ("false", "true")
         return problem.values_of(name) or ()

@@ -43,7 +43,7 @@ from unified_planning.shortcuts import *
 
 
 def export_up(problem: Problem, plan: Plan) -> str:
-    """kabo's plan for `kabo export --to up`: Python source that builds the problem and the plan in unified-planning.
+    """The plan for `kabo export --to up`: Python source that builds the problem and the plan in unified-planning.
 
     Its first lines are comments that name what unified-planning has no form for.
 

@@ -153,8 +153,9 @@ def test_a_plan_that_branches_later_than_it_senses_becomes_a_tree_that_branches_
 
 
 def late_branching():
-    from tests.up.test_engine import doors
     from unified_planning.model import InstantaneousAction
+
+    from tests.up.test_engine import doors
 
     problem = doors(with_listening=True)
     problem.add_action(InstantaneousAction("wait"))
