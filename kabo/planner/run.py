@@ -14,6 +14,7 @@ from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.options import Options
 from kabo.phases import timed
+from kabo.plan import State
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
@@ -66,6 +67,7 @@ class SolveRun:
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
     on_refused: Callable[[Result], None] | None = None
+    start: State | None = None  # of a run, in which the plan begins; None: where the problem does
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)

@@ -19,6 +19,8 @@ from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
 from kabo.phases import timed
+from kabo.plan import State
+from kabo.planner.continuing import knowledge_after
 from kabo.planner.geometry.assembly import assemble
 from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.geometry.workers import ProcedureWorkers
@@ -42,6 +44,7 @@ SHOWN_REFUSALS = 12  # calls that a reason names
 def solve(
     problem: Problem,
     *,
+    start: State | None = None,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -59,6 +62,7 @@ def solve(
 
     Args:
         problem: the problem to solve.
+        start: the state of a run in which the plan begins (`kabo.after`); None: where the problem begins.
         workers: the number of processes that compute answers of geometric procedures; 1 means this process alone.
         progress: called periodically with the current progress.
         cancelled: called periodically; True stops the run.
@@ -74,8 +78,8 @@ def solve(
             problem, the scene or the defaults.
 
     Raises:
-        InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
-            answer is not as the domain declares it.
+        InputError: the problem uses what the planner does not support, its scene does not load, a procedure's
+            answer is not as the domain declares it, or `start` is no state of the problem.
 
     Example:
         >>> result = kabo.solve(kabo.load_problem("domains/grid/n3.yaml"), seed=1)
@@ -94,10 +98,12 @@ def solve(
     else:
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
-    run.on_procedures, run.on_found, run.on_refused = on_procedures, on_found, on_refused
+    run.on_procedures, run.on_found, run.on_refused, run.start = on_procedures, on_found, on_refused, start
     run.report_progress("grounding", again=False)
     with timed("grounding", _LOG):
         task = ground(run.problem)
+        if start is not None:
+            task = replace(task, initial=knowledge_after(task, start.done))
     run.symbolic_s = perf_counter() - run.began - external.seconds
     if has_geometry:
         result = _with_geometry(run, task)
@@ -196,7 +202,7 @@ def _with_external(run: SolveRun, task: GroundedTask, external: ExternalProcedur
 
 def _solved(run: SolveRun, variants: Variants) -> Result:
     """The result with a plan that has no motions."""
-    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
+    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written(), run.start)
     return Result("solved", plan, statistics_of(run))
 
 

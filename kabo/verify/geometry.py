@@ -48,7 +48,7 @@ def check_geometry(
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
-    anywhere = isinstance(problem, SceneAlone)
+    anywhere = isinstance(problem, SceneAlone) or plan.done is not None
     findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     try:
         added = AddedBodies.of(changes, plan.nodes[plan.root].motion) if changes else None

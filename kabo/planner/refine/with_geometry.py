@@ -24,6 +24,7 @@ from kabo.geometry_server import (
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
+from kabo.plan.writing import rounded_state
 from kabo.planner.certify.certifying import UNFINISHED, certified
 from kabo.planner.certify.granting import granted
 from kabo.planner.geometry.assembly import assemble, files_read
@@ -33,7 +34,7 @@ from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.refine.refining import FoundMotion, refine
 from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
-from kabo.scene import load_scene
+from kabo.scene import beginning_at, load_scene
 from kabo.tasks.procedures import GeometricProcedures
 
 MAX_BASES = 4  # calls out of reach of which it is told where the base would do; each takes about half a second
@@ -52,6 +53,8 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
     scene = load_scene(run.problem.scene, run.stop.look)
+    if run.start is not None and run.start.geometry is not None:
+        scene = beginning_at(scene, rounded_state(run.start.geometry))
     exact = run.options.geometry == "exact"
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact, clearance=run.options.clearance)
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
@@ -159,7 +162,9 @@ def with_start_faults(result: Result, server: GeometricProcedures, *, late: bool
 def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:
     """The plan as it is written, with what grants its contacts."""
     assert run.problem.scene is not None
-    plan = assemble(run.problem, variants, server, files_read(run.problem, server), run.options.written())
+    plan = assemble(
+        run.problem, variants, server, files_read(run.problem, server), run.options.written(), run.start
+    )
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
 
 

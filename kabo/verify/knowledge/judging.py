@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
+from kabo.verify.knowledge.past import with_past
 from kabo.verify.knowledge.replay import replay
 from kabo.verify.knowledge.worlds import CannotJudgeError, judge_in_worlds
 from kabo.verify.knowledge.worlds.world import MAX_VALUES
@@ -34,6 +35,7 @@ def check_knowledge(
     problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MAX_VALUES
 ) -> KnowledgeReport:
     """Checks the knowledge on every branch of a plan; `order` lists the reached nodes in topological order."""
+    plan, order = with_past(plan, order)
     wrong = tuple(check_calls(plan, order, problem))
     if wrong:
         return KnowledgeReport(wrong)
@@ -57,6 +59,7 @@ def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MAX_VALUES) ->
         the report; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.
     """
     order, findings = check_structure(plan)
+    plan, order = with_past(plan, order)
     findings.extend(check_calls(plan, order, problem))
     if findings or not order:
         return WorldReport(tuple(findings), exhaustive=False)
