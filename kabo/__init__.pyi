@@ -32,6 +32,7 @@ from kabo.plan import plan_to_json as plan_to_json
 from kabo.plan import policy as policy
 from kabo.plan import unfold as unfold
 from kabo.planner.continuing import after as after
+from kabo.planner.memo import Memo as Memo
 from kabo.planner.result import Progress as Progress
 from kabo.planner.result import Reason as Reason
 from kabo.planner.result import Result as Result

@@ -16,6 +16,7 @@ from kabo.options import Options
 from kabo.phases import timed
 from kabo.plan import State
 from kabo.planner.geometry.procedure_server import ProcedureServer
+from kabo.planner.memo import Memo
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.proofs.refused_calls import most_refused
@@ -68,6 +69,7 @@ class SolveRun:
     on_found: Callable[[Result], None] | None = None
     on_refused: Callable[[Result], None] | None = None
     start: State | None = None  # of a run, in which the plan begins; None: where the problem does
+    memo: Memo | None = None  # of former solves, and for later ones
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)

@@ -24,6 +24,7 @@ from kabo.planner.continuing import knowledge_after
 from kabo.planner.geometry.assembly import assemble
 from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.geometry.workers import ProcedureWorkers
+from kabo.planner.memo import Memo
 from kabo.planner.proofs.needed_calls import needed_first
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
@@ -45,6 +46,7 @@ def solve(
     problem: Problem,
     *,
     start: State | None = None,
+    memo: Memo | None = None,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -63,6 +65,8 @@ def solve(
     Args:
         problem: the problem to solve.
         start: the state of a run in which the plan begins (`kabo.after`); None: where the problem begins.
+        memo: of former solves of the problem, which make this one faster, and for later ones; without effect if functions
+            answer for procedures. With it, the plan may be another one, as the former plan's continuation is tried first.
         workers: the number of processes that compute answers of geometric procedures; 1 means this process alone.
         progress: called periodically with the current progress.
         cancelled: called periodically; True stops the run.
@@ -99,11 +103,15 @@ def solve(
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
     run.on_procedures, run.on_found, run.on_refused, run.start = on_procedures, on_found, on_refused, start
+    if memo is not None and not procedures:
+        memo.begin(problem, chosen)
+        run.memo = memo
+    rest = None if run.memo is None or start is None else run.memo.rest(start)
+    if rest is not None:
+        return Result("solved", rest, statistics_of(run), problem=problem)
     run.report_progress("grounding", again=False)
     with timed("grounding", _LOG):
-        task = ground(run.problem)
-        if start is not None:
-            task = replace(task, initial=knowledge_after(task, start.done))
+        task = _task(run)
     run.symbolic_s = perf_counter() - run.began - external.seconds
     if has_geometry:
         result = _with_geometry(run, task)
@@ -114,9 +122,22 @@ def solve(
     return replace(_with_figures(result, external) if procedures else result, problem=problem)
 
 
+def _task(run: SolveRun) -> GroundedTask:
+    """The grounded problem, with the knowledge of the state in which the plan is to begin."""
+    memo = run.memo
+    task = memo.task if memo is not None and memo.task is not None else ground(run.problem)
+    if memo is not None:
+        memo.task = task
+    return task if run.start is None else replace(task, initial=knowledge_after(task, run.start.done))
+
+
 def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
     """The variants of a skeleton whose calls all succeed; or the proof that there is none; or the spent budget."""
+    known = None if run.memo is None or run.start is None else run.memo.skeleton(run.start)
     try:
+        variants = None if known is None else rounds.evaluated(known)
+        if variants is not None:
+            return variants
         while True:
             rounds.prepare()
             found = search_once(run, task, rounds.geometry)
@@ -203,6 +224,8 @@ def _with_external(run: SolveRun, task: GroundedTask, external: ExternalProcedur
 def _solved(run: SolveRun, variants: Variants) -> Result:
     """The result with a plan that has no motions."""
     plan = assemble(run.problem, variants, None, run.problem.files, run.options.written(), run.start)
+    if run.memo is not None:
+        run.memo.keep(plan, variants)
     return Result("solved", plan, statistics_of(run))
 
 

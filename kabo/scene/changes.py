@@ -37,7 +37,7 @@ def beginning_at(scene: Scene, start: StateChange) -> Scene:
     faults += _unknown([pose.parent for pose in start.objects.values()], parents, "body or link")
     if faults:
         raise InputError(faults)
-    return replace(scene, start=with_change(scene, scene.start, start))
+    return replace(scene, start=with_change(scene, scene.start, start), met=True)
 
 
 def _unknown(names: Iterable[str], known: Collection[str], kind: str) -> list[Diagnostic]:

@@ -52,7 +52,12 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     began = perf_counter()
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
-    scene = load_scene(run.problem.scene, run.stop.look)
+    memo = run.memo
+    scene = (
+        memo.scene if memo is not None and memo.scene is not None else load_scene(run.problem.scene, run.stop.look)
+    )
+    if memo is not None:
+        memo.scene = scene
     if run.start is not None and run.start.geometry is not None:
         scene = beginning_at(scene, rounded_state(run.start.geometry))
     exact = run.options.geometry == "exact"
@@ -66,6 +71,8 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     procedures = GeometricProcedures(server, None if domain is None else domain.parent)
+    if memo is not None:
+        procedures.known = memo.answers
     run.counts = lambda: (sum(procedures.statistics.calls.values()), server.statistics.samples)
     return procedures
 
@@ -101,6 +108,8 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
     if plan is None:
         plan = _assembled(run, variants, server)
     plan = _certified(run, plan, server)
+    if run.memo is not None:
+        run.memo.keep(plan, variants)
     return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
 
 
