@@ -1,8 +1,8 @@
 """What a solve keeps for later ones of the same problem, which begin in states of its run.
 
-Grounding, the scene and the answers of procedures are kept as they are, since none of them depends on where a plan begins. Of
-the plan are kept its continuations: in a state that it has foreseen, the rest of it is the plan; in another one, its rest is
-the first skeleton whose motions are looked for.
+Grounding, the scene and the answers of procedures are kept as they are, since none of them depends on where a plan
+begins. Of the plan are kept its continuations: in a state that it has foreseen, the rest of it is the plan; in another one,
+its rest is the first skeleton whose motions are looked for.
 """
 
 from dataclasses import dataclass, field, replace
@@ -55,8 +55,8 @@ class Memo:
             if name not in self.skeletons:
                 self.skeletons[name] = variant.node
                 node = plan.nodes[name]
-                following = {None: node.next} if not node.branches else node.branches
-                waiting += [(str(following[outcome]), after) for outcome, after in variant.following.items()]
+                for outcome, after in variant.following.items():
+                    waiting.append((str(node.next if outcome is None else node.branches[outcome]), after))
 
     def rest(self, state: State) -> Plan | None:
         """The rest of the plan, if the state is one that it has foreseen."""

@@ -286,7 +286,7 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         _hashes(loader.files),
         description.mates,
         description.uncertain,
-        description,
+        description=description,
     )
 
 
