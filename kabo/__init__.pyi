@@ -1,5 +1,6 @@
 from kabo import execution as execution
 from kabo import exploration as exploration
+from kabo import recovery as recovery
 from kabo import simulation as simulation
 from kabo import tasks as tasks
 from kabo import trials as trials

@@ -107,7 +107,7 @@ def _robot(options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan"
     start = rooms.Belief.at_start(scene, plan.start).state
     if options.on == "kinematic":
         return rooms.KinematicRobot(scene, start, rate=options.rate), None
-    judge = rooms.ContactJudge(scene, plan)
+    judge = rooms.ContactJudge(scene)
     robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate)
     robot.judge = judge.look
     return robot, judge

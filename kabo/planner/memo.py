@@ -39,6 +39,7 @@ class Memo:
     answers: dict[Any, Any] = field(default_factory=dict, repr=False)
     plan: Plan | None = None
     skeletons: dict[str, SkeletonNode] = field(default_factory=dict, repr=False)
+    continued: bool = False  # whether the last plan does the actions of the rest of the one before
 
     def begin(self, problem: Problem, options: Options) -> None:
         """Forgets everything, unless it is of this problem and these options."""

@@ -107,6 +107,8 @@ def solve(
         memo.begin(problem, chosen)
         run.memo = memo
     rest = None if run.memo is None or start is None else run.memo.rest(start)
+    if run.memo is not None:
+        run.memo.continued = rest is not None
     if rest is not None:
         return Result("solved", rest, statistics_of(run), problem=problem)
     run.report_progress("grounding", again=False)
@@ -136,7 +138,8 @@ def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unr
     known = None if run.memo is None or run.start is None else run.memo.skeleton(run.start)
     try:
         variants = None if known is None else rounds.evaluated(known)
-        if variants is not None:
+        if variants is not None and run.memo is not None:
+            run.memo.continued = True
             return variants
         while True:
             rounds.prepare()
