@@ -42,6 +42,11 @@ class Belief:
         for body, parent in segment.attach:
             self._hang(body, parent)
 
+    def let_go(self, body: str) -> None:
+        """A body stands in the world from now on, where it is, if a robot holds it."""
+        if self.holder(body) is not None:
+            self._hang(body, "world")
+
     def _hang(self, body: str, parent: str) -> None:
         place = np.linalg.inv(world_T(self.scene, self.state, parent)) @ world_T(self.scene, self.state, body)
         self.state = self.state.replace({body: attachment(parent, place)})

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from math import ceil
 
+import numpy as np
+
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.fitting import require_fit
@@ -21,6 +23,7 @@ from kabo.plan import Node, Plan, State, state_after
 from kabo.scene import Scene
 
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
+AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
 MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
 STOPS_WITHIN = 30.0  # [s]
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
@@ -135,6 +138,7 @@ class _Executor:
         self.history: list[tuple[str, str | None]] = []
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
+        self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         if any(node.motion for node in plan.nodes.values()):
             if self.scene is None or self.robot is None:
@@ -195,6 +199,7 @@ class _Executor:
         ):
             raise _Stopped(f"{stopped}, again and again", stopped.surprise)
         self.recovered.append(done)
+        self._come_to_rest()
         state, lost = self._state()
         for body, robot in lost:
             self._robot.release(robot, (body,))
@@ -203,8 +208,8 @@ class _Executor:
         if answer.plan is None:
             raise _Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
         try:
-            if answer.kind == "undo":
-                self._undo(answer.plan)
+            if answer.kind in ("finish", "undo"):
+                self._detour(answer.plan, done=answer.kind == "finish")
             else:
                 self.followed += self.history
                 self._begin(answer.plan)
@@ -213,12 +218,26 @@ class _Executor:
             raise _Stopped(f"{stopped}; {error}", stopped.surprise) from None
         self._recover(stopped)
 
-    def _undo(self, back: Plan) -> None:
-        """Follows a plan back to where the node began; then the run stands there, with the same nodes done."""
+    def _come_to_rest(self) -> None:
+        """Waits until no body moves that is seen; not for ever."""
+        before = self.sensor.poses()
+        for _ in range(MOST_RESTS):
+            for _ in self._looks(SETTLED_AFTER):
+                pass
+            now = self.sensor.poses()
+            moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
+            if max(moved, default=0.0) < AT_REST:
+                return
+            before = now
+
+    def _detour(self, way: Plan, *, done: bool) -> None:
+        """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began."""
         plan, name, history = self.plan, self.name, self.history
-        self._begin(back)
+        self._begin(way)
         self._walk()
         self.plan, self.name, self.history, self.executed = plan, name, history, []
+        if done:
+            self.name = self._left(name)
 
     def _require_margins(self) -> None:
         least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
@@ -245,13 +264,17 @@ class _Executor:
             self._enter("node", node=begun, kind=node.kind, action=node.action, arguments=dict(node.arguments))
         for done in nodes[:-1]:
             self.history.append((done, None))
-        last = self.plan.nodes[nodes[-1]]
         self.name = nodes[-1]
-        outcome = self._outcome(last)
-        self.history.append((nodes[-1], outcome))
-        following = last.next if outcome is None else last.branches[outcome]
+        return self._left(self.name)
+
+    def _left(self, name: str) -> str:
+        """Looks at what a node that was carried out observes, and says which one follows."""
+        node = self.plan.nodes[name]
+        outcome = self._outcome(node)
+        self.history.append((name, outcome))
+        following = node.next if outcome is None else node.branches[outcome]
         if following is None:
-            raise _Stopped(f"{nodes[-1]} has no successor")
+            raise _Stopped(f"{name} has no successor")
         return following
 
     def _outcome(self, node: Node) -> str | None:
@@ -284,7 +307,7 @@ class _Executor:
         self._look_at_bodies(self.name)
         for part in parts_of(motion):
             self._follow(part)
-        self.executed = []
+        self.executed, self.released = [], []
         for name in motion.nodes:
             change = self.plan.nodes[name].after
             if change is not None:
@@ -335,6 +358,7 @@ class _Executor:
                 self._grip(action)
             elif action.kind == "release":
                 self._enter("releasing", robot=action.robot, bodies=action.detach)
+                self.released += action.detach
                 self._robot.release(action.robot, action.detach)
             else:
                 self.belief.finish(segment)
@@ -404,6 +428,8 @@ class _Executor:
                 self.belief.move(stretch.robot, stretch.trajectory.joints, stretch.trajectory.at(time))
                 self.executed.append(Executed.of(stretch, self.plan, time))
         self.under_way = []
+        for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
+            self.belief.let_go(body)
 
 
 def _finite(value: float) -> float | None:

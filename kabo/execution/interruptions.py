@@ -11,13 +11,14 @@ from kabo.execution.belief import Belief
 from kabo.execution.motions import Stretch
 from kabo.execution.watching import Surprise, displacement
 from kabo.plan import ObjectPose, Plan, State, StateChange
-from kabo.scene import Scene, attachment, world_T
+from kabo.scene import Attachment, Robot, Scene, attachment, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import transform
 
 SAME_PLACE = 5e-4  # [m]: a body so near to its place is where it should be, as far as planning is concerned
 WELL_HELD = 3e-3  # [m]: nearer to its place in a hand, a body is held as planned, as far as planning is concerned
 STILL_HELD = 0.03  # [m]: a body that is farther from its place in a hand is not held any more
+AJAR = 0.02  # share of its range by which a finger's joint stays off its stops
 SAME_HEIGHT, SAME_TURN = 1e-3, 0.02  # [m], [rad]: what is less is no other pose, but an error of measuring
 
 
@@ -61,13 +62,13 @@ class Answer:
     """How a run goes on: with a plan that is proven from where it stands; None: not at all, for the `reason`.
 
     Attributes:
-        kind: `undo` goes back to where the node began, after which it is asked again; `repair` does the same actions as
-            the rest of the old plan, `replan` others.
+        kind: `finish` makes the rest of the node's motion, and `undo` goes back to where the node began, after which it is
+            asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
         plan: what is to be carried out.
         reason: why, in a sentence.
     """
 
-    kind: Literal["undo", "repair", "replan", "none"]
+    kind: Literal["finish", "undo", "repair", "replan", "none"]
     plan: Plan | None
     reason: str
 
@@ -96,7 +97,7 @@ def observed(
     state, wanted = belief.state, belief.poses()
     robots = {name: dict(zip(scene.robots[name].joint_names, q, strict=True)) for name, q in state.robots.items()}
     for name, values in empty.items():
-        robots[name] |= dict(zip(scene.robots[name].gripper_joints, map(float, values), strict=True))
+        robots[name] |= _within_limits(scene.robots[name], values)
     objects = {name: ObjectPose(own.parent, own.position, own.quaternion) for name, own in state.objects.items()}
     lost: list[tuple[str, str]] = []
     for name, pose in seen.items():
@@ -117,6 +118,14 @@ def observed(
     return StateChange(robots, objects), tuple(lost)
 
 
+def _within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:
+    """The values of a hand's joints, within their limits: stops give way a little, and fingers that touch prove nothing."""
+    low, high = robot.tree.lower[robot.planned :], robot.tree.upper[robot.planned :]
+    room = AJAR * (high - low)
+    low, high = low + room, high - room
+    return dict(zip(robot.gripper_joints, map(float, np.clip(hand, low, high)), strict=True))
+
+
 def _placed(scene: Scene, state: GeometricState, parent: str, pose: Array) -> ObjectPose:
     found = attachment(parent, np.linalg.inv(world_T(scene, state, parent)) @ pose)
     return ObjectPose(found.parent, found.position, found.quaternion)
@@ -126,8 +135,7 @@ def _stands(scene: Scene, plan: Plan, name: str) -> list[Array]:
     """The poses (4, 4) in which a body stands on something, at the start of the scene or by the plan."""
     changes = [plan.start, *(node.after for node in plan.nodes.values())]
     poses = [change.objects[name] for change in changes if change is not None and name in change.objects]
-    first = scene.start.objects[name]
-    standing = [first, *poses]
+    standing: list[Attachment | ObjectPose] = [scene.start.objects[name], *poses]
     return [transform(each.position, each.quaternion) for each in standing if each.parent == "world"]
 
 

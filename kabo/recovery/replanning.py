@@ -1,14 +1,17 @@
 """Plans anew after a surprise: back to where the node began, then the rest of the plan, then other actions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Literal
 
 from kabo.errors import InputError
 from kabo.execution import Answer, Interruption
 from kabo.language.problem import Problem
 from kabo.options import SolveOptions
+from kabo.plan import Plan
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
-from kabo.recovery.undoing import NoWayBackError, undoing_plan
+from kabo.recovery.node_ways import NoWayError, way_back, way_on
 from kabo.scene import Scene
 from kabo.verify.verification import verify_plan
 
@@ -37,21 +40,30 @@ class Replanner:
         if gone:
             return Answer("none", None, "nobody knows where it is")
         if interruption.executed:
-            return self._undo(interruption)
+            return self._out_of_the_node(interruption)
         return self._onward(interruption)
 
-    def _undo(self, interruption: Interruption) -> Answer:
+    def _out_of_the_node(self, interruption: Interruption) -> Answer:
+        """On to the end of the node, or back to where it began."""
+        on = self._way("finish", way_on, interruption)
+        if on.plan is not None:
+            return on
+        back = self._way("undo", way_back, interruption)
+        return back if back.plan is not None else Answer("none", None, f"{on.reason}; {back.reason}")
+
+    def _way(
+        self, kind: Literal["finish", "undo"], made: Callable[..., Plan], interruption: Interruption
+    ) -> Answer:
+        where = "on to the end of the node" if kind == "finish" else "back to where the node began"
         try:
-            plan = undoing_plan(interruption, self.scene, clearance=self.options.get("clearance") or 0.0)
-        except NoWayBackError as error:
-            return Answer("none", None, f"there is no way back: {error}")
-        except (InputError, ValueError) as error:
-            return Answer("none", None, f"there is no way back: {error}".rstrip("\n"))
+            plan = made(interruption, self.scene, clearance=self.options.get("clearance") or 0.0)
+        except (NoWayError, InputError, ValueError) as error:
+            return Answer("none", None, f"there is no way {where}: {error}".rstrip("\n"))
         assert self.scene.description is not None
         report = verify_plan(self.scene.description, plan)
         if not report.ok:
-            return Answer("none", None, f"the way back is not proven: {report.findings[0].message}")
-        return Answer("undo", plan, "the way back to where the node began is proven")
+            return Answer("none", None, f"the way {where} is not proven: {report.findings[0].message}")
+        return Answer(kind, plan, f"the way {where} is proven")
 
     def _onward(self, interruption: Interruption) -> Answer:
         state = interruption.state

@@ -63,4 +63,6 @@ class ContactJudge:
             for robot, body in held
             if (gripper := self.scene.robots[robot].gripper) is not None
             for link in gripper.touch_links
+        ) or any(  # a hand that has closed on nothing
+            pair <= {*gripper.touch_links} for robot in self.scene.robots.values() if (gripper := robot.gripper)
         )
