@@ -48,6 +48,7 @@ class Interruption:
         executed: what was followed of the nodes that are not done, in order.
         lost: bodies that a hand should hold and does not, each with the robot.
         surprise: what happened.
+        expected: where the plan has everything, before the node that is not done.
     """
 
     plan: Plan
@@ -55,6 +56,7 @@ class Interruption:
     executed: tuple[Executed, ...]
     lost: tuple[tuple[str, str], ...]
     surprise: Surprise
+    expected: StateChange | None = None
 
 
 @dataclass(frozen=True)

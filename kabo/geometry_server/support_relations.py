@@ -56,11 +56,13 @@ def _supports(surroundings: SceneSurroundings, situation: Situation, name: str) 
         )
     )
     left = surroundings.scene.met and situation.objects[name] == (surroundings.scene.start.objects[name],)
-    return by_family or (_below(surroundings, situation, body, pose) if left else ())
+    return by_family or (rests_on(surroundings, situation, name) if left else ())
 
 
-def _below(surroundings: SceneSurroundings, situation: Situation, body: Body, pose: Array) -> tuple[str, ...]:
-    """The bodies on which one rests: a little lower it would overlap them, a little higher it would not."""
+def rests_on(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
+    """The bodies on which one rests by their meshes: a little lower it would overlap them, a little higher it would not."""
+    body = surroundings.scene.bodies[name]
+    (pose,) = surroundings.poses(situation, name)
 
     def meets(other: FixedGroup, height: float) -> bool:
         lifted = pose.copy()

@@ -12,6 +12,7 @@ from kabo.plan import Plan
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
 from kabo.recovery.node_ways import NoWayError, way_back, way_on
+from kabo.recovery.relations import relations, told
 from kabo.scene import Scene
 from kabo.verify.verification import verify_plan
 
@@ -67,6 +68,12 @@ class Replanner:
 
     def _onward(self, interruption: Interruption) -> Answer:
         state = interruption.state
+        if interruption.expected is not None and state.geometry is not None:
+            before, now = relations(self.scene, interruption.expected), relations(self.scene, state.geometry)
+            for name in self.scene.movable:
+                if before[name] != now[name]:
+                    text = f"{told(name, before[name], now[name])}, and nobody says what is then known of it"
+                    return Answer("none", None, text)
         options: SolveOptions = {"timeout": TIMEOUT}
         options.update(self.options)
         try:
