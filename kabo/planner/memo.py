@@ -33,7 +33,7 @@ class Memo:
     """
 
     problem: Problem | None = field(default=None, repr=False)
-    options: Options | None = field(default=None, repr=False)
+    options: Mapping[str, object] | None = field(default=None, repr=False)  # those on which plans depend
     task: GroundedTask | None = field(default=None, repr=False)
     scene: Scene | None = field(default=None, repr=False)
     answers: dict[Any, Any] = field(default_factory=dict, repr=False)
@@ -43,8 +43,8 @@ class Memo:
 
     def begin(self, problem: Problem, options: Options) -> None:
         """Forgets everything, unless it is of this problem and these options."""
-        if self.problem is not problem or self.options != options:
-            self.problem, self.options, self.task, self.scene = problem, options, None, None
+        if self.problem is not problem or self.options != options.written():
+            self.problem, self.options, self.task, self.scene = problem, options.written(), None, None
             self.answers, self.plan, self.skeletons = {}, None, {}
 
     def keep(self, plan: Plan, variants: tuple[Variant, ...]) -> None:

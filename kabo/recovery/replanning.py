@@ -61,7 +61,7 @@ class Replanner:
         except (NoWayError, InputError, ValueError) as error:
             return Answer("none", None, f"there is no way {where}: {error}".rstrip("\n"))
         assert self.scene.description is not None
-        report = verify_plan(self.scene.description, plan)
+        report = verify_plan(self.scene.description, plan, scene=self.scene)
         if not report.ok:
             return Answer("none", None, f"the way {where} is not proven: {report.findings[0].message}")
         return Answer(kind, plan, f"the way {where} is proven")
@@ -84,7 +84,7 @@ class Replanner:
             reason = result.reason
             more = "" if reason is None or not reason.details else f" ({reason.details[0]})"
             return Answer("none", None, ("no plan was found" if reason is None else reason.message) + more)
-        report = verify_plan(self.problem, result.plan, start=state)
+        report = verify_plan(self.problem, result.plan, start=state, scene=self.scene)
         if not report.ok:
             return Answer("none", None, f"the new plan is not proven: {report.findings[0].message}")
         if self.memo.continued:

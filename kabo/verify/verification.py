@@ -29,6 +29,7 @@ def verify_plan(
     paranoid: bool = False,
     changes: Sequence[Mapping[str, Any]] = (),
     start: State | None = None,
+    scene: "Scene | None" = None,
 ) -> Report:
     """Verifies that a plan reaches the goal of a problem on every branch, and that every motion is collision-free.
 
@@ -42,6 +43,7 @@ def verify_plan(
         changes: of a task's solution, as its report has them (`motion.changes`): nothing may touch the bodies and the
             padding that its stages add, which plans do not know.
         start: the state of a run in which the plan is to begin; None: where the plan itself says, which the report tells.
+        scene: the problem's, loaded before: its files are not read again. For whoever verifies many plans in one scene.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
@@ -70,7 +72,9 @@ def verify_plan(
     if geometry:
         from kabo.verify.geometry import check_geometry  # pinocchio, coal and scipy: only for plans with motions
 
-        files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid, changes=changes)
+        files, more, figures, told = check_geometry(
+            problem, plan, order, paranoid=paranoid, changes=changes, scene=scene
+        )
         findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))

@@ -53,25 +53,24 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
     memo = run.memo
-    scene = (
-        memo.scene if memo is not None and memo.scene is not None else load_scene(run.problem.scene, run.stop.look)
-    )
-    if memo is not None:
-        memo.scene = scene
-    if run.start is not None and run.start.geometry is not None:
-        scene = beginning_at(scene, rounded_state(run.start.geometry))
+    known = None if memo is None else memo.scene
+    loaded = load_scene(run.problem.scene, run.stop.look) if known is None else known
+    begun = None if run.start is None else run.start.geometry
+    scene = loaded if begun is None else beginning_at(loaded, rounded_state(begun))
     exact = run.options.geometry == "exact"
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact, clearance=run.options.clearance)
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
     server.stop = run.stop
     processes = run.workers if run.workers > 1 else None
-    prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
+    if known is None:
+        prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
     for line in _blocked_starts(server):
         run.report_line("looking at the start", line)
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     procedures = GeometricProcedures(server, None if domain is None else domain.parent)
     if memo is not None:
+        memo.scene = loaded
         procedures.known = memo.answers
     run.counts = lambda: (sum(procedures.statistics.calls.values()), server.statistics.samples)
     return procedures
