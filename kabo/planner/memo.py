@@ -5,6 +5,7 @@ begins. Of the plan are kept its continuations: in a state that it has foreseen,
 its rest is the first skeleton whose motions are looked for.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
