@@ -39,10 +39,19 @@ def after(
         >>> kabo.solve(problem, start=state)
         <Result solved: 10 nodes, 2 outcomes, 8 actions at most>
     """
+    require_of(problem, plan)
+    return state_after(plan, history, robots=robots, objects=objects)
+
+
+def require_of(problem: Problem, plan: Plan) -> None:
+    """Checks that a plan is of a problem.
+
+    Raises:
+        InputError: it is of another one.
+    """
     if plan.problem != problem.name:
         text = f"the plan is of {plan.problem}, not of {problem.name}"
         raise InputError([Diagnostic("plan", 1, 1, text, "give the problem of which it was made")])
-    return state_after(plan, history, robots=robots, objects=objects)
 
 
 def knowledge_after(task: GroundedTask, done: Iterable[Done]) -> int:
@@ -55,7 +64,7 @@ def knowledge_after(task: GroundedTask, done: Iterable[Done]) -> int:
     Raises:
         InputError: a step is none of the problem, was not applicable, or observed what was known to be otherwise.
     """
-    actions = {_key(action.name, action.arguments): action for action in task.actions}
+    actions = {action_key(action.name, action.arguments): action for action in task.actions}
     branchings = {each.fact: each for each in task.branchings.values()}
     state = task.initial
     for number, step in enumerate(done, start=1):
@@ -67,7 +76,7 @@ def knowledge_after(task: GroundedTask, done: Iterable[Done]) -> int:
 
 
 def _acted(number: int, step: Done, state: int, actions: Mapping[object, GroundAction]) -> int:
-    action = actions.get(_key(str(step.action), step.arguments))
+    action = actions.get(action_key(str(step.action), step.arguments))
     text = f"{step.action}({', '.join(map(str, map(_text, step.arguments.values())))})"
     if action is None:
         names = {each.name for each in actions.values()}
@@ -96,7 +105,8 @@ def _observed(number: int, step: Done, state: int, branchings: Mapping[str, Bran
     raise _fault(number, f"{step.outcome} is no value of {step.on}", f"one of {outcomes}")
 
 
-def _key(name: str, arguments: Mapping[str, object]) -> object:
+def action_key(name: str, arguments: Mapping[str, object]) -> object:
+    """A key by which actions of plans and of the grounded problem are found to be the same."""
     return name, tuple(sorted((parameter, _text(value)) for parameter, value in arguments.items()))
 
 

@@ -12,8 +12,9 @@ from typing import Any
 from kabo.knowledge import GroundedTask
 from kabo.language.problem import Problem
 from kabo.options import Options
-from kabo.plan import Done, Node, Plan, State, state_after
+from kabo.plan import Done, Node, Plan, State, state_after, topological_order
 from kabo.plan.writing import rounded_state
+from kabo.planner.continuing import action_key, require_of
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 from kabo.scene import Scene
@@ -42,10 +43,21 @@ class Memo:
     skeletons: dict[str, SkeletonNode] = field(default_factory=dict, repr=False)
     continued: bool = False  # whether the last plan does the actions of the rest of the one before
 
+    @classmethod
+    def of_plan(cls, problem: Problem, plan: Plan) -> "Memo":
+        """What a plan tells that was made by another process, with the options of its header.
+
+        Raises:
+            InputError: it is a plan of another problem.
+        """
+        require_of(problem, plan)
+        return cls(problem, dict(plan.options), plan=plan)
+
     def begin(self, problem: Problem, options: Options) -> None:
         """Forgets everything, unless it is of this problem and these options."""
-        if self.problem is not problem or self.options != options.written():
-            self.problem, self.options, self.task, self.scene = problem, options.written(), None, None
+        depends = _without_quality(options.written())
+        if self.problem is not problem or _without_quality(self.options or {}) != depends:
+            self.problem, self.options, self.task, self.scene = problem, depends, None, None
             self.answers, self.plan, self.skeletons = {}, None, {}
 
     def keep(self, plan: Plan, variants: tuple[Variant, ...]) -> None:
@@ -77,7 +89,11 @@ class Memo:
     def skeleton(self, state: State) -> Skeleton | None:
         """The continuation of the plan after what was done, whatever has become of the geometry."""
         found = self._reached(state)
-        return None if found is None else Skeleton(self.skeletons[found[0]])
+        if found is None or self.plan is None or self.task is None:
+            return None
+        if not self.skeletons:
+            self.skeletons = _skeletons_of(self.plan, self.task)
+        return Skeleton(self.skeletons[found[0]]) if found[0] in self.skeletons else None
 
     def _reached(self, state: State) -> tuple[str, State] | None:
         """The node of the plan to which what was done leads, and the state in which the plan is there."""
@@ -98,8 +114,28 @@ class Memo:
         return name, state_after(plan, history)
 
 
+def _without_quality(options: Mapping[str, object]) -> dict[str, object]:
+    """Options without that for how long motions are made faster: a good plan's actions are as well the first to try."""
+    return {name: value for name, value in options.items() if name != "quality"}
+
+
 def _is(node: Node, step: Done) -> bool:
     return (node.action, dict(node.arguments), node.on) == (step.action, dict(step.arguments), step.on)
+
+
+def _skeletons_of(plan: Plan, task: GroundedTask) -> dict[str, SkeletonNode]:
+    """The continuations of a plan that another process made, as far as the problem has its actions."""
+    actions = {action_key(action.name, action.arguments): action for action in task.actions}
+    found: dict[str, SkeletonNode] = {}
+    for name in reversed(topological_order(plan) or []):
+        node = plan.nodes[name]
+        action = None if node.action is None else actions.get(action_key(node.action, node.arguments))
+        if (node.action is not None and action is None) or any(after not in found for after in node.successors):
+            continue
+        outcomes = tuple((outcome, found[after]) for outcome, after in node.branches.items())
+        following = None if node.next is None else found[node.next]
+        found[name] = SkeletonNode(action, 0, node.on, outcomes, following, node.delivers)
+    return found
 
 
 def _from(plan: Plan, root: str, state: State) -> Plan:
