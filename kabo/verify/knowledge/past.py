@@ -1,0 +1,26 @@
+"""What was done before a plan begins, as nodes before its root: both judges of knowledge follow it by their own rules."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from kabo.plan import Node, Plan
+
+_PAST = "done "  # no id of a plan begins like this
+
+
+def is_past(name: str) -> bool:
+    """Whether a node was done before the plan begins: other outcomes of it than the observed one need no branch."""
+    return name.startswith(_PAST)
+
+
+def with_past(plan: Plan, order: Sequence[str]) -> tuple[Plan, list[str]]:
+    """The plan with what was done before it as nodes, and all its nodes in topological order."""
+    done = plan.done or ()
+    names = [*(f"{_PAST}{number}" for number in range(len(done))), plan.root]
+    before: dict[str, Node] = {}
+    for name, following, step in zip(names, names[1:], done, strict=False):
+        branches = {} if step.outcome is None else {step.outcome: following}
+        kind = "branch" if step.action is None else "action" if step.on is None else "sense"
+        successor = following if step.on is None else None
+        before[name] = Node(kind, step.action, step.arguments, successor, step.on, branches)  # type: ignore[arg-type]
+    return replace(plan, root=names[0], nodes={**before, **plan.nodes}), [*before, *order]
