@@ -32,8 +32,10 @@ def plan_to_up(plan: Plan, translation: Translation) -> Any:
         translation: the problem, as `problem_from_up` gives it.
 
     Raises:
-        InputError: the plan belongs to another problem, or its tree is too large.
+        InputError: the plan belongs to another problem, begins in the state of a run, or its tree is too large.
     """
+    if plan.done:
+        raise _error("the plan begins in the state of a run, where the problem does not begin")
     leaves = plan_statistics(plan).plan_leaves
     if leaves > MAX_LEAVES:
         raise _error(f"as a tree the plan has {leaves} branches, more than {MAX_LEAVES}")

@@ -11,6 +11,7 @@ from unified_planning.plans import ContingentPlan
 import kabo
 import kabo.up
 from kabo.plan import Node, Plan, ValueOf
+from kabo.plan.plan import Done
 from tests.support.oracles_up import failures
 from tests.support.random_up import random_problem
 
@@ -176,6 +177,13 @@ def test_a_plan_of_another_problem_and_a_tree_that_is_too_large_are_refused():
         following = f"s{number}"
     with pytest.raises(kabo.InputError, match="as a tree the plan has 32768 branches"):
         kabo.up.plan_to_up(Plan("tiger", {}, {}, following, nodes), translation)
+
+
+def test_a_plan_that_begins_in_the_state_of_a_run_is_refused():
+    translation = late_branching()
+    plan = dataclasses.replace(kabo.solve(translation.problem).plan, done=(Done("wait"),))
+    with pytest.raises(kabo.InputError, match="begins in the state of a run"):
+        kabo.up.plan_to_up(plan, translation)
 
 
 def test_a_changed_plan_comes_back_and_is_judged_by_kabo():
