@@ -21,6 +21,7 @@ from unified_planning.shortcuts import (
     Int,
     IntType,
     MinimizeActionCosts,
+    MinimizeSequentialPlanLength,
     OneshotPlanner,
     RealType,
 )
@@ -46,23 +47,23 @@ def solved(problem, **options):
         return planner.solve(problem)
 
 
-def reachable(problem) -> bool:
-    """Whether the goal of a classical problem can be reached, by breadth-first search in unified-planning's simulator."""
+def least_actions(problem) -> int | None:
+    """The length of the shortest plan of a classical problem, by breadth-first search in unified-planning's simulator."""
     simulator = UPSequentialSimulator(problem, error_on_failed_checks=False)
     fluents = list(problem.initial_values)
     start = simulator.get_initial_state()
-    seen, waiting = {tuple(map(start.get_value, fluents))}, deque([start])
+    seen, waiting = {tuple(map(start.get_value, fluents))}, deque([(start, 0)])
     while waiting:
-        state = waiting.popleft()
+        state, done = waiting.popleft()
         if simulator.is_goal(state):
-            return True
+            return done
         for action, values in simulator.get_applicable_actions(state):
             after = simulator.apply(state, action, values)
             key = None if after is None else tuple(map(after.get_value, fluents))
             if key is not None and key not in seen:
                 seen.add(key)
-                waiting.append(after)
-    return False
+                waiting.append((after, done + 1))
+    return None
 
 
 def test_importing_the_room_is_all_that_a_user_does():
@@ -135,7 +136,7 @@ def judge(seed: int, *, contingent: bool) -> str:
     if result.plan is not None:
         assert failures(problem, result.plan) == [], seed
     elif result.status == Status.UNSOLVABLE_PROVEN and not contingent:
-        assert not reachable(problem), seed
+        assert least_actions(problem) is None, seed
     elif not contingent:
         raise AssertionError(f"{seed}: {result}")
     return result.status.name
@@ -197,6 +198,15 @@ def test_an_optimal_plan_is_only_said_to_be_optimal_where_it_is():
     assert result.status == Status.SOLVED_OPTIMALLY
     assert [each.action.name for each in result.plan.actions] == ["first", "second"]
     assert solved(problem).status == Status.SOLVED_SATISFICING
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_plan_that_is_said_to_be_optimal_is_as_short_as_any(seed):
+    problem = random_problem(seed, contingent=False)
+    problem.add_quality_metric(MinimizeSequentialPlanLength())
+    result = solved(problem, search="astar")
+    assert result.status in (Status.SOLVED_OPTIMALLY, Status.UNSOLVABLE_PROVEN)
+    assert (None if result.plan is None else len(result.plan.actions)) == least_actions(problem)
 
 
 def doors(*, with_listening: bool) -> ContingentProblem:
