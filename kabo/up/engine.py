@@ -126,7 +126,10 @@ class KaboEngine(Engine, OneshotPlannerMixin):  # type: ignore[misc]  # unified-
                 Status.UNSOLVABLE_INCOMPLETELY, None, NAME, figures, [LogMessage(Level.WARNING, text)]
             )
         optimal = self.options.get("search") == "astar" and not contingent and translation.exact
-        optimal = optimal and bool(problem.quality_metrics)
+        kind = problem.kind
+        optimal = (
+            optimal and kind.has_quality_metrics() and not (kind.has_int_fluents() or kind.has_real_fluents())
+        )
         return PlanGenerationResult(
             Status.SOLVED_OPTIMALLY if optimal else Status.SOLVED_SATISFICING, plan, NAME, figures
         )
