@@ -38,7 +38,9 @@ def main(seeds):
         run, washed = carried_out(problem, plan, scene, sensors, masses, seed)
         right = washed == {bottle for bottle, mass in masses.items() if mass == EMPTY}
         looks = sum(record["looks"] for record in run.log.of("looked"))
-        told = f"seed {seed}: {run.reason}; {looks} looks, washed {sorted(washed)}: {'right' if right else 'WRONG'}"
+        told = (
+            f"seed {seed}: {run.reason}; {looks} looks, washed {sorted(washed)}: {'right' if right else 'WRONG'}"
+        )
         sys.stdout.write(f"{told}\n")
 
 

@@ -67,6 +67,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="verify the plan first, and refuse one that is not proven (default: yes)",
     )
+    parser.add_argument(
+        "--recover",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="after a surprise go on, if a plan from where everything is now is proven (default: yes)",
+    )
+    parser.add_argument(
+        "--state", type=output_file, metavar="FILE", help="the state at the end, for kabo replan, as JSON"
+    )
     add_physics(parser)
     parser.add_argument(
         "-o", dest="output", type=output_file, metavar="FILE", help="the log, one JSON object a line"
@@ -93,8 +102,11 @@ def run(options: argparse.Namespace) -> int:
         settings = rooms.ExecutionSettings(
             tracking_error=options.tracking_error, despite_margins=options.despite_margins
         )
+        recovery = _recovery(options, plan, scene) if options.recover else None
         with interruptible() as stop:
-            found = _carried_out(options, plan, scene, robot, sensor, settings, stop)
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery)
+        if options.state is not None:
+            found.state.save(options.state)
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))
@@ -106,12 +118,22 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
-    plan, scene, robot, sensor, settings, stop = given
+    plan, scene, robot, sensor, settings, stop, recovery = given
     with nullcontext() if options.output is None else options.output.open("w", encoding="utf-8") as file:
         log = rooms.Log(file)
         if isinstance(sensor, rooms.BoundSensors):
             sensor.log = log
-        return rooms.execute(plan, scene, robot, sensor, settings, log, stop)
+        return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery)
+
+
+def _recovery(options: argparse.Namespace, plan: "rooms.Plan", scene: "rooms.Scene | None") -> Any:
+    """What plans anew after a surprise; None for a plan that is of no problem, or has no motions."""
+    if scene is None or rooms.kind_of_file(options.problem) == "scene":
+        return None
+    problem = rooms.load_problem(options.problem, options.domain)
+    chosen: Any = {name: value for name, value in plan.options.items() if value is not None}
+    chosen |= {"quality": "fast"}  # robots stand and wait
+    return rooms.Replanner(problem, scene, chosen, rooms.Memo.of_plan(problem, plan))
 
 
 def _files(
@@ -156,7 +178,7 @@ def _robot(
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":
         return rooms.KinematicRobot(scene, start, rate=options.rate), None
-    judge = rooms.ContactJudge(scene, plan)
+    judge = rooms.ContactJudge(scene)
     robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
     robot.judge = judge.look
     return robot, judge

@@ -34,6 +34,7 @@ from kabo.geometry_server import robot_scene_text as robot_scene_text
 from kabo.geometry_server import robot_summary as robot_summary
 from kabo.language import SensorsDescription as SensorsDescription
 from kabo.language import TruthDescription as TruthDescription
+from kabo.language import kind_of_file as kind_of_file
 from kabo.language import load_problem as load_problem
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language import load_sensors as load_sensors
@@ -63,12 +64,14 @@ from kabo.plan import describe as describe
 from kabo.plan import described_validity as described_validity
 from kabo.plan import load_plan as load_plan
 from kabo.plan import plan_from_json as plan_from_json
+from kabo.planner.memo import Memo as Memo
 from kabo.planner.result import Progress as Progress
 from kabo.planner.result import Reason as Reason
 from kabo.planner.result import Result as Result
 from kabo.planner.result import diagnostic_to_json as diagnostic_to_json
 from kabo.planner.result import invalid_to_json as invalid_to_json
 from kabo.planner.result import result_to_json as result_to_json
+from kabo.recovery import Replanner as Replanner
 from kabo.requests import check_files as check_files
 from kabo.requests import explain_file as explain_file
 from kabo.requests import solve_file as solve_file

@@ -5,6 +5,10 @@ from kabo.execution.executor import ExecutionSettings as ExecutionSettings
 from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
 from kabo.execution.following import Follower as Follower
+from kabo.execution.interruptions import Answer as Answer
+from kabo.execution.interruptions import Executed as Executed
+from kabo.execution.interruptions import Interruption as Interruption
+from kabo.execution.interruptions import Recovery as Recovery
 from kabo.execution.kinematic import KinematicRobot as KinematicRobot
 from kabo.execution.log import Log as Log
 from kabo.execution.margins import Margins as Margins

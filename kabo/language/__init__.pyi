@@ -1,3 +1,6 @@
+from kabo.language.pddl.building import ProblemBuilder as ProblemBuilder
+from kabo.language.pddl.building import WorldAction as WorldAction
+from kabo.language.pddl.effects import ConditionalEffect as ConditionalEffect
 from kabo.language.problem import Action as Action
 from kabo.language.problem import Domain as Domain
 from kabo.language.problem import Function as Function

@@ -39,7 +39,7 @@ def test_force_sensing_takes_the_branch_of_the_true_weight(
 ) -> None:
     problem, plan, scene = cups
     masses = {"cup_1": mass}
-    robot, judge = SimulatedRobot(scene, masses=masses), ContactJudge(scene, plan)
+    robot, judge = SimulatedRobot(scene, masses=masses), ContactJudge(scene)
     robot.judge = judge.look
     sensors = sensors_for(problem, tmp_path, 0.01)
     measured = []
