@@ -18,7 +18,9 @@ def main() -> None:
     """Runs the sections that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sections", nargs="*", default=list(SECTIONS), choices=list(SECTIONS), help="default: all")
-    parser.add_argument("--problems", nargs="*", type=Path, help="problem files (default: of each section)")
+    parser.add_argument(
+        "--problems", nargs="*", type=Path, help="problem files, from the repository on (default: of each section)"
+    )
     parser.add_argument("--worlds", type=int, default=10_000, help="that are drawn for each problem")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()

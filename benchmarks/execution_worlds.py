@@ -24,7 +24,7 @@ PROBLEMS = (
 def worlds(options: argparse.Namespace) -> Table:
     """A row for each problem."""
     table = Table("Actions in drawn worlds")
-    for path in options.problems or [ROOT / name for name in PROBLEMS]:
+    for path in (ROOT / name for name in options.problems or PROBLEMS):
         problem = kabo.load_problem(path)
         plan = kabo.solve(problem).plan
         report = None if plan is None else kabo.verify(problem, plan, knowledge_only=True).worlds
