@@ -1,13 +1,15 @@
 """`kabo execute`: carries out a plan on a robot, in physics or without forces, and logs all that happens."""
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.simulate import add_physics, physics_of
+from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
@@ -23,10 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
     parser.add_argument(
         "--on",
-        choices=("kinematic", "simulation"),
+        choices=("kinematic", "simulation", "zenoh"),
         default="kinematic",
-        help="the robot: one without forces, or one in physics (default: kinematic)",
+        help="the robot: one without forces, one in physics, or that of a robot server (default: kinematic)",
     )
+    add_connection(parser, "whose robots are driven")
     parser.add_argument(
         "--rate",
         type=bounded(1.0, 1000.0, "Hz"),
@@ -76,12 +79,13 @@ def run(options: argparse.Namespace) -> int:
                 return exit_codes.VERIFICATION_FAILED
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
-        robot, judge = (None, None) if scene is None else _robot(options, scene, plan)
+        opened = ExitStack()
+        robot, judge = (None, None) if scene is None else _robot(options, scene, plan, opened)
         sensor = rooms.KnownTruth(truth, options.seed, dict if robot is None else robot.poses)
         settings = rooms.ExecutionSettings(
             tracking_error=options.tracking_error, despite_margins=options.despite_margins
         )
-        with interruptible() as stop:
+        with opened, interruptible() as stop:
             found = _carried_out(options, plan, scene, robot, sensor, settings, stop)
     faults = {} if judge is None else judge.faults
     if options.json:
@@ -101,9 +105,14 @@ def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
         return rooms.execute(plan, scene, robot, sensor, settings, rooms.Log(file), stop)
 
 
-def _robot(options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan") -> tuple[Any, Any]:
-    """The robot, and the judge of contacts if there are any."""
+def _robot(
+    options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan", opened: ExitStack
+) -> tuple[Any, Any]:
+    """The robot, which may be `opened` until the run has ended, and the judge of contacts if there are any."""
     rooms.require_fit(plan, scene)
+    if options.on == "zenoh":
+        config = service.client_config(endpoints_of(options), options.config)
+        return opened.enter_context(rooms.ZenohRobot(config, scene)), None
     start = rooms.Belief.at_start(scene, plan.start).state
     if options.on == "kinematic":
         return rooms.KinematicRobot(scene, start, rate=options.rate), None

@@ -14,7 +14,7 @@ from kabo.execution.fitting import require_fit
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
-from kabo.execution.protocols import Robot, Sensor
+from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
 from kabo.scene import Scene
@@ -129,9 +129,10 @@ class _Executor:
                 if self.stop():
                     raise _Stopped("it was asked to stop")
                 self.name = self._after(node)
-        except _Stopped as end:
+        except (_Stopped, RobotFailed) as end:
             self._enter("stopped", node=self.name, reason=str(end))
-            return Run(False, str(end), self.name, tuple(self.history), end.surprise, self.log)
+            surprise = end.surprise if isinstance(end, _Stopped) else None
+            return Run(False, str(end), self.name, tuple(self.history), surprise, self.log)
         self._enter("goal", node=self.name)
         return Run(True, "the goal is reached", self.name, tuple(self.history), None, self.log)
 
