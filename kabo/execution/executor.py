@@ -15,6 +15,7 @@ from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
+from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
 from kabo.scene import Scene
@@ -33,11 +34,13 @@ class ExecutionSettings:
         tracking_error: how far any point of a robot may be off its path, as its maker says [m]; a plan that has
             less proven clearance somewhere is refused.
         despite_margins: whether such a plan is carried out nevertheless.
+        log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
     """
 
     watch_rate: float = 100.0
     tracking_error: float = 0.0
     despite_margins: bool = False
+    log_rate: float = 0.0
 
 
 USUAL = ExecutionSettings()
@@ -113,7 +116,8 @@ class _Executor:
         self.history: list[tuple[str, str | None]] = []
         self.known: dict[str, str] = {}
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
-        self.name = plan.root
+        self.name = self.clock = plan.root  # where it is; and the node on whose clock the robots' motion is
+        self.states = StateLog(log, settings.log_rate)
         if any(node.motion for node in plan.nodes.values()):
             if scene is None or robot is None:
                 raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
@@ -215,11 +219,13 @@ class _Executor:
         self.watch.begin()
         self._act(waiting, part.begin)
         robot.follow(part)
+        self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             under_way = self._finished(under_way, state.motion_time)
             surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
+            self._log_state(part.nodes[0])
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
@@ -285,7 +291,13 @@ class _Executor:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
+            self._log_state(self.name)
             yield
+
+    def _log_state(self, node: str) -> None:
+        state = self._robot.state()
+        if self.states.is_due(state):
+            self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
         surprise = self._surprise_of_bodies(node)
