@@ -63,6 +63,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="output", type=output_file, metavar="FILE", help="the log, one JSON object a line"
     )
+    parser.add_argument(
+        "--log-rate",
+        type=bounded(0.1, 1000.0, "Hz"),
+        default=20.0,
+        metavar="HZ",
+        help="how often the log says where everything is (default: 20)",
+    )
+    parser.add_argument(
+        "--page",
+        type=output_file,
+        metavar="FILE",
+        help="write a page for a browser that shows the run: errors, clearances, decisions, the true state and the plan",
+    )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda _: True)
@@ -83,10 +96,16 @@ def run(options: argparse.Namespace) -> int:
         robot, judge = (None, None) if scene is None else _robot(options, scene, plan, opened)
         sensor = rooms.KnownTruth(truth, options.seed, dict if robot is None else robot.poses)
         settings = rooms.ExecutionSettings(
-            tracking_error=options.tracking_error, despite_margins=options.despite_margins
+            tracking_error=options.tracking_error,
+            despite_margins=options.despite_margins,
+            log_rate=0.0 if options.output is None and options.page is None else options.log_rate,
         )
         with opened, interruptible() as stop:
             found = _carried_out(options, plan, scene, robot, sensor, settings, stop)
+        if options.page is not None:
+            chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
+            made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
+            rooms.write_atomically(options.page, rooms.page_of(made))
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))

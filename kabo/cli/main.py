@@ -56,6 +56,7 @@ COMMANDS: tuple[ModuleType, ...] = (
 OUTPUT_OPTIONS = (
     "output",
     "html",
+    "page",
     "picture",
 )  # name files to write; whether that works is tried before the command runs
 REPORT = "please report it with this text and the files: it is a defect of kabo, not of your input"

@@ -123,7 +123,13 @@ from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
 from kabo.viewer import Follower as Follower
+from kabo.viewer import RunFollower as RunFollower
+from kabo.viewer import ViewDocument as ViewDocument
 from kabo.viewer import ViewOptions as ViewOptions
 from kabo.viewer import document_of_file as document_of_file
+from kabo.viewer import document_of_run as document_of_run
+from kabo.viewer import has_ended as has_ended
+from kabo.viewer import is_log as is_log
 from kabo.viewer import page_of as page_of
+from kabo.viewer import read_log as read_log
 from kabo.whole_files import write_atomically as write_atomically

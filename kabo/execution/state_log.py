@@ -46,7 +46,7 @@ class StateLog:
             motion_time=state.motion_time,
             robots={name: tuple(map(float, values)) for name, values in state.positions.items()},
             bodies={
-                name: {"position": pose[:3, 3].tolist(), "quaternion": quaternion(pose).tolist()}
+                name: {"position": pose[:3, 3].tolist(), "quaternion": list(quaternion(pose))}
                 for name, pose in poses.items()
             },
             tracking=found.tracking,
