@@ -3,9 +3,9 @@ import { length } from "kabo/margins.js";
 import { svg } from "kabo/svg.js";
 
 const [WIDTH, HEIGHT] = [400, 104];
-const [LEFT, RIGHT, TOP, BOTTOM] = [46, 8, 6, 18];
-const [LOWEST, HIGHEST] = [1e-6, 0.5]; // metres
-const TICKS = [1e-6, 1e-4, 1e-2];
+const [LEFT, RIGHT, TOP, BOTTOM] = [50, 14, 6, 18];
+const [LOWEST, HIGHEST] = [1e-5, 0.5]; // metres
+const TICKS = [1e-5, 1e-3, 1e-1];
 
 export class RunChart {
   /**
