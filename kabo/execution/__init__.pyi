@@ -1,7 +1,14 @@
+from kabo.execution.bound_sensors import BoundSensors as BoundSensors
+from kabo.execution.bound_sensors import Instruments as Instruments
+from kabo.execution.bound_sensors import require_answers as require_answers
 from kabo.execution.executor import ExecutionSettings as ExecutionSettings
 from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
 from kabo.execution.following import Follower as Follower
+from kabo.execution.interruptions import Answer as Answer
+from kabo.execution.interruptions import Executed as Executed
+from kabo.execution.interruptions import Interruption as Interruption
+from kabo.execution.interruptions import Recovery as Recovery
 from kabo.execution.kinematic import KinematicRobot as KinematicRobot
 from kabo.execution.log import Log as Log
 from kabo.execution.margins import Margins as Margins
@@ -15,5 +22,10 @@ from kabo.execution.protocols import RobotFailed as RobotFailed
 from kabo.execution.protocols import RobotState as RobotState
 from kabo.execution.protocols import Sensor as Sensor
 from kabo.execution.sensing import KnownTruth as KnownTruth
+from kabo.execution.sequential import Decision as Decision
+from kabo.execution.sequential import decide as decide
+from kabo.execution.simulated_sensors import KinematicInstruments as KinematicInstruments
+from kabo.execution.simulated_sensors import SimulatedSensors as SimulatedSensors
+from kabo.execution.simulated_sensors import true_start as true_start
 from kabo.execution.watching import CLOSED_ON_NOTHING as CLOSED_ON_NOTHING
 from kabo.execution.watching import Surprise as Surprise

@@ -8,19 +8,24 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from math import ceil
 
+import numpy as np
+
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.fitting import require_fit
+from kabo.execution.interruptions import Executed, Interruption, Recovery, observed
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
-from kabo.plan import Node, Plan
+from kabo.plan import Node, Plan, State, state_after
 from kabo.scene import Scene
 
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
+AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
+MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
 STOPS_WITHIN = 30.0  # [s]
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
@@ -35,12 +40,14 @@ class ExecutionSettings:
             less proven clearance somewhere is refused.
         despite_margins: whether such a plan is carried out nevertheless.
         log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
+        most_recoveries: how often a run goes on after a surprise.
     """
 
     watch_rate: float = 100.0
     tracking_error: float = 0.0
     despite_margins: bool = False
     log_rate: float = 0.0
+    most_recoveries: int = 20
 
 
 USUAL = ExecutionSettings()
@@ -54,7 +61,9 @@ class Run:
         reached_goal: whether a goal node was reached.
         reason: why it stopped, in a sentence; what was reached, otherwise.
         node: the node at which it ended.
-        history: the nodes that were done, in order, each with the outcome that was observed, if any.
+        history: the nodes that were done, in order, each with the outcome that was observed, if any; after a surprise,
+            nodes of the plan that it went on with.
+        state: what was done since the problem began, and where everything is by what was observed last.
         surprise: what no proof covers, if that was the reason.
         log: all that happened.
     """
@@ -63,6 +72,7 @@ class Run:
     reason: str
     node: str
     history: tuple[tuple[str, str | None], ...]
+    state: State
     surprise: Surprise | None = None
     log: Log = field(default_factory=Log, repr=False, compare=False)
 
@@ -81,6 +91,7 @@ def execute(
     settings: ExecutionSettings = USUAL,
     log: Log | None = None,
     stop: Callable[[], bool] = lambda: False,
+    recovery: Recovery | None = None,
 ) -> Run:
     """Carries out a plan until a goal is reached, or something happens that no proof covers.
 
@@ -92,11 +103,12 @@ def execute(
         settings: how.
         log: where records go; None: a new one, which is in the result.
         stop: asked at each look; if true, all robots come to a planned stop.
+        recovery: asked after a surprise how to go on; None: the run ends there.
 
     Raises:
         InputError: the plan does not fit the scene, or has less proven clearance than the robots' tracking error.
     """
-    return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop).run()
+    return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery).run()
 
 
 class _Executor:
@@ -109,36 +121,135 @@ class _Executor:
         settings: ExecutionSettings,
         log: Log,
         stop: Callable[[], bool],
+        recovery: Recovery | None,
     ) -> None:
-        self.plan, self.scene, self.robot, self.sensor = plan, scene, robot, sensor
-        self.settings, self.log, self.stop = settings, log, stop
-        self.margins = Margins(plan)
-        self.history: list[tuple[str, str | None]] = []
+        self.scene, self.robot, self.sensor = scene, robot, sensor
+        self.settings, self.log, self.stop, self.recovery = settings, log, stop, recovery
+        self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
         self.known: dict[str, str] = {}
-        self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
-        self.name = self.clock = plan.root  # where it is; and the node on whose clock the robots' motion is
+        self.recoveries = 0
+        self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
         self.states = StateLog(log, settings.log_rate)
+        self._begin(plan)
+
+    def _begin(self, plan: Plan) -> None:
+        """Takes over a plan, which begins where everything is now.
+
+        Raises:
+            InputError: it does not fit the scene, or has less proven clearance than the robots' tracking error.
+        """
+        self.plan, self.name, self.margins = plan, plan.root, Margins(plan)
+        self.history: list[tuple[str, str | None]] = []
+        # What a node delivers and another one branches on is looked at once: where the plan senses it.
+        self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
+        self.executed: list[Executed] = []  # of the nodes that are not done
+        self.under_way: list[Stretch] = []
+        self.released: list[str] = []
+        self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
+        self.clock = plan.root  # the node on whose clock the robots' motion is
         if any(node.motion for node in plan.nodes.values()):
-            if scene is None or robot is None:
+            if self.scene is None or self.robot is None:
                 raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
-            require_fit(plan, scene)
+            require_fit(plan, self.scene)
             self._require_margins()
-            self.belief = Belief.at_start(scene, plan.start)
-            self.watch = Watch(scene, self.margins)
+        if self.scene is not None and self.robot is not None:
+            self.belief = Belief.at_start(self.scene, plan.start)
+            self.watch = Watch(self.scene, self.margins)
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
+        while True:
+            try:
+                self._walk()
+                self._enter("goal", node=self.name)
+                return self._ended(True, "the goal is reached", None)
+            except _Stopped as end:
+                stopped = end
+            except RobotFailed as lost:
+                stopped = _Stopped(str(lost))
+            try:
+                self._recover(stopped)
+            except (_Stopped, RobotFailed) as end:
+                self._enter("stopped", node=self.name, reason=str(end))
+                return self._ended(False, str(end), end.surprise if isinstance(end, _Stopped) else None)
+
+    def _walk(self) -> None:
+        """Carries out the plan to its goal."""
+        while (node := self.plan.nodes[self.name]).kind != "goal":
+            if self.stop():
+                raise _Stopped("it was asked to stop")
+            self.name = self._after(node)
+
+    def _ended(self, reached_goal: bool, reason: str, surprise: Surprise | None) -> Run:
+        history = (*self.followed, *self.history)
+        return Run(reached_goal, reason, self.name, history, self._state()[0], surprise, self.log)
+
+    # ------------------------------------------------------------------------------------------------- surprises
+    def _state(self) -> tuple[State, tuple[tuple[str, str], ...]]:
+        """What was done and where everything is, as it is observed; and what hands do not hold any more."""
+        if self.scene is None or self.robot is None:
+            return state_after(self.plan, self.history), ()
+        empty = self.watch.empty_hands(self.robot.state(), self.belief)
+        change, lost = observed(self.scene, self.plan, self.belief, self.sensor.poses(), empty)
+        return state_after(self.plan, self.history, robots=change.robots, objects=change.objects), lost
+
+    def _recover(self, stopped: _Stopped) -> None:
+        """Goes on after a surprise, if there is a plan from where all is now.
+
+        Raises:
+            _Stopped: there is none; it says why.
+        """
+        if self.recovery is None or stopped.surprise is None or self.recoveries >= self.settings.most_recoveries:
+            raise stopped
+        self.recoveries += 1
+        if (
+            self.recovered.count(done := (len(self.followed) + len(self.history), stopped.surprise.thing))
+            >= MOST_ALIKE
+        ):
+            raise _Stopped(f"{stopped}, again and again", stopped.surprise)
+        self.recovered.append(done)
+        self._come_to_rest()
+        state, lost = self._state()
+        for body, robot in lost:
+            self._robot.release(robot, (body,))
+        expected = state_after(self.plan, self.history).geometry
+        answer = self.recovery.answer(
+            Interruption(self.plan, state, tuple(self.executed), lost, stopped.surprise, expected)
+        )
+        self._enter("answer", kind=answer.kind, reason=answer.reason)
+        if answer.plan is None:
+            raise _Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
         try:
-            while (node := self.plan.nodes[self.name]).kind != "goal":
-                if self.stop():
-                    raise _Stopped("it was asked to stop")
-                self.name = self._after(node)
-        except (_Stopped, RobotFailed) as end:
-            self._enter("stopped", node=self.name, reason=str(end))
-            surprise = end.surprise if isinstance(end, _Stopped) else None
-            return Run(False, str(end), self.name, tuple(self.history), surprise, self.log)
-        self._enter("goal", node=self.name)
-        return Run(True, "the goal is reached", self.name, tuple(self.history), None, self.log)
+            if answer.kind in ("finish", "undo"):
+                self._detour(answer.plan, done=answer.kind == "finish")
+            else:
+                self.followed += self.history
+                self._begin(answer.plan)
+                return
+        except InputError as error:
+            raise _Stopped(f"{stopped}; {error}", stopped.surprise) from None
+        self._recover(stopped)
+
+    def _come_to_rest(self) -> None:
+        """Waits until no body moves that is seen; not for ever."""
+        before = self.sensor.poses()
+        for _ in range(MOST_RESTS):
+            for _ in self._looks(SETTLED_AFTER):
+                pass
+            now = self.sensor.poses()
+            moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
+            if max(moved, default=0.0) < AT_REST:
+                return
+            before = now
+
+    def _detour(self, way: Plan, *, done: bool) -> None:
+        """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began."""
+        plan, name, history = self.plan, self.name, self.history
+        self._begin(way)
+        self._walk()
+        self.plan, self.name, self.history, self.executed = plan, name, history, []
+        if done:
+            self.name = self._left(name)
 
     def _require_margins(self) -> None:
         least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
@@ -165,18 +276,25 @@ class _Executor:
             self._enter("node", node=begun, kind=node.kind, action=node.action, arguments=dict(node.arguments))
         for done in nodes[:-1]:
             self.history.append((done, None))
-        last = self.plan.nodes[nodes[-1]]
         self.name = nodes[-1]
-        outcome = self._outcome(last)
-        self.history.append((nodes[-1], outcome))
-        following = last.next if outcome is None else last.branches[outcome]
+        return self._left(self.name)
+
+    def _left(self, name: str) -> str:
+        """Looks at what a node that was carried out observes, and says which one follows."""
+        node = self.plan.nodes[name]
+        outcome = self._outcome(node)
+        self.history.append((name, outcome))
+        following = node.next if outcome is None else node.branches[outcome]
         if following is None:
-            raise _Stopped(f"{nodes[-1]} has no successor")
+            raise _Stopped(f"{name} has no successor")
         return following
 
     def _outcome(self, node: Node) -> str | None:
         for term in node.delivers:
-            value = self.sensor.value(term)
+            outcomes = self.decided_later.get(term)
+            value = self.sensor.value(term) if outcomes is None else self.sensor.resolve(term, outcomes)
+            if outcomes is not None and value is not None:
+                self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
             if value is None:
                 raise _Stopped(f"{self.name}: the value of {term} was not measured")
@@ -204,6 +322,7 @@ class _Executor:
         self._look_at_bodies(self.name)
         for part in parts_of(motion):
             self._follow(part)
+        self.executed, self.released = [], []
         for name in motion.nodes:
             change = self.plan.nodes[name].after
             if change is not None:
@@ -215,21 +334,22 @@ class _Executor:
     def _follow(self, part: Motion) -> None:
         """Follows a part until its end, looks at it meanwhile, and lets hands act when it is time."""
         assert self.robot is not None
-        robot, waiting, under_way = self.robot, list(part.actions), list(part.stretches)
+        robot, waiting = self.robot, list(part.actions)
         self.watch.begin()
         self._act(waiting, part.begin)
+        self.under_way = list(part.stretches)
         robot.follow(part)
         self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
-            under_way = self._finished(under_way, state.motion_time)
+            self.under_way = self._finished(self.under_way, state.motion_time)
             surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
             self._log_state(part.nodes[0])
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
-        self._finished(under_way, part.end)
+        self.under_way = self._finished(self.under_way, part.end)
         measured = self.watch.measured
         self._enter(
             "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
@@ -242,6 +362,7 @@ class _Executor:
         for done in stretches:
             if done.end <= time:
                 self.belief.move(done.robot, done.trajectory.joints, done.trajectory.at(done.end))
+                self.executed.append(Executed(done.node, done.segment))
         return [each for each in stretches if each.end > time]
 
     def _act(self, waiting: list[HandAction], time: float) -> None:
@@ -254,6 +375,7 @@ class _Executor:
                 self._grip(action)
             elif action.kind == "release":
                 self._enter("releasing", robot=action.robot, bodies=action.detach)
+                self.released += action.detach
                 self._robot.release(action.robot, action.detach)
             else:
                 self.belief.finish(segment)
@@ -319,7 +441,18 @@ class _Executor:
         for _ in self._looks(STOPS_WITHIN):
             if not self._robot.state().moving:
                 break
+        self._stand(self._robot.state().motion_time)
         raise _Stopped(reason, surprise)
+
+    def _stand(self, time: float) -> None:
+        """Robots stand where they were sent at a time of the motion's clock [s]."""
+        for stretch in self._finished(self.under_way, time):
+            if stretch.begin < time:
+                self.belief.move(stretch.robot, stretch.trajectory.joints, stretch.trajectory.at(time))
+                self.executed.append(Executed.of(stretch, self.plan, time))
+        self.under_way = []
+        for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
+            self.belief.let_go(body)
 
 
 def _finite(value: float) -> float | None:

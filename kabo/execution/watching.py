@@ -133,6 +133,21 @@ class Watch:
                 return Surprise("grasp", text, ", ".join(bodies), off, CLOSED_ON_NOTHING * stroke)
         return None
 
+    def empty_hands(self, state: RobotState, belief: Belief) -> dict[str, tuple[float, ...]]:
+        """The joints of hands that should hold something and have closed beyond it, by robot [rad or m]."""
+        found = {}
+        holders = {belief.holder(name) for name in self.scene.movable} - {None}
+        for robot in sorted(map(str, holders)):
+            own = self.scene.robots[robot]
+            if own.gripper is None:
+                continue
+            for number, joint in enumerate(own.gripper.joints, own.planned):
+                closing = own.gripper.closed.get(joint, 0.0) - own.gripper.open.get(joint, 0.0)
+                beyond = (state.positions[robot][number] - belief.state.robots[robot][number]) * np.sign(closing)
+                if beyond > CLOSED_ON_NOTHING * abs(closing) > 0.0:
+                    found[robot] = state.positions[robot][own.planned :]
+        return found
+
 
 def displacement(wanted: Array, found: Array, radius: float) -> float:
     """A bound of how far any point of a body within `radius` of its origin is from its place [m]."""

@@ -38,7 +38,7 @@ def test_a_log_that_grows_is_shown_as_it_grows(browser: Any, tmp_path: Path) -> 
         page.wait_for_selector("html[data-ready=yes]", state="attached", timeout=READY_MS)
         for count, text in ((2, "the run goes on"), (4, "stopped at n0")):
             log.write_text("".join(json.dumps(each) + "\n" for each in RECORDS[:count]))
-            page.wait_for_function(f"document.body.innerText.includes({text!r})", timeout=READY_MS)
+            page.wait_for_selector(f"#panel-run .headline:has-text('{text}')", timeout=READY_MS)
         page.close()
     finally:
         follower.close()
