@@ -54,7 +54,17 @@ def test_the_command_ends_with_its_reason_if_the_robots_are_elsewhere(
     serve: Callable[..., Started], kabo_process: Callable[..., Started], plan_file: Path
 ) -> None:
     server = serve()
-    given = ("execute", PROBLEM, plan_file, "--no-verify", "--on", "zenoh", "--endpoint", server.endpoint)
+    given = (
+        "execute",
+        PROBLEM,
+        plan_file,
+        "--no-verify",
+        "--no-recover",
+        "--on",
+        "zenoh",
+        "--endpoint",
+        server.endpoint,
+    )
     code, said = kabo_process(*given).end()
     assert code == 0 and "the goal is reached" in said
     code, said = kabo_process(*given).end()
