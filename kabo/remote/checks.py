@@ -9,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from itertools import pairwise
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -142,6 +143,6 @@ def _require_joined(name: str, parts: Sequence[tuple[Trajectory, int]], robot: R
             raise Unreadable(f"{name} {'ends' if end else 'begins'} in motion, not at rest")
 
 
-def _require(trajectory: Trajectory, fine: Array, what: str) -> None:
+def _require(trajectory: Trajectory, fine: Any, what: str) -> None:
     if not fine.all():
         raise Unreadable(f"{trajectory.joints[int(np.argmin(fine))]} {what}")

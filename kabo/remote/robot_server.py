@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import msgspec
 import zenoh
@@ -102,7 +102,7 @@ class RobotServer:
         self._gone: set[str] = set()  # clients whose connection has ended
         self._heard, self._count = time.monotonic(), 0
         self._session = open_session(config)
-        verbs = {
+        verbs: dict[str, Callable[[zenoh.Query], None]] = {
             "take": partial(self._asked, DriverMessage, self._take),
             "leave": partial(self._asked, DriverMessage, self._leave),
             "stop": partial(self._asked, DriverMessage, self._stop),
@@ -110,7 +110,7 @@ class RobotServer:
             "release": partial(self._asked, HandMessage, self._release),
             "follow": self._asked_to_follow,
         }
-        self._declared = [
+        self._declared: list[Any] = [
             self._session.declare_queryable(keys.robot(self.name, verb), partial(answered, handler))
             for verb, handler in verbs.items()
         ]
@@ -143,7 +143,8 @@ class RobotServer:
 
     def close(self) -> None:
         """Ends the session."""
-        for each in (self._token, *self._declared, self._publisher):
+        declared: list[Any] = [self._token, *self._declared, self._publisher]
+        for each in declared:
             each.undeclare()
         self._session.close()
 
@@ -157,7 +158,7 @@ class RobotServer:
                 )
             except queue.Empty:
                 return
-            answered(lambda _, do=command: do(), query)
+            answered(partial(_do, command), query)
 
     def _watch_driver(self) -> None:
         """Stops the robots of a client that was lost, and lets another one come."""
@@ -201,7 +202,7 @@ class RobotServer:
     def _asked(
         self,
         kind: type[DriverMessage] | type[HandMessage],
-        command: Callable[[zenoh.Query, DriverMessage | HandMessage], None],
+        command: Callable[[zenoh.Query, Any], None],
         query: zenoh.Query,
     ) -> None:
         """Reads a query where it arrives; the loop does what it asks."""
@@ -291,3 +292,8 @@ class RobotServer:
         for body in message.bodies:
             if body not in self.scene.movable:
                 raise Unreadable(f"there is no movable body {body!r}")
+
+
+def _do(command: Callable[[], None], query: zenoh.Query) -> None:
+    """Does what a query asked for when it arrived."""
+    command()
