@@ -57,7 +57,8 @@ class Stop:
         """How far the clock of the motion has come by then (k,) [s]."""
         u = np.clip((seconds - self.delay) / self.lasts, 0.0, 1.0)
         slowed = u - (2.5 * u**4 - 3.0 * u**5 + u**6)
-        return np.minimum(seconds, self.delay) + self.lasts * slowed
+        passed: Array = np.minimum(seconds, self.delay) + self.lasts * slowed
+        return passed
 
 
 class Follower:

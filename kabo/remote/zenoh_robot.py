@@ -218,7 +218,9 @@ class ZenohRobot:
             ):
                 if each.ok is not None:
                     return bytes(each.ok.payload.to_bytes())
-                if str(each.err.encoding) == "application/json":  # else zenoh's own: the time is up
+                if (
+                    each.err is not None and str(each.err.encoding) == "application/json"
+                ):  # else zenoh's own: the time is up
                     return msgspec.json.decode(each.err.payload.to_bytes(), type=ErrorReply)
         except (zenoh.ZError, msgspec.MsgspecError):
             return None
