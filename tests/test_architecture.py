@@ -17,7 +17,7 @@ HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "ri
 EDGES = {
     "kabo/cli/main.py",
     "kabo/cli/own_code.py",
-    "kabo/service/server.py",
+    "kabo/service/answering.py",
     "kabo/service/worker.py",
     "kabo/children.py",
     "kabo/meshes/reading.py",

@@ -1,15 +1,16 @@
 """`kabo execute`: carries out a plan on a robot, in physics or without forces, and logs all that happens."""
 
 import argparse
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.simulate import add_physics, physics_of
+from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
@@ -25,10 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
     parser.add_argument(
         "--on",
-        choices=("kinematic", "simulation"),
+        choices=("kinematic", "simulation", "zenoh"),
         default="kinematic",
-        help="the robot: one without forces, or one in physics (default: kinematic)",
+        help="the robot: one without forces, one in physics, or that of a robot server (default: kinematic)",
     )
+    add_connection(parser, "whose robots are driven")
     parser.add_argument(
         "--rate",
         type=bounded(1.0, 1000.0, "Hz"),
@@ -80,6 +82,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="output", type=output_file, metavar="FILE", help="the log, one JSON object a line"
     )
+    parser.add_argument(
+        "--log-rate",
+        type=bounded(0.1, 1000.0, "Hz"),
+        default=20.0,
+        metavar="HZ",
+        help="how often the log says where everything is (default: 20)",
+    )
+    parser.add_argument(
+        "--page",
+        type=output_file,
+        metavar="FILE",
+        help="write a page for a browser that shows the run: errors, clearances, decisions, the true state and the plan",
+    )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda _: True)
@@ -97,16 +112,23 @@ def run(options: argparse.Namespace) -> int:
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
         sensors, hidden = _files(options, plan, truth)
-        robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden)
+        opened = ExitStack()
+        robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened)
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
-            tracking_error=options.tracking_error, despite_margins=options.despite_margins
+            tracking_error=options.tracking_error,
+            despite_margins=options.despite_margins,
+            log_rate=0.0 if options.output is None and options.page is None else options.log_rate,
         )
         recovery = _recovery(options, plan, scene) if options.recover else None
-        with interruptible() as stop:
+        with opened, interruptible() as stop:
             found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery)
         if options.state is not None:
             found.state.save(options.state)
+        if options.page is not None:
+            chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
+            made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
+            rooms.write_atomically(options.page, rooms.page_of(made))
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))
@@ -160,7 +182,7 @@ def _sensor(
 ) -> Any:
     if sensors is None:
         return rooms.KnownTruth(hidden.answers, options.seed, dict if robot is None else robot.poses)
-    if robot is None:
+    if robot is None or options.on == "zenoh":  # a robot server sees bodies, and has no other instruments
         instruments: Any = rooms.NoInstruments()
     elif options.on == "kinematic":
         instruments = rooms.KinematicInstruments(robot, hidden)
@@ -170,10 +192,17 @@ def _sensor(
 
 
 def _robot(
-    options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan", hidden: "rooms.TruthDescription"
+    options: argparse.Namespace,
+    scene: "rooms.Scene",
+    plan: "rooms.Plan",
+    hidden: "rooms.TruthDescription",
+    opened: ExitStack,
 ) -> tuple[Any, Any]:
-    """The robot, and the judge of contacts if there are any."""
+    """The robot, which may be `opened` until the run has ended, and the judge of contacts if there are any."""
     rooms.require_fit(plan, scene)
+    if options.on == "zenoh":
+        config = service.client_config(endpoints_of(options), options.config)
+        return opened.enter_context(rooms.ZenohRobot(config, scene)), None
     start = rooms.Belief.at_start(scene, plan.start).state
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":

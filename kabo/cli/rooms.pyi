@@ -72,6 +72,10 @@ from kabo.planner.result import diagnostic_to_json as diagnostic_to_json
 from kabo.planner.result import invalid_to_json as invalid_to_json
 from kabo.planner.result import result_to_json as result_to_json
 from kabo.recovery import Replanner as Replanner
+from kabo.remote import ROBOT_ENDPOINT as ROBOT_ENDPOINT
+from kabo.remote import RobotServer as RobotServer
+from kabo.remote import RobotServerSettings as RobotServerSettings
+from kabo.remote import ZenohRobot as ZenohRobot
 from kabo.requests import check_files as check_files
 from kabo.requests import explain_file as explain_file
 from kabo.requests import solve_file as solve_file
@@ -134,7 +138,13 @@ from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
 from kabo.viewer import Follower as Follower
+from kabo.viewer import RunFollower as RunFollower
+from kabo.viewer import ViewDocument as ViewDocument
 from kabo.viewer import ViewOptions as ViewOptions
 from kabo.viewer import document_of_file as document_of_file
+from kabo.viewer import document_of_run as document_of_run
+from kabo.viewer import has_ended as has_ended
+from kabo.viewer import is_log as is_log
 from kabo.viewer import page_of as page_of
+from kabo.viewer import read_log as read_log
 from kabo.whole_files import write_atomically as write_atomically
