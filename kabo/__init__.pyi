@@ -1,5 +1,6 @@
 from kabo import execution as execution
 from kabo import exploration as exploration
+from kabo import exporting as exporting
 from kabo import recovery as recovery
 from kabo import simulation as simulation
 from kabo import tasks as tasks
@@ -11,6 +12,7 @@ from kabo.errors import MeshError as MeshError
 from kabo.errors import ServiceError as ServiceError
 from kabo.explain.explain import Explanation as Explanation
 from kabo.explain.explain import explain as explain
+from kabo.exporting.formats import export as export
 from kabo.geometry import BoundingMesh as BoundingMesh
 from kabo.geometry import Decomposition as Decomposition
 from kabo.geometry import bounding_decomposition as bounding_decomposition

@@ -11,8 +11,7 @@ import re
 import tempfile
 from pathlib import Path
 
-from kabo.pictures.film import branch_of
-from kabo.plan import Plan, load_plan, plan_statistics
+from kabo.plan import Plan, branch_of, load_plan, plan_statistics
 from kabo.whole_files import write_atomically
 from scripts.pictures import MOVING, ROOT, SHOWN, plan_of
 

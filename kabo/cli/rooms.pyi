@@ -21,6 +21,9 @@ from kabo.exploration import NoParametersError as NoParametersError
 from kabo.exploration import Target as Target
 from kabo.exploration import load_exploration as load_exploration
 from kabo.exploration import require_scikit_learn as require_scikit_learn
+from kabo.exporting import check_export as check_export
+from kabo.exporting import export as export
+from kabo.exporting import ros_trajectories as ros_trajectories
 from kabo.geometry import bounding_decomposition as bounding_decomposition
 from kabo.geometry import bounding_mesh as bounding_mesh
 from kabo.geometry import crossing_faces as crossing_faces

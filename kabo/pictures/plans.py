@@ -10,12 +10,12 @@ from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.phases import phase
 from kabo.pictures.drawing import Drawing, Label
-from kabo.pictures.film import Film, Frame, branch_of, described
+from kabo.pictures.film import Film, Frame, described
 from kabo.pictures.panels import captioned, framed, gif, grid, png, titled
 from kabo.pictures.rendering import Stage
 from kabo.pictures.scenes import poses_in, scene_drawing
 from kabo.pictures.views import View, ViewWishes, chosen_view, taken
-from kabo.plan import Plan
+from kabo.plan import Plan, branch_of
 from kabo.scene import Scene
 
 _LOG = logging.getLogger("kabo.pictures")

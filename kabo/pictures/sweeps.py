@@ -8,10 +8,10 @@ import numpy as np
 from kabo.errors import Diagnostic, InputError
 from kabo.geometry import MovingGroup, SweptVolume
 from kabo.pictures.drawing import Drawing, Glass, Solid
-from kabo.pictures.film import Film, branch_of
+from kabo.pictures.film import Film
 from kabo.pictures.plans import require_node
 from kabo.pictures.scenes import GLASS, poses_in, scene_drawing
-from kabo.plan import Plan, Segment
+from kabo.plan import Plan, Segment, branch_of
 from kabo.scene import GeometricState, Scene
 from kabo.scene.transforms import unflat
 from kabo.viewer.content.plan.off_path import farthest_off

@@ -4,6 +4,7 @@ It depends only on the format `kabo-plan/2` (docs/reference/plans.md): not on ho
 valid. Searches build plans with `PlanBuilder`, which merges nodes with equal content and continuation.
 """
 
+from kabo.plan.branches import Step, branch_of
 from kabo.plan.builder import PlanBuilder
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
 from kabo.plan.description import describe, described_validity
@@ -56,8 +57,10 @@ __all__ = [
     "Segment",
     "State",
     "StateChange",
+    "Step",
     "StretchProof",
     "ValueOf",
+    "branch_of",
     "describe",
     "described_validity",
     "learned_json",

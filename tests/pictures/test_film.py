@@ -5,8 +5,8 @@ import pytest
 
 from kabo.errors import InputError
 from kabo.language import load_scene_description
-from kabo.pictures.film import Film, branch_of
-from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange
+from kabo.pictures.film import Film
+from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange, branch_of
 from kabo.scene import load_scene, world_T
 from tests.pictures.scenes import table_and_arm
 

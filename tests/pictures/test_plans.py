@@ -7,11 +7,11 @@ import pytest
 
 from kabo.errors import InputError
 from kabo.phases import heard_by
-from kabo.pictures.film import Film, branch_of
+from kabo.pictures.film import Film
 from kabo.pictures.plans import animation, film_strip
 from kabo.pictures.sweeps import sweep_drawing
 from kabo.pictures.views import ViewWishes
-from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange
+from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange, branch_of
 from kabo.scene import load_scene, world_T
 from tests.pictures.scenes import table_and_arm
 
