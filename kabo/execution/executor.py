@@ -203,7 +203,10 @@ class _Executor:
         state, lost = self._state()
         for body, robot in lost:
             self._robot.release(robot, (body,))
-        answer = self.recovery.answer(Interruption(self.plan, state, tuple(self.executed), lost, stopped.surprise))
+        expected = state_after(self.plan, self.history).geometry
+        answer = self.recovery.answer(
+            Interruption(self.plan, state, tuple(self.executed), lost, stopped.surprise, expected)
+        )
         self._enter("answer", kind=answer.kind, reason=answer.reason)
         if answer.plan is None:
             raise _Stopped(f"{stopped}; {answer.reason}", stopped.surprise)

@@ -187,7 +187,12 @@ def without_plan(
     if unproved is not None:
         return Result("exhausted", None, statistics, unproved)
     if proved:
-        return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
+        return Result(
+            "no_plan",
+            None,
+            statistics,
+            no_plan(run.problem, task, failures, run.stop, begun=run.start is not None),
+        )
     needed = needed_calls(task, failures) if len(failures) > 1 else frozenset()
     return Result("exhausted", None, statistics, exhausted("samples", failures, needed=needed))
 
