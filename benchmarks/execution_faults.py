@@ -136,7 +136,9 @@ def _run(fault: Fault, found: Judged) -> None:
 
 def _end(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot, found: Judged) -> str:
     """How the run has ended."""
-    speed = max(np.abs(each).max(initial=0.0) for each in map(np.array, robot.state().velocities.values()))
+    measured = robot.state().velocities
+    arms = (np.abs(measured[name][: own.planned]).max(initial=0.0) for name, own in scene.robots.items())
+    speed = max(arms)
     if speed > STANDS:
         found.told.append(f"robots do not stand, but move by {speed:.3g}")
     if robot.physics.time > LONGEST:
@@ -219,7 +221,9 @@ def faults(runs: int = 600, seed: int = 1, workers: int = 2, **which: str | None
 def told(each: Judged) -> str:
     """One run, in some lines."""
     fault = each.fault
-    drawn = f"share {fault.share:.2f}, {1000 * fault.size:.1f} mm, choice {fault.choice:.2f}, lasts {fault.lasts:.2f}"
+    drawn = (
+        f"share {fault.share:.2f}, {1000 * fault.size:.1f} mm, choice {fault.choice:.2f}, lasts {fault.lasts:.2f}"
+    )
     first = f"{fault.problem} {fault.kind} {fault.seed} ({drawn}): {each.end} after {each.lasted:.1f} s, came {each.came}"
     rest = [f"touched {each.early} before, {each.contacts} after; {each.told}", *each.stops, each.reason]
     return "\n    ".join([first, *rest])

@@ -198,9 +198,7 @@ class Disturbance:
 class FaultySensor(KnownTruth):
     """Says the truth, but for the fault; a silent sensor is silent from its time on, for a few looks or for ever."""
 
-    def __init__(
-        self, disturbance: Disturbance, seed: int, poses: Callable[[], Mapping[str, Array]]
-    ) -> None:
+    def __init__(self, disturbance: Disturbance, seed: int, poses: Callable[[], Mapping[str, Array]]) -> None:
         super().__init__(seed=seed, poses=poses)
         self.disturbance = disturbance
         self.silent = int(12 * disturbance.fault.lasts)
