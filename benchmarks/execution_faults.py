@@ -22,7 +22,7 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from execution_faults_made import KINDS, SENSING, Fault, Disturbance, FaultySensor
+from execution_faults_made import KINDS, SENSING, Disturbance, Fault, FaultySensor
 from table import ROOT, Table, finish, percentile
 
 import kabo
@@ -99,7 +99,7 @@ def judged(fault: Fault) -> Judged:
     found = Judged(fault)
     try:
         _run(fault, found)
-    except Exception:  # whatever it is, it is a finding
+    except Exception:  # noqa: BLE001 - whatever it is, it is a finding
         found.end, found.reason = "wrong", traceback.format_exc(limit=-4)
     return found
 

@@ -206,6 +206,25 @@ class _Executor:
         ):
             raise _Stopped(f"{stopped}, again and again", stopped.surprise)
         self.recovered.append(done)
+        kind, plan = self._answer(stopped)
+        try:
+            if kind in ("finish", "undo"):
+                self._detour(plan, done=kind == "finish")
+            else:
+                self.followed += self.history
+                self._begin(plan)
+                return
+        except InputError as error:
+            raise _Stopped(f"{stopped}; {error}", stopped.surprise) from None
+        self._recover(stopped)
+
+    def _answer(self, stopped: _Stopped) -> tuple[str, Plan]:
+        """How to go on from where all rests, as the recovery says: the kind of its answer, and a plan.
+
+        Raises:
+            _Stopped: not at all; it says why.
+        """
+        assert self.recovery is not None and stopped.surprise is not None
         self._come_to_rest(stopped)
         surprise = self._gone() or stopped.surprise
         if surprise is not stopped.surprise:
@@ -215,21 +234,12 @@ class _Executor:
             self._robot.release(robot, (body,))
         expected = state_after(self.plan, self.history).geometry
         answer = self.recovery.answer(
-            Interruption(self.plan, state, tuple(self.executed), lost, stopped.surprise, expected)
+            Interruption(self.plan, state, tuple(self.executed), lost, surprise, expected)
         )
         self._enter("answer", kind=answer.kind, reason=answer.reason)
         if answer.plan is None:
             raise _Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
-        try:
-            if answer.kind in ("finish", "undo"):
-                self._detour(answer.plan, done=answer.kind == "finish")
-            else:
-                self.followed += self.history
-                self._begin(answer.plan)
-                return
-        except InputError as error:
-            raise _Stopped(f"{stopped}; {error}", stopped.surprise) from None
-        self._recover(stopped)
+        return answer.kind, answer.plan
 
     def _come_to_rest(self, stopped: _Stopped) -> None:
         """Waits until no body moves that is seen, and robots are where they were sent; not for ever.
@@ -262,12 +272,24 @@ class _Executor:
         """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began."""
         plan, name, history = self.plan, self.name, self.history
         try:
-            self._begin(way)
-            self._walk()
+            self._follow_way(way)
         finally:  # what was done is told by the plan, whatever becomes of the way
             self.plan, self.name, self.history, self.executed = plan, name, history, []
         if done:
             self.name = self._left(name)
+
+    def _follow_way(self, way: Plan, *, again: bool = True) -> None:
+        """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
+        self._begin(way)
+        try:
+            self._walk()
+        except _Stopped as stopped:
+            if not again or stopped.surprise is None or not self.executed:
+                raise
+            kind, rest = self._answer(stopped)
+            if kind != "finish":
+                raise
+            self._follow_way(rest, again=False)
 
     def _require_margins(self) -> None:
         least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
