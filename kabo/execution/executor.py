@@ -227,8 +227,10 @@ class _Executor:
         assert self.recovery is not None and stopped.surprise is not None
         self._come_to_rest(stopped)
         surprise = self._gone() or stopped.surprise
-        if surprise is not stopped.surprise:
-            raise _Stopped(f"{stopped}; {surprise.sentence}, and nobody knows where it is", surprise)
+        if surprise.kind == "gone":  # it may be anywhere: nothing that moves is proven
+            raise _Stopped(
+                str(stopped) if stopped.surprise.kind == "gone" else f"{stopped}; {surprise.sentence}", surprise
+            )
         state, lost = self._state()
         for body, robot in lost:
             self._robot.release(robot, (body,))
