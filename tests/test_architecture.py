@@ -17,7 +17,7 @@ HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "ri
 EDGES = {
     "kabo/cli/main.py",
     "kabo/cli/own_code.py",
-    "kabo/service/server.py",
+    "kabo/service/answering.py",
     "kabo/service/worker.py",
     "kabo/children.py",
     "kabo/meshes/reading.py",
@@ -28,6 +28,7 @@ EDGES = {
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
+    "kabo/simulation/masses.py": {"_MADE"},  # by the mesh's digest and the density
     "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
     "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},

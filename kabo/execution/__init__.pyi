@@ -1,3 +1,6 @@
+from kabo.execution.bound_sensors import BoundSensors as BoundSensors
+from kabo.execution.bound_sensors import Instruments as Instruments
+from kabo.execution.bound_sensors import require_answers as require_answers
 from kabo.execution.executor import ExecutionSettings as ExecutionSettings
 from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
@@ -9,11 +12,20 @@ from kabo.execution.interruptions import Recovery as Recovery
 from kabo.execution.kinematic import KinematicRobot as KinematicRobot
 from kabo.execution.log import Log as Log
 from kabo.execution.margins import Margins as Margins
+from kabo.execution.motions import SAME_TIME as SAME_TIME
 from kabo.execution.motions import Motion as Motion
+from kabo.execution.motions import Stretch as Stretch
 from kabo.execution.motions import motion_of as motion_of
 from kabo.execution.motions import parts_of as parts_of
 from kabo.execution.protocols import Robot as Robot
+from kabo.execution.protocols import RobotFailed as RobotFailed
 from kabo.execution.protocols import RobotState as RobotState
 from kabo.execution.protocols import Sensor as Sensor
 from kabo.execution.sensing import KnownTruth as KnownTruth
+from kabo.execution.sequential import Decision as Decision
+from kabo.execution.sequential import decide as decide
+from kabo.execution.simulated_sensors import KinematicInstruments as KinematicInstruments
+from kabo.execution.simulated_sensors import SimulatedSensors as SimulatedSensors
+from kabo.execution.simulated_sensors import true_start as true_start
+from kabo.execution.watching import CLOSED_ON_NOTHING as CLOSED_ON_NOTHING
 from kabo.execution.watching import Surprise as Surprise

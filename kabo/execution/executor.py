@@ -20,7 +20,8 @@ from kabo.execution.interruptions import Executed, Interruption, Recovery, obser
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
-from kabo.execution.protocols import Robot, Sensor
+from kabo.execution.protocols import Robot, RobotFailed, Sensor
+from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan, State, state_after
 from kabo.scene import Scene
@@ -44,12 +45,14 @@ class ExecutionSettings:
         tracking_error: how far any point of a robot may be off its path, as its maker says [m]; a plan that has
             less proven clearance somewhere is refused.
         despite_margins: whether such a plan is carried out nevertheless.
+        log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
         most_recoveries: how often a run goes on after a surprise.
     """
 
     watch_rate: float = 100.0
     tracking_error: float = 0.0
     despite_margins: bool = False
+    log_rate: float = 0.0
     most_recoveries: int = 20
 
 
@@ -133,6 +136,7 @@ class _Executor:
         self.recoveries = 0
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
         self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
+        self.states = StateLog(log, settings.log_rate)
         self._begin(plan)
 
     def _begin(self, plan: Plan) -> None:
@@ -143,10 +147,13 @@ class _Executor:
         """
         self.plan, self.name, self.margins = plan, plan.root, Margins(plan)
         self.history: list[tuple[str, str | None]] = []
+        # What a node delivers and another one branches on is looked at once: where the plan senses it.
+        self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
+        self.clock = plan.root  # the node on whose clock the robots' motion is
         if any(node.motion for node in plan.nodes.values()):
             if self.scene is None or self.robot is None:
                 raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
@@ -165,11 +172,13 @@ class _Executor:
                 return self._ended(True, "the goal is reached", None)
             except _Stopped as end:
                 stopped = end
+            except RobotFailed as lost:
+                stopped = _Stopped(str(lost))
             try:
                 self._recover(stopped)
-            except _Stopped as end:
+            except (_Stopped, RobotFailed) as end:
                 self._enter("stopped", node=self.name, reason=str(end))
-                return self._ended(False, str(end), end.surprise)
+                return self._ended(False, str(end), end.surprise if isinstance(end, _Stopped) else None)
 
     def _walk(self) -> None:
         """Carries out the plan to its goal."""
@@ -256,7 +265,8 @@ class _Executor:
             now = self.sensor.poses()
             moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
             self._gone()
-            late = self.watch.not_at_rest(self._robot.state(), self.belief)
+            tracked = stopped.surprise is not None and stopped.surprise.kind == "tracking"
+            late = self.watch.not_at_rest(self._robot.state(), self.belief) if tracked else None
             if max(moved, default=0.0) < AT_REST and late is None and not self._unseen(now):
                 return
             before = now
@@ -333,7 +343,11 @@ class _Executor:
 
     def _outcome(self, node: Node) -> str | None:
         for term in node.delivers:
-            value = self._asked(partial(self.sensor.value, term))
+            outcomes = self.decided_later.get(term)
+            ask = self.sensor.value if outcomes is None else partial(self.sensor.resolve, outcomes=outcomes)
+            value = self._asked(partial(ask, term))
+            if outcomes is not None and value is not None:
+                self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
             if value is None:
                 raise _Stopped(f"{self.name}: the value of {term} was not measured")
@@ -388,11 +402,13 @@ class _Executor:
         self._act(waiting, part.begin)
         self.under_way = list(part.stretches)
         robot.follow(part)
+        self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             self.under_way = self._finished(self.under_way, state.motion_time)
             surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
+            self._log_state(part.nodes[0])
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
@@ -460,7 +476,13 @@ class _Executor:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
+            self._log_state(self.name)
             yield
+
+    def _log_state(self, node: str) -> None:
+        state = self._robot.state()
+        if self.states.is_due(state):
+            self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
         surprise = self._surprise_of_bodies(node)

@@ -54,6 +54,7 @@ class Watch:
         self.scene, self.margins = scene, margins
         self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
+        self._recent = Measured(bodies={})  # since it was taken
         self._radius = {
             name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
         }
@@ -61,6 +62,11 @@ class Watch:
     def begin(self) -> None:
         """Begins the figures of a motion."""
         self.measured = Measured(bodies={})
+
+    def take_recent(self) -> Measured:
+        """The figures since they were taken last."""
+        found, self._recent = self._recent, Measured(bodies={})
+        return found
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven."""
@@ -73,8 +79,8 @@ class Watch:
                     zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True)
                 )
             off = self._off_path(name, state.positions[name], tuple(planned.values()))
-            self.measured.tracking = max(self.measured.tracking, off)
-            self.measured.permitted = min(self.measured.permitted, permitted)
+            for found in (self.measured, self._recent):
+                found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
             if off > permitted:
                 text = (
                     f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
@@ -107,8 +113,9 @@ class Watch:
             if holder is not None and not held:
                 continue
             off = displacement(wanted[name], pose, self._radius[name])
-            if self.measured.bodies is not None:
-                self.measured.bodies[name] = max(self.measured.bodies.get(name, 0.0), off)
+            for found in (self.measured, self._recent):
+                if found.bodies is not None:
+                    found.bodies[name] = max(found.bodies.get(name, 0.0), off)
             if off > permitted:
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
                 text = (

@@ -116,6 +116,9 @@ def state_file(state: State) -> dict[str, object]:
 def load_state(path: str | Path) -> State:
     """The state in a file, as `State.save` or `kabo execute --state` wrote it.
 
+    Args:
+        path: the file.
+
     Raises:
         InputError: the form is wrong; has all findings with their JSON paths.
         OSError: the file cannot be read.

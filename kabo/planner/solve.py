@@ -126,11 +126,21 @@ def solve(
 
 def _task(run: SolveRun) -> GroundedTask:
     """The grounded problem, with the knowledge of the state in which the plan is to begin."""
-    memo = run.memo
-    task = memo.task if memo is not None and memo.task is not None else ground(run.problem)
-    if memo is not None:
-        memo.task = task
-    return task if run.start is None else replace(task, initial=knowledge_after(task, run.start.done))
+    memo, start = run.memo, run.start
+    happened = start is not None and any(step.action in run.problem.domain.events for step in start.done)
+    if happened:
+        task = ground(run.problem.with_events())
+    else:
+        task = memo.task if memo is not None and memo.task is not None else ground(run.problem)
+        if memo is not None:
+            memo.task = task
+    if start is None:
+        return task
+    task = replace(task, initial=knowledge_after(task, start.done))
+    if happened:  # what happens, nobody plans; events come last, so that the others keep their numbers
+        planned = tuple(action for action in task.actions if action.name not in run.problem.domain.events)
+        task = replace(task, actions=planned)
+    return task
 
 
 def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:

@@ -5,10 +5,12 @@ taken to be true, wherever exactly the body is; where they have changed, it is n
 """
 
 from dataclasses import dataclass
+from itertools import permutations
 
 from kabo.geometry_server import GeometryServer, Situation
 from kabo.geometry_server.support_relations import lies_inside, rests_on
-from kabo.plan import StateChange
+from kabo.language.problem import Problem
+from kabo.plan import Done, StateChange
 from kabo.scene import Scene, beginning_at, world_T
 
 
@@ -48,3 +50,20 @@ def told(name: str, before: Relations, now: Relations) -> str:
         return f"{name} does not rest on {', '.join(sorted(before.supports)) or 'what it was on'} any more, but {where}"
     gone = ", ".join(sorted(before.regions - now.regions))
     return f"{name} is not in {gone} any more" if gone else f"{name} is in {', '.join(sorted(now.regions))} now"
+
+
+def event_of(problem: Problem, name: str, before: Relations, now: Relations) -> Done | None:
+    """The event of the domain that has happened to a body: `lost(robot, body)` from a hand, or else `moved(body)`.
+
+    None if the domain does not have it. Its parameters may have any names: their types say which one is which.
+    """
+    robot = before.parent.partition(".")[0] if "." in before.parent and now.parent != before.parent else None
+    event = problem.domain.events.get("moved" if robot is None else "lost")
+    things = [thing for thing in (robot, name) if thing is not None]
+    if event is None or len(event.parameters) != len(things):
+        return None
+    for order in permutations(things):
+        pairs = list(zip(event.parameters, order, strict=True))
+        if all(thing in problem.of_type(parameter.type) for parameter, thing in pairs):
+            return Done(event.name, {parameter.name: thing for parameter, thing in pairs})
+    return None

@@ -1,7 +1,7 @@
 """Plans anew after a surprise: back to where the node began, then the rest of the plan, then other actions."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from kabo.errors import InputError
@@ -12,7 +12,7 @@ from kabo.plan import Plan
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
 from kabo.recovery.node_ways import NoWayError, way_back, way_on
-from kabo.recovery.relations import relations, told
+from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
 from kabo.verify.verification import verify_plan
 
@@ -44,6 +44,13 @@ class Replanner:
             return self._out_of_the_node(interruption)
         return self._onward(interruption)
 
+    def _changed(self, interruption: Interruption) -> Iterator[tuple[str, Relations, Relations]]:
+        """The bodies that are otherwise than the plan has them, with their relations by the plan and now."""
+        wanted, found = interruption.expected, interruption.state.geometry
+        if wanted is not None and found is not None:
+            before, now = relations(self.scene, wanted), relations(self.scene, found)
+            yield from ((name, before[name], now[name]) for name in before if before[name] != now[name])
+
     def _out_of_the_node(self, interruption: Interruption) -> Answer:
         """On to the end of the node, or back to where it began."""
         on = self._way("finish", way_on, interruption)
@@ -68,12 +75,12 @@ class Replanner:
 
     def _onward(self, interruption: Interruption) -> Answer:
         state = interruption.state
-        if interruption.expected is not None and state.geometry is not None:
-            before, now = relations(self.scene, interruption.expected), relations(self.scene, state.geometry)
-            for name in self.scene.movable:
-                if before[name] != now[name]:
-                    text = f"{told(name, before[name], now[name])}, and nobody says what is then known of it"
-                    return Answer("none", None, text)
+        for name, before, now in self._changed(interruption):
+            event = event_of(self.problem, name, before, now)
+            if event is None:
+                text = f"{told(name, before, now)}, and the domain has no event that says what is then known of it"
+                return Answer("none", None, text)
+            state = replace(state, done=(*state.done, event))
         options: SolveOptions = {"timeout": TIMEOUT}
         options.update(self.options)
         try:

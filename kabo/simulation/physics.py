@@ -51,18 +51,34 @@ class Physics:
         scene: the scene.
         settings: what the model needs beyond it.
         start: where everything is at first; None: as the scene says.
+        masses: true masses of bodies [kg], of which the controller knows nothing; of others the scene's are true.
     """
 
     def __init__(
-        self, scene: Scene, settings: PhysicsSettings = USUAL, start: GeometricState | None = None
+        self,
+        scene: Scene,
+        settings: PhysicsSettings = USUAL,
+        start: GeometricState | None = None,
+        masses: Mapping[str, float] | None = None,
     ) -> None:
         self.scene, self.settings = scene, settings
         self.description: PhysicsModel = physics_model(scene, settings, start)
         self._mujoco = mujoco()
         self.model = self._mujoco.MjModel.from_xml_string(self.description.xml)
+        self._make_true(masses or {})
         self.data = self._mujoco.MjData(self.model)
         self._index()
         self.place((start or scene.start).robots)
+
+    def _make_true(self, masses: Mapping[str, float]) -> None:
+        """Gives bodies their true masses, spread as before."""
+        model = self.model
+        for body, mass in masses.items():
+            number = model.body(body).id
+            model.body_inertia[number] *= mass / model.body_mass[number]
+            model.body_mass[number] = mass
+        if masses:
+            self._mujoco.mj_setConst(model, self._mujoco.MjData(model))
 
     @property
     def time(self) -> float:
@@ -279,6 +295,22 @@ class Physics:
         found, pose = self.data.body(body), np.eye(4)
         pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
         return pose
+
+    def expected_mass(self, body: str) -> float:
+        """The mass of a body by the scene [kg], which the controller takes it to have."""
+        return self._expected[body]
+
+    def carried(self, robot: str) -> float:
+        """The mass that the wrist of a robot feels beyond its own hand [kg]: true at rest, disturbed by motion.
+
+        It is the force between the last joint of the arm and what that carries, along gravity, as a force sensor there
+        measures it: by the recursion of Newton and Euler with all forces of contact [Featherstone 2008, section 5.3].
+        """
+        model, data, wrist = self.model, self.data, self._hands[robot].carrier
+        self._mujoco.mj_rnePostConstraint(model, data)
+        gravity = np.asarray(model.opt.gravity)
+        felt = -float(data.cfrc_int[wrist, 3:] @ gravity) / float(gravity @ gravity)
+        return felt - float(model.body_subtreemass[wrist])
 
     def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
         """What touches now, deeper than a depth [m]."""

@@ -28,13 +28,7 @@ _LOG = logging.getLogger("kabo.verify")
 
 
 def check_geometry(
-    problem: Problem,
-    plan: Plan,
-    order: Sequence[str],
-    *,
-    paranoid: bool = False,
-    changes: Changes = (),
-    scene: Scene | None = None,
+    problem: Problem, plan: Plan, order: Sequence[str], scene: Scene | None, changes: Changes, paranoid: bool
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
     """Checks all motions of a plan, and the plan's certificate (with `paranoid` in exact arithmetic).
 

@@ -1,15 +1,15 @@
 """Verifies a plan: its graph, its files, the knowledge on every branch, and every motion."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kabo.language import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.plan import Plan, State, plan_statistics
-from kabo.plan.writing import rounded_state
 from kabo.verify.files import check_files
 from kabo.verify.knowledge import check_knowledge
 from kabo.verify.knowledge.external_procedures import with_functions
+from kabo.verify.knowledge.past import begins_elsewhere, told_of_past
 from kabo.verify.report import Finding, Report
 from kabo.verify.scene_alone import scene_alone
 from kabo.verify.structure import check_structure
@@ -58,7 +58,7 @@ def verify_plan(
         seed = plan.options.get("seed")
         problem = with_functions(problem, procedures, seed if isinstance(seed, int) else 0)
     order, findings = check_structure(plan)
-    findings += _elsewhere(plan, start)
+    findings += begins_elsewhere(plan, start)
     if not order:
         return Report(tuple(findings), knowledge_only=knowledge_only)
     branches = sum(1 for name in order if plan.nodes[name].branches)
@@ -66,15 +66,13 @@ def verify_plan(
     known = check_knowledge(problem, plan, order)
     findings += known.findings
     geometry = problem.scene is not None and not knowledge_only
-    notes = [*_begun(plan, start), *([] if problem.scene is None or geometry else [_left_out(plan)])]
+    notes = [*told_of_past(plan, start), *([] if problem.scene is None or geometry else [_left_out(plan)])]
     figures: dict[str, Any] = {}
     files = dict(problem.files)
     if geometry:
         from kabo.verify.geometry import check_geometry  # pinocchio, coal and scipy: only for plans with motions
 
-        files, more, figures, told = check_geometry(
-            problem, plan, order, paranoid=paranoid, changes=changes, scene=scene
-        )
+        files, more, figures, told = check_geometry(problem, plan, order, scene, changes, paranoid)
         findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
@@ -102,23 +100,6 @@ def _problem(given: "Problem | Scene | SceneDescription", plan: Plan) -> Problem
 
 
 verify = verify_plan  # the name in `kabo`
-
-
-def _elsewhere(plan: Plan, start: State | None) -> Iterator[Finding]:
-    """A finding if the plan does not begin in the state of a run in which it is to begin."""
-    if start is None:
-        return
-    if plan.done != start.done:
-        yield Finding(None, "what was done before the plan begins is not what was done in the run")
-    if plan.start is not None and (start.geometry is None or plan.start != rounded_state(start.geometry)):
-        yield Finding(None, "start: something is not where it is in the run")
-
-
-def _begun(plan: Plan, start: State | None) -> Iterator[str]:
-    """A note if the plan begins in the state of a run that nobody else vouches for."""
-    if plan.done is not None and start is None:
-        steps = sum(1 for step in plan.done if step.action is not None)
-        yield f"the plan begins after {steps} actions of a run, where its `done` and `start` say"
 
 
 def _left_out(plan: Plan) -> str:

@@ -1,16 +1,18 @@
 """Plans that begin in the state of a run: after every step of every domain a plan is found, verified, and continued."""
 
+import json
 import random
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 import kabo
 from kabo.errors import InputError
 from kabo.knowledge import ground
-from kabo.plan import Done, History, Plan, State, load_state, plan_from_json, plan_to_json
+from kabo.plan import Done, History, Plan, State, load_state, plan_from_json, plan_to_json, schema
 from kabo.plan.state import changed
 from kabo.planner.continuing import knowledge_after
 
@@ -89,7 +91,9 @@ def test_a_state_that_was_foreseen_continues_the_plan_and_searches_nothing(name:
             if count == len(way) - 1:
                 report = kabo.verify(problem, found.plan, start=state)
                 assert report.ok, report
-                assert plan_from_json(plan_to_json(found.plan)) == found.plan
+                content = plan_to_json(found.plan)
+                assert plan_from_json(content) == found.plan
+                jsonschema.Draft202012Validator(schema("kabo-plan-2")).validate(json.loads(content))
 
 
 def test_a_body_that_was_moved_is_lifted_from_where_it_rests_and_the_same_actions_are_tried_first() -> None:
@@ -183,6 +187,7 @@ def test_states_are_read_as_they_were_written_and_faults_are_told(tmp_path: Path
         state = kabo.after(problem, plan, way_through(problem, plan, seed)[: 2 * seed])
         state.save(file)
         assert load_state(file) == state
+        jsonschema.Draft202012Validator(schema("kabo-state-1")).validate(json.loads(file.read_text()))
     assert state.geometry is not None and changed(state.geometry, state.geometry) == state.geometry
     for wrong, text in (
         ("{}", '"format" is missing'),

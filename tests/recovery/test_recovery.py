@@ -11,7 +11,7 @@ from kabo.arrays import Array
 from kabo.execution import Executed, Interruption, KinematicRobot, KnownTruth, Recovery, Run, Surprise, execute
 from kabo.execution.belief import Belief
 from kabo.execution.interruptions import observed
-from kabo.plan import Plan, StateChange
+from kabo.plan import Done, Plan, StateChange
 from kabo.recovery import Replanner, way_back, way_on
 from kabo.recovery.node_ways import NoWayError
 from kabo.recovery.relations import relations
@@ -79,17 +79,34 @@ def test_nothing_is_planned_anew_for_what_the_proofs_cover(stacked: tuple[kabo.P
         assert list(run.log.of("answer")) == []
 
 
-def test_what_has_left_its_support_ends_the_run_as_nothing_is_known_of_it(
-    stacked: tuple[kabo.Problem, Scene, Plan],
+@pytest.mark.parametrize("told", [True, False])
+def test_knowledge_of_what_has_left_its_support_is_what_the_domain_says_or_the_run_ends(
+    stacked: tuple[kabo.Problem, Scene, Plan], told: bool
 ) -> None:
-    robot = PushingRobot(stacked[1], "o1", 0.4, (0.0, 0.0, 0.2))
-    run = carried_out(stacked, robot)
-    assert (
-        not run.reached_goal
-        and "o1 does not rest on" in run.reason
-        and "nobody says what is then known" in run.reason
-    )
+    problem, scene, plan = stacked
+    if not told:
+        problem = replace(problem, domain=replace(problem.domain, events={}))
+    robot = PushingRobot(scene, "o1", 0.4, (0.0, -0.09, -0.01))  # from its stack to the floor
+    run = carried_out((problem, scene, plan), robot)
     assert not robot.state().moving
+    if told:
+        assert run.reached_goal, run.reason
+        assert Done("moved", {"this": "o1"}) in run.state.done
+    else:
+        assert not run.reached_goal and "o1 does not rest on stack_2 any more, but on floor" in run.reason
+        assert "no event that says what is then known" in run.reason
+
+
+def test_events_happen_and_no_plan_does_them(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    problem, _, plan = stacked
+    node = replace(plan.nodes[plan.root], action="moved", arguments={"this": "o1"})
+    report = kabo.verify(problem, replace(plan, nodes={**plan.nodes, plan.root: node}), knowledge_only=True)
+    assert any("is an event: it happens, and nobody does it" in each.message for each in report.findings)
+    state = kabo.after(problem, plan)
+    fallen = replace(state, done=(Done("moved", {"this": "o1"}),))
+    after = kabo.solve(problem, start=fallen, geometry="none").plan
+    assert after is not None and all(each.action != "moved" for each in after.nodes.values())
+    assert kabo.verify(problem, after, start=fallen, knowledge_only=True).ok
 
 
 def test_without_a_recovery_a_surprise_ends_the_run(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
