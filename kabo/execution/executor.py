@@ -287,6 +287,7 @@ class _Executor:
             self._follow_way(way)
         finally:  # what was done is told by the plan, whatever becomes of the way
             self.plan, self.name, self.history, self.executed = plan, name, history, []
+            self.margins = self.watch.margins = Margins(plan)
         if done:
             self.name = self._left(name)
 
