@@ -4,12 +4,15 @@ States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `
 at the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from math import ceil
+from typing import TypeVar
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.fitting import require_fit
@@ -23,10 +26,13 @@ from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan, State, state_after
 from kabo.scene import Scene
 
+_T = TypeVar("_T")
+
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
 AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
 MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
 STOPS_WITHIN = 30.0  # [s]
+ASKED, ASKED_EACH = 5, 0.2  # how often a sensor that is silent is asked, and after how long again [s]
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
@@ -128,6 +134,7 @@ class _Executor:
         self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
         self.known: dict[str, str] = {}
         self.recoveries = 0
+        self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
         self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
         self.states = StateLog(log, settings.log_rate)
         self._begin(plan)
@@ -154,7 +161,7 @@ class _Executor:
             self._require_margins()
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
-            self.watch = Watch(self.scene, self.margins)
+            self.watch = Watch(self.scene, self.margins, self.seen_at)
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
@@ -208,48 +215,94 @@ class _Executor:
         ):
             raise _Stopped(f"{stopped}, again and again", stopped.surprise)
         self.recovered.append(done)
-        self._come_to_rest()
-        state, lost = self._state()
-        for body, robot in lost:
-            self._robot.release(robot, (body,))
-        expected = state_after(self.plan, self.history).geometry
-        answer = self.recovery.answer(
-            Interruption(self.plan, state, tuple(self.executed), lost, stopped.surprise, expected)
-        )
-        self._enter("answer", kind=answer.kind, reason=answer.reason)
-        if answer.plan is None:
-            raise _Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
+        kind, plan = self._answer(stopped)
         try:
-            if answer.kind in ("finish", "undo"):
-                self._detour(answer.plan, done=answer.kind == "finish")
+            if kind in ("finish", "undo"):
+                self._detour(plan, done=kind == "finish")
             else:
                 self.followed += self.history
-                self._begin(answer.plan)
+                self._begin(plan)
                 return
         except InputError as error:
             raise _Stopped(f"{stopped}; {error}", stopped.surprise) from None
         self._recover(stopped)
 
-    def _come_to_rest(self) -> None:
-        """Waits until no body moves that is seen; not for ever."""
+    def _answer(self, stopped: _Stopped) -> tuple[str, Plan]:
+        """How to go on from where all rests, as the recovery says: the kind of its answer, and a plan.
+
+        Raises:
+            _Stopped: not at all; it says why.
+        """
+        assert self.recovery is not None and stopped.surprise is not None
+        self._come_to_rest(stopped)
+        surprise = self._gone() or stopped.surprise
+        if surprise.kind == "gone":  # it may be anywhere: nothing that moves is proven
+            raise _Stopped(
+                str(stopped) if stopped.surprise.kind == "gone" else f"{stopped}; {surprise.sentence}", surprise
+            )
+        state, lost = self._state()
+        for body, robot in lost:
+            self._robot.release(robot, (body,))
+        expected = state_after(self.plan, self.history).geometry
+        answer = self.recovery.answer(
+            Interruption(self.plan, state, tuple(self.executed), lost, surprise, expected)
+        )
+        self._enter("answer", kind=answer.kind, reason=answer.reason)
+        if answer.plan is None:
+            raise _Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
+        return answer.kind, answer.plan
+
+    def _come_to_rest(self, stopped: _Stopped) -> None:
+        """Waits until no body moves that is seen, and robots are where they were sent; not for ever.
+
+        Raises:
+            _Stopped: a robot is somewhere else: nothing is proven from there.
+        """
         before = self.sensor.poses()
         for _ in range(MOST_RESTS):
             for _ in self._looks(SETTLED_AFTER):
                 pass
             now = self.sensor.poses()
             moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
-            if max(moved, default=0.0) < AT_REST:
+            self._gone()
+            tracked = stopped.surprise is not None and stopped.surprise.kind == "tracking"
+            late = self.watch.not_at_rest(self._robot.state(), self.belief) if tracked else None
+            if max(moved, default=0.0) < AT_REST and late is None and not self._unseen(now):
                 return
             before = now
+        if late is not None:
+            raise _Stopped(f"{stopped}; {late}, and does not come back", stopped.surprise)
+
+    def _gone(self) -> Surprise | None:
+        return self.watch.gone(self.sensor.poses(), self.time, self.name)
+
+    def _unseen(self, seen: Mapping[str, Array]) -> bool:
+        """Whether a body is not seen, and it is not yet time to say that it is gone."""
+        return any(name not in seen for name in self.seen_at) and self._gone() is None
 
     def _detour(self, way: Plan, *, done: bool) -> None:
         """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began."""
         plan, name, history = self.plan, self.name, self.history
-        self._begin(way)
-        self._walk()
-        self.plan, self.name, self.history, self.executed = plan, name, history, []
+        try:
+            self._follow_way(way)
+        finally:  # what was done is told by the plan, whatever becomes of the way
+            self.plan, self.name, self.history, self.executed = plan, name, history, []
+            self.margins = self.watch.margins = Margins(plan)
         if done:
             self.name = self._left(name)
+
+    def _follow_way(self, way: Plan, *, again: bool = True) -> None:
+        """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
+        self._begin(way)
+        try:
+            self._walk()
+        except _Stopped as stopped:
+            if not again or stopped.surprise is None or not self.executed:
+                raise
+            kind, rest = self._answer(stopped)
+            if kind != "finish":
+                raise
+            self._follow_way(rest, again=False)
 
     def _require_margins(self) -> None:
         least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
@@ -292,7 +345,8 @@ class _Executor:
     def _outcome(self, node: Node) -> str | None:
         for term in node.delivers:
             outcomes = self.decided_later.get(term)
-            value = self.sensor.value(term) if outcomes is None else self.sensor.resolve(term, outcomes)
+            ask = self.sensor.value if outcomes is None else partial(self.sensor.resolve, outcomes=outcomes)
+            value = self._asked(partial(ask, term))
             if outcomes is not None and value is not None:
                 self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
@@ -303,7 +357,7 @@ class _Executor:
         outcomes = tuple(node.branches)
         found = self.known.get(node.on) if node.kind == "branch" else None
         if found is None:
-            found = self.sensor.resolve(node.on, outcomes)
+            found = self._asked(partial(self.sensor.resolve, node.on, outcomes))
         self._enter("sensing", node=self.name, formula=node.on, outcome=found)
         if found is None:
             raise _Stopped(f"{self.name}: {node.on} was not measured")
@@ -311,6 +365,16 @@ class _Executor:
             raise _Stopped(f"{self.name}: {node.on} is {found}, for which the plan has no branch")
         self.known[node.on] = found
         return found
+
+    def _asked(self, sensor: Callable[[], _T | None]) -> _T | None:
+        """What a sensor says; one that is silent is asked again, a few times."""
+        for number in range(ASKED):
+            if (found := sensor()) is not None or number == ASKED - 1:
+                return found
+            self._enter("silent", node=self.name, asked=number + 1)
+            for _ in self._looks(ASKED_EACH) if self.robot is not None else ():
+                pass
+        return None
 
     def _move(self) -> tuple[str, ...]:
         """Follows the motion of the node and of those that overlap it; the names of all of them."""
@@ -427,7 +491,8 @@ class _Executor:
             self._halt(surprise)
 
     def _surprise_of_bodies(self, node: str) -> Surprise | None:
-        return self.watch.bodies(self.sensor.poses(), self._robot.state(), self.belief, node)
+        seen, state = self.sensor.poses(), self._robot.state()
+        return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
 
     def _halt(self, surprise: Surprise | None) -> None:
         """A planned stop.

@@ -16,6 +16,8 @@ from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, link_poses
 
+GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
+AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
 CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower or wider than planned
 
 
@@ -23,7 +25,7 @@ CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower 
 class Surprise:
     """What no proof covers: its kind, a sentence, the thing, by how much it is off and what was permitted [m]."""
 
-    kind: str  # "tracking", "displaced", "grasp"
+    kind: str  # "tracking", "displaced", "grasp", "gone"
     sentence: str
     thing: str
     off: float
@@ -44,10 +46,13 @@ class Watch:
 
     Args:
         scene: the scene. margins: what the plan has proven.
+        seen_at: when each body was seen last [s]; it is written, and given to the watch of the next plan. A sensor that has
+            never seen anything is no camera: then nothing is gone.
     """
 
-    def __init__(self, scene: Scene, margins: Margins) -> None:
+    def __init__(self, scene: Scene, margins: Margins, seen_at: dict[str, float] | None = None) -> None:
         self.scene, self.margins = scene, margins
+        self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
         self._recent = Measured(bodies={})  # since it was taken
         self._radius = {
@@ -117,6 +122,34 @@ class Watch:
                     f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
                 )
                 return Surprise("displaced" if holder is None else "grasp", text, name, off, float(permitted))
+        return None
+
+    def gone(self, seen: Mapping[str, Array], time: float, node: str) -> Surprise | None:
+        """Whether a body is not seen any more, and something moves from a node on that may need it, or meet it.
+
+        Args:
+            seen: what is seen now. time: of the robots' clock [s]. node: the node from which on proofs are needed.
+        """
+        if seen and not self.seen_at:
+            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
+        self.seen_at.update(dict.fromkeys(seen, time))
+        if self.margins.of_rest(node) == np.inf:
+            return None
+        for name, last in self.seen_at.items():
+            if time - last > GONE_AFTER:
+                text = f"{name} has not been seen for {time - last:.1f} s, and robots are still to move"
+                return Surprise("gone", text, name, float("inf"), 0.0)
+        return None
+
+    def not_at_rest(self, state: RobotState, belief: Belief) -> str | None:
+        """Which robot does not stand where it was sent, in a sentence; None: all do."""
+        for name, robot in self.scene.robots.items():
+            off = self._off_path(name, state.positions[name], belief.state.robots[name])
+            speed = np.abs(state.velocities[name][: robot.planned]).max(initial=0.0)
+            if off > AT_PLACE:
+                return f"{name} is {1000 * off:.1f} mm from where it was to stand"
+            if speed > STANDS:
+                return f"{name} still moves"
         return None
 
     def grasp(self, robot: str, state: RobotState, belief: Belief, bodies: tuple[str, ...]) -> Surprise | None:

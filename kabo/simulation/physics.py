@@ -39,9 +39,9 @@ class _Hand:
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
     pressing: float | None = None
-    held: list[tuple[int, float]] = field(
+    held: list[tuple[Array, float]] = field(
         default_factory=list
-    )  # bodies of the model, with the mass they should have
+    )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
 
 
 class Physics:
@@ -169,11 +169,15 @@ class Physics:
     def grip(self, robot: str, bodies: Sequence[str] = (), force: float | None = None) -> None:
         """A hand presses from now on, with a force [N] or as its scene says.
 
-        The controller expects the masses of the bodies in the scene in this hand; true ones may be others.
+        The controller expects the masses of the bodies in the scene in this hand, where the bodies are now: true ones may
+        be others, and a controller does not know when one is lost.
         """
         gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
         hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
-        hand.held = [(self.model.body(body).id, self._expected[body]) for body in bodies]
+        data, carrier = self.data, hand.carrier
+        turn = data.xmat[carrier].reshape(3, 3)
+        offsets = (data.xipos[self.model.body(body).id] - data.xpos[carrier] for body in bodies)
+        hand.held = [(offset @ turn, self._expected[body]) for offset, body in zip(offsets, bodies, strict=True)]
 
     def release(self, robot: str) -> None:
         """A hand follows its setpoints again, from where its fingers are."""
@@ -215,8 +219,8 @@ class Physics:
         self._torques += data.qfrc_bias
         self._torques -= data.qfrc_passive
         for hand in self._hands.values():
-            for body, mass in hand.held:
-                self._add_load(hand.carrier, body, mass)
+            for offset, mass in hand.held:
+                self._add_load(hand.carrier, offset, mass)
         each = self._torques[self._rates] * ratio
         torque = np.bincount(leader, each, len(self.motors))
         for hand in self._hands.values():
@@ -233,9 +237,9 @@ class Physics:
         library.mj_step2(model, data)
         self._stale = True
 
-    def _add_load(self, carrier: int, body: int, mass: float) -> None:
-        """Adds the torques that move what a hand holds, a point mass where the body is."""
-        place = self.data.xipos[body]
+    def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
+        """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
+        place = self.data.xpos[carrier] + self.data.xmat[carrier].reshape(3, 3) @ offset
         bias = self._bias(carrier, place)
         self._mujoco.mj_jac(self.model, self.data, self._jacobian, None, place, carrier)
         self._torques += (mass * (self._jacobian @ self._wanted + bias - self.model.opt.gravity)) @ self._jacobian
