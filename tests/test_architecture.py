@@ -24,6 +24,7 @@ EDGES = {
     "kabo/tasks/core/run/planning.py",  # gives the job back and raises the same error again
     "kabo/tasks/core/task.py",  # gives the jobs back and raises the same error again
     "kabo/service/workers.py",
+    "kabo/exporting/stepping.py",  # raises the same error again in the thread that asks for steps
     "kabo/tasks/core/run/workers.py",
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].

@@ -1,7 +1,7 @@
 from kabo.execution.bound_sensors import BoundSensors as BoundSensors
 from kabo.execution.bound_sensors import Instruments as Instruments
 from kabo.execution.bound_sensors import require_answers as require_answers
-from kabo.execution.executor import ExecutionSettings as ExecutionSettings
+from kabo.execution.carrying import ExecutionSettings as ExecutionSettings
 from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
 from kabo.execution.following import Follower as Follower
