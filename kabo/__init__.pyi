@@ -1,6 +1,7 @@
 from kabo import execution as execution
 from kabo import exploration as exploration
 from kabo import exporting as exporting
+from kabo import recovery as recovery
 from kabo import simulation as simulation
 from kabo import tasks as tasks
 from kabo import trials as trials
@@ -26,11 +27,15 @@ from kabo.motion_plans import NoMotionError as NoMotionError
 from kabo.motion_plans import plan_motion as plan_motion
 from kabo.plan import Plan as Plan
 from kabo.plan import PlanStatistics as PlanStatistics
+from kabo.plan import State as State
 from kabo.plan import load_plan as load_plan
+from kabo.plan import load_state as load_state
 from kabo.plan import plan_from_json as plan_from_json
 from kabo.plan import plan_to_json as plan_to_json
 from kabo.plan import policy as policy
 from kabo.plan import unfold as unfold
+from kabo.planner.continuing import after as after
+from kabo.planner.memo import Memo as Memo
 from kabo.planner.result import Progress as Progress
 from kabo.planner.result import Reason as Reason
 from kabo.planner.result import Result as Result

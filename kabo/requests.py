@@ -26,7 +26,7 @@ from kabo.language.findings import Findings
 from kabo.language.problem import Problem
 from kabo.options import SolveOptions
 from kabo.phases import phase
-from kabo.plan import load_plan, plan_to_json
+from kabo.plan import load_plan, load_state, plan_to_json
 from kabo.planner.result import Progress, invalid_to_json, result_to_json
 
 if TYPE_CHECKING:  # for the same reason
@@ -60,6 +60,8 @@ def solve_file(
     on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
     on_refused: Callable[[Mapping[str, Any]], None] | None = None,
     on_procedures: "Callable[[GeometricProcedures], None] | None" = None,
+    start: Path | None = None,
+    former: Path | None = None,
 ) -> SolveAnswer:
     """Solves the problem in a file; for bad input the answer has the status "invalid".
 
@@ -76,7 +78,10 @@ def solve_file(
             certified.
         on_refused: called from time to time with the body of the answer that there would be if planning ended now.
         on_procedures: called with the server of geometric procedures before any call is made, as by `solve`.
+        start: the file of the state in which the plan begins; None: where the problem does.
+        former: a plan file whose rest is tried first.
     """
+    from kabo.planner.memo import Memo
     from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
     try:
@@ -86,6 +91,8 @@ def solve_file(
         result = solve(
             problem,
             **options,
+            start=None if start is None else load_state(start),
+            memo=None if former is None else Memo.of_plan(problem, load_plan(former)),
             workers=workers,
             progress=progress,
             cancelled=cancelled,
@@ -132,8 +139,11 @@ def verify_file(
     domain: Path | None = None,
     knowledge_only: bool = False,
     paranoid: bool = False,
+    start: Path | None = None,
 ) -> "Report":
     """Verifies the plan in a file for the problem in a file; if `paranoid`, its certificate in exact arithmetic.
+
+    `start` is the file of the state in which the plan is to begin, if it does not begin where the problem does.
 
     For a scene file the plan is one of a task, as `kabo task export` writes it: its motion is judged, not its purpose.
 
@@ -148,7 +158,8 @@ def verify_file(
         read = load_scene_description(problem) if alone else load_problem(problem, domain)
     with phase("reading the plan", log=_LOG):
         judged = load_plan(plan)
-    return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid)
+    begins = None if start is None else load_state(start)
+    return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid, start=begins)
 
 
 def verify_task_report(

@@ -17,17 +17,19 @@ HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "ri
 EDGES = {
     "kabo/cli/main.py",
     "kabo/cli/own_code.py",
-    "kabo/service/server.py",
+    "kabo/service/answering.py",
     "kabo/service/worker.py",
     "kabo/children.py",
     "kabo/meshes/reading.py",
     "kabo/tasks/core/run/planning.py",  # gives the job back and raises the same error again
     "kabo/tasks/core/task.py",  # gives the jobs back and raises the same error again
     "kabo/service/workers.py",
+    "kabo/exporting/stepping.py",  # raises the same error again in the thread that asks for steps
     "kabo/tasks/core/run/workers.py",
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
+    "kabo/simulation/masses.py": {"_MADE"},  # by the mesh's digest and the density
     "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
     "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},

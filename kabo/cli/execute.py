@@ -1,13 +1,16 @@
 """`kabo execute`: carries out a plan on a robot, in physics or without forces, and logs all that happens."""
 
 import argparse
+from contextlib import ExitStack, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.simulate import add_physics, physics_of
+from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
@@ -23,10 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
     parser.add_argument(
         "--on",
-        choices=("kinematic", "simulation"),
+        choices=("kinematic", "simulation", "zenoh"),
         default="kinematic",
-        help="the robot: one without forces, or one in physics (default: kinematic)",
+        help="the robot: one without forces, one in physics, or that of a robot server (default: kinematic)",
     )
+    add_connection(parser, "whose robots are driven")
     parser.add_argument(
         "--rate",
         type=bounded(1.0, 1000.0, "Hz"),
@@ -43,6 +47,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what a sensor finds, in place of the seed; may be given several times",
     )
     parser.add_argument(
+        "--sensors", type=Path, metavar="FILE", help="what answers the questions of the plan, and how well"
+    )
+    parser.add_argument(
+        "--truth-file",
+        type=Path,
+        metavar="FILE",
+        help="what is true and neither plan nor controller knows: masses, places, answers",
+    )
+    parser.add_argument(
         "--tracking-error",
         type=bounded(0.0, 1.0, "m"),
         default=0.0,
@@ -56,9 +69,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="verify the plan first, and refuse one that is not proven (default: yes)",
     )
+    parser.add_argument(
+        "--recover",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="after a surprise go on, if a plan from where everything is now is proven (default: yes, but not over zenoh)",
+    )
+    parser.add_argument(
+        "--state", type=output_file, metavar="FILE", help="the state at the end, for kabo replan, as JSON"
+    )
     add_physics(parser)
     parser.add_argument(
         "-o", dest="output", type=output_file, metavar="FILE", help="the log, one JSON object a line"
+    )
+    parser.add_argument(
+        "--log-rate",
+        type=bounded(0.1, 1000.0, "Hz"),
+        default=20.0,
+        metavar="HZ",
+        help="how often the log says where everything is (default: 20)",
+    )
+    parser.add_argument(
+        "--page",
+        type=output_file,
+        metavar="FILE",
+        help="write a page for a browser that shows the run: errors, clearances, decisions, the true state and the plan",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_limits(parser)
@@ -76,13 +111,24 @@ def run(options: argparse.Namespace) -> int:
                 return exit_codes.VERIFICATION_FAILED
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
-        robot, judge = (None, None) if scene is None else _robot(options, scene, plan)
-        sensor = rooms.KnownTruth(truth, options.seed, dict if robot is None else robot.poses)
+        sensors, hidden = _files(options, plan, truth)
+        opened = ExitStack()
+        robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened)
+        sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
-            tracking_error=options.tracking_error, despite_margins=options.despite_margins
+            tracking_error=options.tracking_error,
+            despite_margins=options.despite_margins,
+            log_rate=0.0 if options.output is None and options.page is None else options.log_rate,
         )
-        with interruptible() as stop:
-            found = _carried_out(options, plan, scene, robot, sensor, settings, stop)
+        recovery = _recovery(options, plan, scene) if options.recover and options.on != "zenoh" else None
+        with opened, interruptible() as stop:
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery)
+        if options.state is not None:
+            found.state.save(options.state)
+        if options.page is not None:
+            chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
+            made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
+            rooms.write_atomically(options.page, rooms.page_of(made))
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))
@@ -94,21 +140,75 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
-    plan, scene, robot, sensor, settings, stop = given
-    if options.output is None:
-        return rooms.execute(plan, scene, robot, sensor, settings, rooms.Log(), stop)
-    with options.output.open("w", encoding="utf-8") as file:
-        return rooms.execute(plan, scene, robot, sensor, settings, rooms.Log(file), stop)
+    plan, scene, robot, sensor, settings, stop, recovery = given
+    with nullcontext() if options.output is None else options.output.open("w", encoding="utf-8") as file:
+        log = rooms.Log(file)
+        if isinstance(sensor, rooms.BoundSensors):
+            sensor.log = log
+        return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery)
 
 
-def _robot(options: argparse.Namespace, scene: "rooms.Scene", plan: "rooms.Plan") -> tuple[Any, Any]:
-    """The robot, and the judge of contacts if there are any."""
+def _recovery(options: argparse.Namespace, plan: "rooms.Plan", scene: "rooms.Scene | None") -> Any:
+    """What plans anew after a surprise; None for a plan that is of no problem, or has no motions."""
+    if scene is None or rooms.kind_of_file(options.problem) == "scene":
+        return None
+    problem = rooms.load_problem(options.problem, options.domain)
+    chosen: Any = {name: value for name, value in plan.options.items() if value is not None}
+    chosen |= {"quality": "fast"}  # robots stand and wait
+    return rooms.Replanner(problem, scene, chosen, rooms.Memo.of_plan(problem, plan))
+
+
+def _files(
+    options: argparse.Namespace, plan: "rooms.Plan", answers: dict[str, str]
+) -> tuple["rooms.SensorsDescription | None", "rooms.TruthDescription"]:
+    """The sensors, if there is a file of them, and what is true: by its file, and by the answers of the command."""
+    if options.sensors is None and options.truth_file is None:
+        return None, rooms.TruthDescription(answers=answers)
+    problem = rooms.load_problem(options.problem, options.domain)
+    sensors = None if options.sensors is None else rooms.load_sensors(options.sensors, problem)
+    if sensors is not None:
+        rooms.require_answers(plan, sensors)
+    if options.truth_file is None:
+        return sensors, rooms.TruthDescription(answers=answers)
+    hidden = rooms.load_truth(options.truth_file, problem)
+    return sensors, replace(hidden, answers={**hidden.answers, **answers})
+
+
+def _sensor(
+    options: argparse.Namespace,
+    robot: Any,
+    sensors: "rooms.SensorsDescription | None",
+    hidden: "rooms.TruthDescription",
+) -> Any:
+    if sensors is None:
+        return rooms.KnownTruth(hidden.answers, options.seed, dict if robot is None else robot.poses)
+    if robot is None or options.on == "zenoh":  # a robot server sees bodies, and has no other instruments
+        instruments: Any = rooms.NoInstruments()
+    elif options.on == "kinematic":
+        instruments = rooms.KinematicInstruments(robot, hidden)
+    else:
+        instruments = rooms.PhysicsInstruments(robot, sensors)
+    return rooms.SimulatedSensors(sensors, instruments, hidden, options.seed)
+
+
+def _robot(
+    options: argparse.Namespace,
+    scene: "rooms.Scene",
+    plan: "rooms.Plan",
+    hidden: "rooms.TruthDescription",
+    opened: ExitStack,
+) -> tuple[Any, Any]:
+    """The robot, which may be `opened` until the run has ended, and the judge of contacts if there are any."""
     rooms.require_fit(plan, scene)
+    if options.on == "zenoh":
+        config = service.client_config(endpoints_of(options), options.config)
+        return opened.enter_context(rooms.ZenohRobot(config, scene)), None
     start = rooms.Belief.at_start(scene, plan.start).state
+    start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":
         return rooms.KinematicRobot(scene, start, rate=options.rate), None
-    judge = rooms.ContactJudge(scene, plan)
-    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate)
+    judge = rooms.ContactJudge(scene)
+    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
     robot.judge = judge.look
     return robot, judge
 

@@ -19,6 +19,7 @@ from kabo.cli import (
     generate,
     motion,
     picture,
+    replan,
     robot,
     simulate,
     solve,
@@ -47,6 +48,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     task,
     explore,
     execute,
+    replan,
     simulate,
     export,
     bound,
@@ -58,6 +60,7 @@ COMMANDS: tuple[ModuleType, ...] = (
 OUTPUT_OPTIONS = (
     "output",
     "html",
+    "page",
     "picture",
 )  # name files to write; whether that works is tried before the command runs
 REPORT = "please report it with this text and the files: it is a defect of kabo, not of your input"
@@ -80,7 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if _asks_for_json(given):
             print(json.dumps({"code": "bad_request", "message": str(error)}))
         raise SystemExit(exit_codes.BAD_INPUT) from None
-    serves = getattr(options, "follow", None) is not None  # there is no end that could be waited for, or told of
+    # There is no end that could be waited for, or told of:
+    serves = bool(getattr(options, "follow", None) or getattr(options, "serve", False))
     apart = arguments is None and hasattr(options, "surrounding") and hasattr(os, "fork") and not serves
 
     def run(options: argparse.Namespace) -> int:

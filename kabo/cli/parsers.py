@@ -17,7 +17,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "files": ("check", "generate", "robot", "bound", "decompose"),
     "to look at": ("view", "picture"),
     "tasks and trials": ("task", "explore"),
-    "execution": ("execute", "simulate", "export"),
+    "execution": ("execute", "replan", "simulate", "export"),
     "service": ("serve", "request"),
 }
 WIDEST, INDENT, OPTION_INDENT = 100, 13, 22  # columns of the help

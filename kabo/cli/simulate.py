@@ -1,15 +1,19 @@
-"""`kabo simulate`: writes a scene as a model of physics, in MuJoCo's format."""
+"""`kabo simulate`: writes a scene as a model of physics, in MuJoCo's format, or serves its robots over zenoh."""
 
 import argparse
+import signal
+import threading
 from pathlib import Path
+from typing import Any
 
+from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.terminal import answer, clean_standard_output
+from kabo.cli.terminal import answer, clean_standard_output, tell
 
 NAME = "simulate"
-HELP = "write a scene as a model of physics (MJCF): joints, masses, contacts, motors, grippers"
+HELP = "write a scene as a model of physics (MJCF), or serve its robots to `kabo execute --on zenoh`"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,9 +27,52 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="the model (default: model.xml)",
     )
+    parser.add_argument(
+        "--serve", action="store_true", help="write no model, but be a robot server, until Ctrl-C or SIGTERM"
+    )
+    add_connection(parser, "where it listens")
+    parser.add_argument(
+        "--kinematic", action="store_true", help="with --serve: robots without forces, in place of physics"
+    )
+    parser.add_argument(
+        "--speed",
+        type=bounded(0.01, 1000.0, ""),
+        default=1.0,
+        metavar="N",
+        help="with --serve: how many seconds pass on the robots' clock in one second, at most (default: 1)",
+    )
+    parser.add_argument(
+        "--silence",
+        type=bounded(0.01, 60.0, "s"),
+        default=0.04,
+        metavar="S",
+        help="with --serve: robots stop if a client gives no sign of life for so many seconds (default: 0.04)",
+    )
     add_physics(parser)
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda _: True)
+
+
+def add_connection(parser: argparse.ArgumentParser, what: str) -> None:
+    """Adds the options of a connection to or of a robot server, for `simulate` and `execute`."""
+    parser.add_argument(
+        "--endpoint",
+        metavar="ENDPOINT",
+        help=f"of a robot server: {what} (default: tcp/127.0.0.1:7448)",
+    )
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="of a robot server: a zenoh configuration (JSON5): TLS, passwords",
+    )
+
+
+def endpoints_of(options: argparse.Namespace) -> list[str]:
+    """The endpoints that were given; the usual one without an endpoint and a configuration."""
+    if options.endpoint is not None:
+        return [options.endpoint]
+    return [] if options.config is not None else [rooms.ROBOT_ENDPOINT]
 
 
 def add_physics(parser: argparse.ArgumentParser) -> None:
@@ -63,11 +110,41 @@ def physics_of(options: argparse.Namespace) -> "rooms.PhysicsSettings":
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the model, and says what is in it."""
+    """Writes the model, and says what is in it; or serves its robots."""
+    if options.serve:
+        return _serve(options)
     with clean_standard_output():
         scene = rooms.load_scene(options.scene)
         model = rooms.physics_model(scene, physics_of(options))
     rooms.write_atomically(options.output, model.xml.encode())
     shapes, motors = rooms.counted(len(model.things), "shape"), rooms.counted(len(model.motors), "motor")
     answer(f"{options.output}: {shapes}, {motors}, {rooms.counted(len(scene.movable), 'movable thing')}")
+    return exit_codes.DONE
+
+
+def _serve(options: argparse.Namespace) -> int:
+    """Is a robot server until Ctrl-C, SIGTERM or the limit of time."""
+    with clean_standard_output():
+        scene = rooms.load_scene(options.scene)
+        robot: Any = (
+            rooms.KinematicRobot(scene) if options.kinematic else rooms.SimulatedRobot(scene, physics_of(options))
+        )
+        ended = threading.Event()
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: ended.set())
+        settings = rooms.RobotServerSettings(options.silence, options.speed)
+        config = service.server_config(endpoints_of(options), [], options.config)
+        server = rooms.RobotServer(config, robot, scene, settings, lambda sentence: tell(f"kabo: {sentence}"))
+        tell(f"kabo: {server.name} serves {', '.join(scene.robots)}; Ctrl-C ends it")
+        options.surrounding.rest()
+        left = options.surrounding.left(options.timeout)
+        until = None if left is None else threading.Timer(left, ended.set)
+        try:
+            if until is not None:
+                until.start()
+            server.run(ended.is_set)
+        finally:
+            if until is not None:
+                until.cancel()
+            server.close()
     return exit_codes.DONE

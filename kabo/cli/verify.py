@@ -25,6 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--knowledge-only", action="store_true", help="check only what is known when, and no motions"
     )
+    parser.add_argument(
+        "--after",
+        type=Path,
+        metavar="STATE",
+        help="the file of the state of a run in which the plan is to begin (default: where the plan says)",
+    )
     parser.add_argument("--paranoid", action="store_true", help="check the plan's certificate in exact arithmetic")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
     add_limits(parser)
@@ -42,6 +48,7 @@ def run(options: argparse.Namespace) -> int:
             domain=options.domain,
             knowledge_only=options.knowledge_only,
             paranoid=options.paranoid,
+            start=options.after,
         )
     if options.json:
         print_json(report.to_dict())

@@ -27,7 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="?",
         metavar="FILE",
-        help="a scene, problem or task file, a plan, a task's report, or an explanation (kabo explain --json)",
+        help="a scene, problem or task file, a plan, a task's report, an explanation (kabo explain --json), or a run's log",
+    )
+    parser.add_argument(
+        "plan",
+        type=Path,
+        nargs="?",
+        metavar="PLAN",
+        help="the plan, if FILE is its problem: of a run that is followed",
     )
     parser.add_argument(
         "-o",
@@ -62,8 +69,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--follow",
-        metavar="ENDPOINT",
-        help="show what a server does, as it does it: e.g. tcp/127.0.0.1:7447, where kabo serve listens",
+        metavar="WHAT",
+        help="show what a server does, as it does it: e.g. tcp/127.0.0.1:7447, where kabo serve listens; "
+        "or a run, by its log, with its plan: kabo view PROBLEM PLAN --follow LOG.jsonl",
     )
     parser.add_argument(
         "--port", type=port, default=0, metavar="N", help="with --follow: the page's port (default: a free one)"
@@ -77,7 +85,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the page, or follows a server until Ctrl-C; opens the page if that is wanted; returns the exit code."""
-    if (options.file is None) == (options.follow is None):
+    if options.follow is not None and rooms.is_log(Path(options.follow)):
+        return _follow_run(options)
+    if options.file is not None and rooms.is_log(options.file):
+        return _write(options, rooms.document_of_run(rooms.read_log(options.file), options.file.name))
+    if (options.file is None) == (options.follow is None) or options.plan is not None:
         message = "give a file to show, or a server to follow: not both, not none"
         raise InputError(
             [Diagnostic("kabo view", 1, 1, message, "kabo view FILE, or kabo view --follow ENDPOINT")]
@@ -95,7 +107,13 @@ def run(options: argparse.Namespace) -> int:
             options.solution,
         )
         with phase("making the page"):
-            page = rooms.page_of(rooms.document_of_file(options.file, chosen))
+            made = rooms.document_of_file(options.file, chosen)
+    return _write(options, made)
+
+
+def _write(options: argparse.Namespace, made: "rooms.ViewDocument") -> int:
+    """Writes a page, and opens it if that is wanted."""
+    page = rooms.page_of(made)
     rooms.write_atomically(options.output, page)
     tell(f"{options.output}: {len(page) / 1e6:.2f} MB")
     if options.open and not webbrowser.open(options.output.resolve().as_uri()):
@@ -118,16 +136,34 @@ def _shows_motion(options: argparse.Namespace) -> bool:
     )
 
 
+def _follow_run(options: argparse.Namespace) -> int:
+    """Writes the page of a run that has ended; serves that of one that goes on, until Ctrl-C or the limit of time."""
+    log, plan = Path(options.follow), options.plan or options.file
+    problem = options.problem if options.plan is None else options.file
+    chosen = rooms.ViewOptions(problem=problem, domain=options.domain, detail=options.detail)
+    records = rooms.read_log(log) if log.is_file() else []
+    if rooms.has_ended(records):
+        with clean_standard_output():
+            made = rooms.document_of_run(records, log.name, plan, chosen)
+        return _write(options, made)
+    with clean_standard_output():
+        return _serve_page(options, rooms.RunFollower(log, plan, chosen, options.port), f"the run of {log}")
+
+
 def _follow(options: argparse.Namespace) -> int:
     """Serves the page of a server's requests until Ctrl-C, SIGTERM or the limit of time."""
-    ended = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: ended.set())
     follower = rooms.Follower(
         service.client_config([options.follow], options.config), options.follow, options.port
     )
+    return _serve_page(options, follower, f"the requests at {options.follow}")
+
+
+def _serve_page(options: argparse.Namespace, follower: "rooms.Follower | rooms.RunFollower", what: str) -> int:
+    ended = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: ended.set())
     try:
-        tell(f"{follower.address} shows the requests at {options.follow}; Ctrl-C ends it")
+        tell(f"{follower.address} shows {what}; Ctrl-C ends it")
         if options.open and not webbrowser.open(follower.address):
             tell("no browser was found: open this address yourself")
         options.surrounding.rest()

@@ -6,8 +6,8 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.plan import Segment, StateChange
-from kabo.scene import Scene, attachment, world_T
-from kabo.scene.state import Attachment, GeometricState
+from kabo.scene import Scene, attachment, with_change, world_T
+from kabo.scene.state import GeometricState
 
 
 class Belief:
@@ -26,13 +26,7 @@ class Belief:
 
     def take(self, change: StateChange) -> None:
         """Takes over what a plan says of a state."""
-        changes: dict[str, tuple[float, ...] | Attachment] = {}
-        for name, joints in change.robots.items():
-            names, now = self.scene.robots[name].joint_names, self.state.robots[name]
-            changes[name] = tuple(float(joints.get(joint, value)) for joint, value in zip(names, now, strict=True))
-        for name, pose in change.objects.items():
-            changes[name] = Attachment(pose.parent, pose.position, pose.quaternion)
-        self.state = self.state.replace(changes)
+        self.state = with_change(self.scene, self.state, change)
 
     def move(self, robot: str, joints: tuple[str, ...], values: Array) -> None:
         """Puts joints of a robot to values."""
@@ -47,6 +41,11 @@ class Belief:
             self._hang(body, "world")
         for body, parent in segment.attach:
             self._hang(body, parent)
+
+    def let_go(self, body: str) -> None:
+        """A body stands in the world from now on, where it is, if a robot holds it."""
+        if self.holder(body) is not None:
+            self._hang(body, "world")
 
     def _hang(self, body: str, parent: str) -> None:
         place = np.linalg.inv(world_T(self.scene, self.state, parent)) @ world_T(self.scene, self.state, body)

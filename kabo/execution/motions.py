@@ -21,6 +21,7 @@ class Stretch:
     segment: int
     robot: str
     trajectory: Trajectory
+    permitted: tuple[tuple[str, str], ...] = ()  # contacts
 
     @property
     def begin(self) -> float:
@@ -86,7 +87,8 @@ def motion_of(plan: Plan, name: str, scene: Scene) -> Motion:
                 raise ValueError(
                     f"{name} has no trajectory: plan it anew, plans of the format kabo-plan/1 cannot be sent"
                 )
-            stretches.append(Stretch(name, number, segment.robot, segment.trajectory.shifted(offset)))
+            shifted = segment.trajectory.shifted(offset)
+            stretches.append(Stretch(name, number, segment.robot, shifted, segment.allowed_contacts))
         actions += _hand_actions(name, node.motion, offset, scene)
         end = max([end, *(each.end for each in stretches)])
         following = None if node.next is None else plan.nodes[node.next]

@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from kabo.arrays import Array
+from kabo.errors import KaboError
 from kabo.execution.motions import Motion
+
+
+class RobotFailed(KaboError):
+    """A robot that cannot be driven any more: it was lost, or it refuses; a run ends with this reason (exit code 7)."""
+
+    exit_code = 7
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,10 @@ class RobotState:
 
 
 class Robot(Protocol):
-    """All robots of a scene, which share a clock; no method waits but `wait`."""
+    """All robots of a scene, which share a clock; no method waits but `wait`.
+
+    All but `state` may raise `RobotFailed`, which ends a run with its reason.
+    """
 
     def follow(self, motion: Motion) -> None:
         """Begins to follow the trajectories of a motion, all on one clock."""

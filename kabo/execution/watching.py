@@ -16,6 +16,8 @@ from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, link_poses
 
+GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
+AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
 CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower or wider than planned
 
 
@@ -23,7 +25,7 @@ CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower 
 class Surprise:
     """What no proof covers: its kind, a sentence, the thing, by how much it is off and what was permitted [m]."""
 
-    kind: str  # "tracking", "displaced", "grasp"
+    kind: str  # "tracking", "displaced", "grasp", "gone"
     sentence: str
     thing: str
     off: float
@@ -44,11 +46,15 @@ class Watch:
 
     Args:
         scene: the scene. margins: what the plan has proven.
+        seen_at: when each body was seen last [s]; it is written, and given to the watch of the next plan. A sensor that has
+            never seen anything is no camera: then nothing is gone.
     """
 
-    def __init__(self, scene: Scene, margins: Margins) -> None:
+    def __init__(self, scene: Scene, margins: Margins, seen_at: dict[str, float] | None = None) -> None:
         self.scene, self.margins = scene, margins
+        self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
+        self._recent = Measured(bodies={})  # since it was taken
         self._radius = {
             name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
         }
@@ -56,6 +62,11 @@ class Watch:
     def begin(self) -> None:
         """Begins the figures of a motion."""
         self.measured = Measured(bodies={})
+
+    def take_recent(self) -> Measured:
+        """The figures since they were taken last."""
+        found, self._recent = self._recent, Measured(bodies={})
+        return found
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven."""
@@ -68,8 +79,8 @@ class Watch:
                     zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True)
                 )
             off = self._off_path(name, state.positions[name], tuple(planned.values()))
-            self.measured.tracking = max(self.measured.tracking, off)
-            self.measured.permitted = min(self.measured.permitted, permitted)
+            for found in (self.measured, self._recent):
+                found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
             if off > permitted:
                 text = (
                     f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
@@ -102,14 +113,43 @@ class Watch:
             if holder is not None and not held:
                 continue
             off = displacement(wanted[name], pose, self._radius[name])
-            if self.measured.bodies is not None:
-                self.measured.bodies[name] = max(self.measured.bodies.get(name, 0.0), off)
+            for found in (self.measured, self._recent):
+                if found.bodies is not None:
+                    found.bodies[name] = max(found.bodies.get(name, 0.0), off)
             if off > permitted:
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
                 text = (
                     f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
                 )
                 return Surprise("displaced" if holder is None else "grasp", text, name, off, float(permitted))
+        return None
+
+    def gone(self, seen: Mapping[str, Array], time: float, node: str) -> Surprise | None:
+        """Whether a body is not seen any more, and something moves from a node on that may need it, or meet it.
+
+        Args:
+            seen: what is seen now. time: of the robots' clock [s]. node: the node from which on proofs are needed.
+        """
+        if seen and not self.seen_at:
+            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
+        self.seen_at.update(dict.fromkeys(seen, time))
+        if self.margins.of_rest(node) == np.inf:
+            return None
+        for name, last in self.seen_at.items():
+            if time - last > GONE_AFTER:
+                text = f"{name} has not been seen for {time - last:.1f} s, and robots are still to move"
+                return Surprise("gone", text, name, float("inf"), 0.0)
+        return None
+
+    def not_at_rest(self, state: RobotState, belief: Belief) -> str | None:
+        """Which robot does not stand where it was sent, in a sentence; None: all do."""
+        for name, robot in self.scene.robots.items():
+            off = self._off_path(name, state.positions[name], belief.state.robots[name])
+            speed = np.abs(state.velocities[name][: robot.planned]).max(initial=0.0)
+            if off > AT_PLACE:
+                return f"{name} is {1000 * off:.1f} mm from where it was to stand"
+            if speed > STANDS:
+                return f"{name} still moves"
         return None
 
     def grasp(self, robot: str, state: RobotState, belief: Belief, bodies: tuple[str, ...]) -> Surprise | None:
@@ -125,6 +165,21 @@ class Watch:
                 text = f"{robot} does not hold {', '.join(bodies)} as planned: {found}"
                 return Surprise("grasp", text, ", ".join(bodies), off, CLOSED_ON_NOTHING * stroke)
         return None
+
+    def empty_hands(self, state: RobotState, belief: Belief) -> dict[str, tuple[float, ...]]:
+        """The joints of hands that should hold something and have closed beyond it, by robot [rad or m]."""
+        found = {}
+        holders = {belief.holder(name) for name in self.scene.movable} - {None}
+        for robot in sorted(map(str, holders)):
+            own = self.scene.robots[robot]
+            if own.gripper is None:
+                continue
+            for number, joint in enumerate(own.gripper.joints, own.planned):
+                closing = own.gripper.closed.get(joint, 0.0) - own.gripper.open.get(joint, 0.0)
+                beyond = (state.positions[robot][number] - belief.state.robots[robot][number]) * np.sign(closing)
+                if beyond > CLOSED_ON_NOTHING * abs(closing) > 0.0:
+                    found[robot] = state.positions[robot][own.planned :]
+        return found
 
 
 def displacement(wanted: Array, found: Array, radius: float) -> float:

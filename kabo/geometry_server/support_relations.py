@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from kabo import geometry  # its names load when they are used: python-fcl only where meshes decide
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup
 from kabo.geometry_server.foresight.widths import corners
@@ -17,6 +18,7 @@ from kabo.scene import Body, Element, KinematicTree, Region
 from kabo.scene.transforms import flat
 
 STANDING_TOLERANCE = 1e-4  # [m, rad] within which a placement's constraints hold
+RESTING_GAP, RESTING_DEPTH = 5e-4, 1e-4  # [m] above and in what it rests on, as bodies are measured in a run
 
 
 def _unmoved() -> KinematicTree:
@@ -29,7 +31,10 @@ WORLD_TREE = _unmoved()  # for constraints between standing things
 
 
 def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
-    """The bodies on which an object stands by one of its placement families, in the scene's order."""
+    """The bodies on which an object stands, in the scene's order: by one of its placement families.
+
+    Where a run has left it, as the scene begins in the state of a run, it also stands on what it rests on.
+    """
     # Stages of a task ask one after the other about the same situation, and so does the timing of its motion.
     found: tuple[str, ...] = surroundings.remembered(
         ("supports", name, situation.key), lambda: _supports(surroundings, situation, name)
@@ -40,7 +45,7 @@ def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -
 def _supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
-    return tuple(
+    by_family = tuple(
         other.name
         for other in surroundings.scene.bodies.values()
         if other is not body
@@ -49,6 +54,29 @@ def _supports(surroundings: SceneSurroundings, situation: Situation, name: str) 
             for under in surroundings.poses(situation, other.name)
             for family in body.placements.values()
         )
+    )
+    left = surroundings.scene.met and situation.objects[name] == (surroundings.scene.start.objects[name],)
+    return by_family or (rests_on(surroundings, situation, name) if left else ())
+
+
+def rests_on(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
+    """The bodies on which one rests by their meshes: a little lower it would overlap them, a little higher it would not."""
+    body = surroundings.scene.bodies[name]
+    (pose,) = surroundings.poses(situation, name)
+
+    def meets(other: FixedGroup, height: float) -> bool:
+        lifted = pose.copy()
+        lifted[2, 3] += height
+        return geometry.surfaces_touch(_standing(surroundings, body.name, lifted), other)
+
+    return tuple(
+        other.name
+        for other in surroundings.scene.bodies.values()
+        if other.name not in situation.group(body.name) and not surroundings.never_collide(body.name, other.name)
+        for under in surroundings.poses(situation, other.name)
+        if _boxes_meet(surroundings, body, pose, other, under)
+        for standing in [_standing(surroundings, other.name, under)]
+        if meets(standing, -RESTING_GAP) and not meets(standing, RESTING_DEPTH)
     )
 
 

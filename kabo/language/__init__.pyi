@@ -1,3 +1,6 @@
+from kabo.language.pddl.building import ProblemBuilder as ProblemBuilder
+from kabo.language.pddl.building import WorldAction as WorldAction
+from kabo.language.pddl.effects import ConditionalEffect as ConditionalEffect
 from kabo.language.problem import Action as Action
 from kabo.language.problem import Domain as Domain
 from kabo.language.problem import Function as Function
@@ -7,6 +10,11 @@ from kabo.language.reading import check_files as check_files
 from kabo.language.reading import is_imported as is_imported
 from kabo.language.reading import load_problem as load_problem
 from kabo.language.scene_description import SceneDescription as SceneDescription
+from kabo.language.sensors_description import CameraDescription as CameraDescription
+from kabo.language.sensors_description import Measurement as Measurement
+from kabo.language.sensors_description import SensorBinding as SensorBinding
+from kabo.language.sensors_description import SensorsDescription as SensorsDescription
+from kabo.language.sensors_description import TruthDescription as TruthDescription
 from kabo.language.spelling import spell as spell
 from kabo.language.spelling import spell_bound as spell_bound
 from kabo.language.spelling import spell_number as spell_number
@@ -23,6 +31,8 @@ from kabo.language.yaml.procedures import ProcedureSignatures as ProcedureSignat
 from kabo.language.yaml.procedures import included_task_names as included_task_names
 from kabo.language.yaml.procedures import included_task_path as included_task_path
 from kabo.language.yaml.procedures import library_names as library_names
+from kabo.language.yaml.sensors_file import load_sensors as load_sensors
 from kabo.language.yaml.task_file import STAGE_KEYS as STAGE_KEYS
 from kabo.language.yaml.task_file import TASK_KEYS as TASK_KEYS
 from kabo.language.yaml.task_file import find_task as find_task
+from kabo.language.yaml.truth_file import load_truth as load_truth

@@ -1,7 +1,7 @@
 """A problem as data: domain, objects, initial knowledge, goal, options, the scene's description, files read."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from kabo.displays import counted, display
@@ -78,6 +78,7 @@ class Domain:
 
     If `worldly`, conditions are about the world (as in PDDL), so a disjunction requires only that some part holds.
     Otherwise they are about knowledge: `K(p) or K(q)` requires that p is known or q is known.
+    `events` happen, and nobody does them: they say what is then known. No plan has one, but the state of a run may.
     """
 
     name: str
@@ -90,6 +91,7 @@ class Domain:
     path: Path | None = None
     procedures: Mapping[str, Procedure] = field(default_factory=dict)
     worldly: bool = False
+    events: Mapping[str, Action] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         facts = counted(
@@ -152,6 +154,11 @@ class Problem:
             robots, bodies = counted(len(self.scene.robots), "robot"), len(self.scene.bodies)
             sizes["scene"] = f"scene with {robots} and {counted(bodies, 'body', 'bodies')}"
         return sizes
+
+    def with_events(self) -> "Problem":
+        """The problem in which the domain's events are actions, as far as what was done is concerned."""
+        domain = self.domain
+        return replace(self, domain=replace(domain, actions={**domain.actions, **domain.events}, events={}))
 
     def of_type(self, kind: str) -> tuple[str, ...]:
         """The names of all objects and constants of type `kind` or a subtype, in order of declaration."""

@@ -11,9 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from kabo.plan import Node, Plan, Segment, StateChange, Step, plan_statistics
+from kabo.plan import Node, Plan, Segment, Step, plan_statistics
 from kabo.plan.description import call
-from kabo.scene import Attachment, GeometricState, Scene, attachment, world_T
+from kabo.scene import GeometricState, Scene, attachment, with_change, world_T
 from kabo.scene.state import Component
 
 
@@ -32,7 +32,7 @@ class Film:
 
     def __init__(self, plan: Plan, scene: Scene, steps: Sequence[Step]) -> None:
         self.plan, self.scene, self.steps = plan, scene, tuple(steps)
-        self.start = scene.start if plan.start is None else changed(scene, scene.start, plan.start)
+        self.start = scene.start if plan.start is None else with_change(scene, scene.start, plan.start)
         self._before: dict[str, GeometricState] = {}
         state = self.start
         for name, _ in self.steps:
@@ -114,7 +114,7 @@ class Film:
 
     def _after(self, node: Node, state: GeometricState) -> GeometricState:
         moved = self._moved(node, state, np.inf) if node.motion else state
-        return moved if node.after is None else changed(self.scene, moved, node.after)
+        return moved if node.after is None else with_change(self.scene, moved, node.after)
 
     def _moved(self, node: Node, state: GeometricState, time: float) -> GeometricState:
         """The state while a node's motion goes on: segments in order of their ends, hands take and let go between."""
@@ -140,17 +140,6 @@ class Film:
             pose = np.linalg.inv(world_T(self.scene, state, parent)) @ world_T(self.scene, state, name)
             changes[name] = attachment(parent, pose)
         return state.replace(changes)
-
-
-def changed(scene: Scene, state: GeometricState, change: StateChange) -> GeometricState:
-    """A state with what a plan says that is changed."""
-    changes: dict[str, Component] = {}
-    for name, joints in change.robots.items():
-        robot, q = scene.robots[name], state.robots[name]
-        changes[name] = tuple(joints.get(joint, value) for joint, value in zip(robot.joint_names, q, strict=True))
-    for name, pose in change.objects.items():
-        changes[name] = Attachment(pose.parent, pose.position, pose.quaternion)
-    return state.replace(changes)
 
 
 def described(plan: Plan) -> str:

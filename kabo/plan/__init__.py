@@ -10,6 +10,7 @@ from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, 
 from kabo.plan.description import describe, described_validity
 from kabo.plan.graphviz import plan_to_dot
 from kabo.plan.plan import (
+    Done,
     Grant,
     Learned,
     Node,
@@ -22,6 +23,7 @@ from kabo.plan.plan import (
 from kabo.plan.policies import Decision, Observation, Policy, policy
 from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
+from kabo.plan.state import History, State, load_state, state_after
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
 from kabo.plan.trajectory_json import trajectory_from_json, trajectory_to_json
 from kabo.plan.unfolding import unfold
@@ -40,7 +42,9 @@ __all__ = [
     "Certificate",
     "Clearance",
     "Decision",
+    "Done",
     "Grant",
+    "History",
     "Learned",
     "Node",
     "ObjectPose",
@@ -51,6 +55,7 @@ __all__ = [
     "PlanStatistics",
     "Policy",
     "Segment",
+    "State",
     "StateChange",
     "Step",
     "StretchProof",
@@ -60,6 +65,7 @@ __all__ = [
     "described_validity",
     "learned_json",
     "load_plan",
+    "load_state",
     "node_to_json",
     "plan_from_json",
     "plan_hash",
@@ -68,6 +74,7 @@ __all__ = [
     "plan_to_json",
     "policy",
     "schema",
+    "state_after",
     "topological_order",
     "trajectory_from_json",
     "trajectory_to_json",

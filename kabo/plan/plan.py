@@ -144,6 +144,16 @@ class Node:
 
 
 @dataclass(frozen=True)
+class Done:
+    """A step of a run: an action that was carried out, and what was observed of a fact after it; either may be missing."""
+
+    action: str | None
+    arguments: Arguments = field(default_factory=dict)
+    on: str | None = None
+    outcome: str | None = None
+
+
+@dataclass(frozen=True)
 class Plan:
     """A plan: `nodes` by id, to be followed from `root`; `kabo.policy` gives it as a function, `kabo.unfold` as a tree.
 
@@ -154,6 +164,8 @@ class Plan:
         root: the id of the first node.
         nodes: the nodes by id; branches that meet share nodes.
         start: where everything is at first; None without geometry.
+        done: what was done and observed before the plan begins, if it begins in the state of a run (`kabo.after`) and not
+            where the problem does; None otherwise.
         certificate: the proofs that the motions are free of collision; None if there are none.
         certificate_gaps: the motions that a requested certificate cannot prove to be free of collision.
     """
@@ -166,6 +178,7 @@ class Plan:
     start: StateChange | None = None
     certificate: Certificate | None = None
     certificate_gaps: tuple[str, ...] = ()
+    done: tuple[Done, ...] | None = None
 
     @property
     def statistics(self) -> "PlanStatistics":

@@ -12,6 +12,7 @@ from kabo.options import OPTIONS, Option
 from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import JsonValue, read_checked
 from kabo.plan.plan import (
+    Done,
     Grant,
     Learned,
     Node,
@@ -69,7 +70,7 @@ def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
 
 def _plan(place: JsonValue) -> Plan:
     fields = place.fields(
-        ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps")
+        ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps", "done")
     )
     problem = fields["problem"].fields(("name", "files"))
     nodes = fields["nodes"].mapping()
@@ -84,9 +85,10 @@ def _plan(place: JsonValue) -> Plan:
         options=_options(fields["options"]),
         root=_id(fields["root"]),
         nodes={name: _node(node) for name, node in nodes.items()},
-        start=_state(fields["start"], ("robots", "objects")) if "start" in fields else None,
+        start=state_from_json(fields["start"], ("robots", "objects")) if "start" in fields else None,
         certificate=certificate_from_json(fields["certificate"]) if "certificate" in fields else None,
         certificate_gaps=_gaps(fields) if "certificate_gaps" in fields else (),
+        done=tuple(map(done_from_json, fields["done"].items())) if "done" in fields else None,
     )
     if "format" in fields:
         _check_format(fields["format"], plan)
@@ -165,9 +167,9 @@ def _acting(fields) -> dict:  # type: ignore[no-untyped-def, type-arg]
     """The fields that action and sense nodes have in common."""
     return {
         "action": fields["action"].text(),
-        "arguments": {name: _argument(value) for name, value in fields["arguments"].mapping().items()},
+        "arguments": {name: argument_from_json(value) for name, value in fields["arguments"].mapping().items()},
         "motion": tuple(_segment(entry) for entry in fields["motion"].items(1)) if "motion" in fields else (),
-        "after": _state(fields["after"], ()) if "after" in fields else None,
+        "after": state_from_json(fields["after"], ()) if "after" in fields else None,
         "overlap": _overlap(fields) if "overlap" in fields else 0.0,
         "learned": learned_from_json(fields["learned"]) if "learned" in fields else (),
     }
@@ -213,7 +215,26 @@ def _branches(place: JsonValue) -> dict[str, str]:
     return {outcome: _id(value) for outcome, value in branches.items()}
 
 
-def _argument(place: JsonValue) -> str | float | ValueOf:
+def done_from_json(place: JsonValue) -> Done:
+    """A step of a run: an action, an observation, or both."""
+    fields = place.fields((), ("action", "arguments", "on", "outcome"))
+    for first, second in (("action", "arguments"), ("on", "outcome")):
+        for one, other in ((first, second), (second, first)):
+            if one in fields and other not in fields:
+                place.add_finding(f'"{other}" is missing')
+    if isinstance(place.value, dict) and not fields:
+        place.add_finding("a step is an action, an observation, or both")
+    arguments = fields["arguments"].mapping() if "arguments" in fields else {}
+    return Done(
+        fields["action"].text() if "action" in fields else None,
+        {name: argument_from_json(value) for name, value in arguments.items()},
+        fields["on"].text() if "on" in fields else None,
+        fields["outcome"].text() if "outcome" in fields else None,
+    )
+
+
+def argument_from_json(place: JsonValue) -> str | float | ValueOf:
+    """An argument of an action."""
     if isinstance(place.value, dict):
         return ValueOf(place.fields(("value_of",))["value_of"].text())
     return place.value if isinstance(place.value, str) else place.number()
@@ -263,7 +284,8 @@ def _pair(place: JsonValue) -> tuple[str, str]:
     return (names[0], names[1]) if len(names) == 2 else ("", "")
 
 
-def _state(place: JsonValue, required: tuple[str, ...]) -> StateChange:
+def state_from_json(place: JsonValue, required: tuple[str, ...]) -> StateChange:
+    """A geometric state, or the part of it that changes; `required` are the keys that must be there."""
     fields = place.fields(required, ("robots", "objects"))
     if not required and isinstance(place.value, dict) and not place.value:
         place.add_finding("nothing changes: leave the key out")

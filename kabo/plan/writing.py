@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.plan.certificate_json import certificate_to_json
-from kabo.plan.plan import Learned, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
+from kabo.plan.plan import Done, Learned, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
 from kabo.plan.trajectory_json import TIME_DECIMALS, rounded_trajectory, trajectory_to_json
 from kabo.whole_files import write_atomically
 
@@ -80,7 +80,7 @@ def rounded_to_json(node: Node) -> dict[str, Any]:
     result: dict[str, Any] = {"kind": node.kind}
     if node.kind in ("action", "sense"):
         result["action"] = node.action
-        result["arguments"] = {name: _argument_json(value) for name, value in node.arguments.items()}
+        result["arguments"] = {name: argument_to_json(value) for name, value in node.arguments.items()}
     if node.branches:
         result |= {"on": node.on, "branches": dict(node.branches)}
     elif node.kind != "goal":
@@ -145,7 +145,8 @@ def _rounded_segment(segment: Segment) -> Segment:
     return replace(segment, waypoints=waypoints, times=times, trajectory=trajectory)
 
 
-def _argument_json(value: str | float | ValueOf) -> Any:
+def argument_to_json(value: str | float | ValueOf) -> Any:
+    """The JSON value of an argument."""
     return {"value_of": value.term} if isinstance(value, ValueOf) else value
 
 
@@ -181,6 +182,20 @@ def _objects_json(objects: Mapping[str, ObjectPose]) -> dict[str, Any]:
     }
 
 
+def done_to_json(done: Done) -> dict[str, Any]:
+    """The JSON object of a step of a run."""
+    result: dict[str, Any] = {}
+    if done.action is not None:
+        arguments = {name: argument_to_json(_argument(value)) for name, value in done.arguments.items()}
+        result |= {"action": done.action, "arguments": arguments}
+    return result if done.on is None else result | {"on": done.on, "outcome": done.outcome}
+
+
+def state_to_json(state: StateChange) -> dict[str, Any]:
+    """The JSON object of a whole state that is `rounded_state`."""
+    return {"robots": _robots_json(state.robots), "objects": _objects_json(state.objects)}
+
+
 def _change_json(change: StateChange) -> dict[str, Any]:
     parts = {"robots": _robots_json(change.robots), "objects": _objects_json(change.objects)}
     return {key: value for key, value in parts.items() if value}
@@ -195,8 +210,9 @@ def _plan(plan: Plan) -> dict[str, Any]:
         "nodes": {name: node_to_json(node) for name, node in plan.nodes.items()},
     }
     if plan.start is not None:
-        start = rounded_state(plan.start)
-        result["start"] = {"robots": _robots_json(start.robots), "objects": _objects_json(start.objects)}
+        result["start"] = state_to_json(rounded_state(plan.start))
+    if plan.done is not None:
+        result["done"] = [done_to_json(done) for done in plan.done]
     if plan.certificate is not None:
         result["certificate"] = certificate_to_json(plan.certificate)
     if plan.certificate_gaps:

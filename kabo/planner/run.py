@@ -14,7 +14,9 @@ from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.options import Options
 from kabo.phases import timed
+from kabo.plan import State
 from kabo.planner.geometry.procedure_server import ProcedureServer
+from kabo.planner.memo import Memo
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.proofs.refused_calls import most_refused
@@ -66,6 +68,8 @@ class SolveRun:
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
     on_refused: Callable[[Result], None] | None = None
+    start: State | None = None  # of a run, in which the plan begins; None: where the problem does
+    memo: Memo | None = None  # of former solves, and for later ones
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)
@@ -183,7 +187,12 @@ def without_plan(
     if unproved is not None:
         return Result("exhausted", None, statistics, unproved)
     if proved:
-        return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
+        return Result(
+            "no_plan",
+            None,
+            statistics,
+            no_plan(run.problem, task, failures, run.stop, begun=run.start is not None),
+        )
     needed = needed_calls(task, failures) if len(failures) > 1 else frozenset()
     return Result("exhausted", None, statistics, exhausted("samples", failures, needed=needed))
 

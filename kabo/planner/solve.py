@@ -19,9 +19,12 @@ from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
 from kabo.phases import timed
+from kabo.plan import State
+from kabo.planner.continuing import knowledge_after
 from kabo.planner.geometry.assembly import assemble
 from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.geometry.workers import ProcedureWorkers
+from kabo.planner.memo import Memo
 from kabo.planner.proofs.needed_calls import needed_first
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
@@ -42,6 +45,8 @@ SHOWN_REFUSALS = 12  # calls that a reason names
 def solve(
     problem: Problem,
     *,
+    start: State | None = None,
+    memo: Memo | None = None,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -59,6 +64,9 @@ def solve(
 
     Args:
         problem: the problem to solve.
+        start: the state of a run in which the plan begins (`kabo.after`); None: where the problem begins.
+        memo: of former solves of the problem, which make this one faster, and for later ones; without effect if functions
+            answer for procedures. With it, the plan may be another one, as the former plan's continuation is tried first.
         workers: the number of processes that compute answers of geometric procedures; 1 means this process alone.
         progress: called periodically with the current progress.
         cancelled: called periodically; True stops the run.
@@ -74,8 +82,8 @@ def solve(
             problem, the scene or the defaults.
 
     Raises:
-        InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
-            answer is not as the domain declares it.
+        InputError: the problem uses what the planner does not support, its scene does not load, a procedure's
+            answer is not as the domain declares it, or `start` is no state of the problem.
 
     Example:
         >>> result = kabo.solve(kabo.load_problem("domains/grid/n3.yaml"), seed=1)
@@ -94,10 +102,18 @@ def solve(
     else:
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
-    run.on_procedures, run.on_found, run.on_refused = on_procedures, on_found, on_refused
+    run.on_procedures, run.on_found, run.on_refused, run.start = on_procedures, on_found, on_refused, start
+    if memo is not None and not procedures:
+        memo.begin(problem, chosen)
+        run.memo = memo
+    rest = None if run.memo is None or start is None else run.memo.rest(start)
+    if run.memo is not None:
+        run.memo.continued = rest is not None
+    if rest is not None:
+        return Result("solved", rest, statistics_of(run), problem=problem)
     run.report_progress("grounding", again=False)
     with timed("grounding", _LOG):
-        task = ground(run.problem)
+        task = _task(run)
     run.symbolic_s = perf_counter() - run.began - external.seconds
     if has_geometry:
         result = _with_geometry(run, task)
@@ -108,9 +124,33 @@ def solve(
     return replace(_with_figures(result, external) if procedures else result, problem=problem)
 
 
+def _task(run: SolveRun) -> GroundedTask:
+    """The grounded problem, with the knowledge of the state in which the plan is to begin."""
+    memo, start = run.memo, run.start
+    happened = start is not None and any(step.action in run.problem.domain.events for step in start.done)
+    if happened:
+        task = ground(run.problem.with_events())
+    else:
+        task = memo.task if memo is not None and memo.task is not None else ground(run.problem)
+        if memo is not None:
+            memo.task = task
+    if start is None:
+        return task
+    task = replace(task, initial=knowledge_after(task, start.done))
+    if happened:  # what happens, nobody plans; events come last, so that the others keep their numbers
+        planned = tuple(action for action in task.actions if action.name not in run.problem.domain.events)
+        task = replace(task, actions=planned)
+    return task
+
+
 def planned(run: SolveRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
     """The variants of a skeleton whose calls all succeed; or the proof that there is none; or the spent budget."""
+    known = None if run.memo is None or run.start is None else run.memo.skeleton(run.start)
     try:
+        variants = None if known is None else rounds.evaluated(known)
+        if variants is not None and run.memo is not None:
+            run.memo.continued = True
+            return variants
         while True:
             rounds.prepare()
             found = search_once(run, task, rounds.geometry)
@@ -196,7 +236,9 @@ def _with_external(run: SolveRun, task: GroundedTask, external: ExternalProcedur
 
 def _solved(run: SolveRun, variants: Variants) -> Result:
     """The result with a plan that has no motions."""
-    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
+    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written(), run.start)
+    if run.memo is not None:
+        run.memo.keep(plan, variants)
     return Result("solved", plan, statistics_of(run))
 
 

@@ -5,6 +5,7 @@ checks, sampling or motion.
 """
 
 from kabo.meshes import Mesh, Rounding, load_mesh
+from kabo.scene.changes import beginning_at, with_change
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
 from kabo.scene.inner_meshes import inner_mesh
@@ -42,6 +43,7 @@ __all__ = [
     "Structure",
     "Tool",
     "attachment",
+    "beginning_at",
     "beyond_angle",
     "element_of",
     "inner_mesh",
@@ -53,6 +55,7 @@ __all__ = [
     "motion_limits",
     "one_mesh",
     "structure_of",
+    "with_change",
     "with_hulls",
     "world_T",
 ]

@@ -106,6 +106,7 @@ class Scene:
     files: Mapping[Path, str]
     mates: Mapping[str, Mate] = field(default_factory=dict)
     uncertain: Mapping[str, float] = field(default_factory=dict)  # [m] of a body's pose, of any point of a robot
+    met: bool = False  # whether `start` is the state of a run, in which things stand as they have come to stand
     description: SceneDescription | None = field(
         default=None, compare=False, repr=False
     )  # that it was loaded from
@@ -285,7 +286,7 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         _hashes(loader.files),
         description.mates,
         description.uncertain,
-        description,
+        description=description,
     )
 
 

@@ -1,3 +1,8 @@
+from kabo.service import keys as keys
+from kabo.service.answering import answered as answered
+from kabo.service.answering import payload_of as payload_of
+from kabo.service.answering import refuse as refuse
+from kabo.service.answering import reply as reply
 from kabo.service.client import Client as Client
 from kabo.service.client import ProblemFor as ProblemFor
 from kabo.service.client import Reply as Reply
@@ -14,4 +19,5 @@ from kabo.service.server import Server as Server
 from kabo.service.server import ServerSettings as ServerSettings
 from kabo.service.session import DEFAULT_ENDPOINT as DEFAULT_ENDPOINT
 from kabo.service.session import client_config as client_config
+from kabo.service.session import open_session as open_session
 from kabo.service.session import server_config as server_config

@@ -11,6 +11,7 @@ import socket
 
 ROOT = "kabo/v1"
 ALIVE = f"{ROOT}/*/alive"
+ALL_ROBOTS = f"{ROOT}/*/robot/alive"
 ALL_PROGRESS, ALL_FOLLOW = f"{ROOT}/*/progress/*", f"{ROOT}/*/follow/*"
 
 
@@ -35,6 +36,16 @@ def follow(server: str, identifier: str) -> str:
     return f"{ROOT}/{server}/follow/{identifier}"
 
 
+def robot(server: str, name: str) -> str:
+    """The key of a robot server for a verb such as `follow`, its `state`, or its liveliness token `alive`."""
+    return f"{ROOT}/{server}/robot/{name}"
+
+
+def driver(server: str, client: str) -> str:
+    """The key of a client that drives a robot server: its liveliness token, and its heartbeats."""
+    return f"{ROOT}/{server}/robot/driver/{client}"
+
+
 def server_of(key: str) -> str:
     """The name of the server to which a key belongs."""
     return key.split("/")[2]
@@ -43,3 +54,8 @@ def server_of(key: str) -> str:
 def id_of(key: str) -> str:
     """The id of the request to which a key of progress belongs."""
     return key.split("/")[4]
+
+
+def driver_of(key: str) -> str:
+    """The client to which a key of a driver belongs."""
+    return key.split("/")[5]

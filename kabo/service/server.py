@@ -1,12 +1,10 @@
 """The server: declares its zenoh keys, accepts or refuses requests, and answers every request.
 
-A zenoh callback only reads the envelope and returns. After an exception in a callback the client would believe
-that the server does not exist, so every callback is wrapped and replies in any case. To add a verb, add its
+A zenoh callback only reads the envelope and returns, and replies in any case (answering.py). To add a verb, add its
 message to messages.py, and its handler to `verbs` in this file.
 """
 
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -17,6 +15,7 @@ import zenoh
 
 from kabo import __version__
 from kabo.service import keys
+from kabo.service.answering import JSON, answered, payload_of, refuse, reply, send_error
 from kabo.service.jobs import JobStore, Outcome, SolveJob
 from kabo.service.messages import (
     PROTOCOL,
@@ -25,24 +24,18 @@ from kabo.service.messages import (
     Envelope,
     LatestRequest,
     Status,
-    Unreadable,
-    error_body,
     read,
 )
 from kabo.service.session import max_request_bytes, open_session
 from kabo.service.worker import Begin
 from kabo.service.workers import Pool
 
-JSON = "application/json"
-RETRY_AFTER_S = 0.2
 MAX_REQUEST_BYTES = 32 << 20
 QUEUE_BYTES = 128 << 20
 REFUSALS = {
     "busy": "the queue is full",
     "id_reused": "this id belongs to another request",
 }
-
-Handler = Callable[[zenoh.Query], None]
 
 
 @dataclass(frozen=True)
@@ -103,7 +96,7 @@ class Server:
             raise
         verbs = {"solve": self._solve, "cancel": self._cancel, "status": self._status, "request": self._request}
         self._queryables = [
-            self._session.declare_queryable(keys.verb(self.name, verb), partial(_answered, handler))
+            self._session.declare_queryable(keys.verb(self.name, verb), partial(answered, handler))
             for verb, handler in verbs.items()
         ]
         # Last, because from now on clients come.
@@ -128,20 +121,20 @@ class Server:
         self._session.close()
 
     def _solve(self, query: zenoh.Query) -> None:
-        raw = _payload(query)
+        raw = payload_of(query)
         if len(raw) > self._limit:
-            return _refuse(query, "too_large", f"a request has up to {self._limit} bytes; this one has {len(raw)}")
+            return refuse(query, "too_large", f"a request has up to {self._limit} bytes; this one has {len(raw)}")
         envelope = read(Envelope, raw)
         if self._stopping:
-            return _refuse(query, "shutting_down", "try another server", envelope.id)
+            return refuse(query, "shutting_down", "try another server", envelope.id)
         job = SolveJob(envelope.id, raw, time.monotonic() + envelope.deadline_s, envelope.digest())
         refused = self._store.admit(job, partial(self._deliver, query), self._pool.enqueue)
         if refused is not None:
-            _refuse(query, refused, REFUSALS[refused], envelope.id)
+            refuse(query, refused, REFUSALS[refused], envelope.id)
         return None
 
     def _cancel(self, query: zenoh.Query) -> None:
-        known = self._store.cancel(read(CancelRequest, _payload(query)).id)
+        known = self._store.cancel(read(CancelRequest, payload_of(query)).id)
         self._reply(query, "cancel", msgspec.json.encode(Cancelled(known)))
 
     def _request(self, query: zenoh.Query) -> None:
@@ -167,11 +160,10 @@ class Server:
         if outcome.code is None:
             self._reply(query, "solve", outcome.body, outcome.plan)
         else:
-            _send_error(query, outcome.body)
+            send_error(query, outcome.body)
 
     def _reply(self, query: zenoh.Query, verb: str, body: bytes, plan: bytes | None = None) -> None:
-        with suppress(zenoh.ZError), query:  # the one who asked may be gone
-            query.reply(keys.verb(self.name, verb), body, encoding=JSON, attachment=plan)
+        reply(query, keys.verb(self.name, verb), body, plan)
 
     def _put_progress(self, job: SolveJob, kind: str, body: bytes, plan: bytes | None) -> None:
         with suppress(zenoh.ZError):
@@ -183,28 +175,3 @@ class Server:
                 congestion_control=zenoh.CongestionControl.DROP,
                 priority=zenoh.Priority.DATA_LOW,
             )
-
-
-def _answered(handler: Handler, query: zenoh.Query) -> None:
-    """Runs a handler so that the query gets an answer whatever happens."""
-    try:
-        handler(query)
-    except Unreadable as error:
-        _refuse(query, "bad_request", str(error))
-    except Exception as error:  # noqa: BLE001 - the outer edge of a callback
-        _refuse(query, "failed", f"a defect of kabo: {type(error).__name__}: {error}")
-
-
-def _payload(query: zenoh.Query) -> bytes:
-    return b"" if query.payload is None else query.payload.to_bytes()
-
-
-def _refuse(query: zenoh.Query, code: str, message: str, identifier: str | None = None) -> None:
-    _send_error(
-        query, error_body(code, message, identifier, RETRY_AFTER_S if code in ("busy", "shutting_down") else None)
-    )
-
-
-def _send_error(query: zenoh.Query, body: bytes) -> None:
-    with suppress(zenoh.ZError), query:
-        query.reply_err(body, encoding=JSON)

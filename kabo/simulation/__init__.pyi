@@ -1,3 +1,4 @@
+from kabo.simulation.instruments import PhysicsInstruments as PhysicsInstruments
 from kabo.simulation.judging import ContactJudge as ContactJudge
 from kabo.simulation.mjcf import Motor as Motor
 from kabo.simulation.mjcf import PhysicsModel as PhysicsModel

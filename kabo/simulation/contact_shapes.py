@@ -103,6 +103,16 @@ def _along(axis: Array, middle: Array) -> Array:
 
 
 def _parts(enclosures: SceneEnclosures, element: Element, precision: float | None) -> list[ContactShape]:
+    """The hulls of the parts of a mesh; robots of the same model share them."""
+    made: dict[tuple[str, float, float | None], list[ContactShape]]
+    made = enclosures.scene.memory.setdefault("contact shapes", {})
+    key = element.mesh.digest, enclosures.tolerance, precision
+    if key not in made:
+        made[key] = _hulls(enclosures, element, precision)
+    return made[key]
+
+
+def _hulls(enclosures: SceneEnclosures, element: Element, precision: float | None) -> list[ContactShape]:
     mesh = element.mesh
     hull = hull_of(mesh)
     if volume_of(mesh) >= CONVEX_SHARE * volume_of(hull):

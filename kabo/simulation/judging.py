@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from kabo.execution import Motion
-from kabo.plan import Plan
 from kabo.scene import Scene
 from kabo.simulation.physics import Contact, Physics
 
@@ -19,11 +18,10 @@ class ContactJudge:
     """Collects the contacts that no segment permits, by pair of things, with the greatest depth [m].
 
     Args:
-        scene: the scene. plan: the plan that is carried out.
+        scene: the scene.
     """
 
     scene: Scene
-    plan: Plan
     faults: dict[tuple[str, str], float] = field(default_factory=dict)
     looks: int = 0
 
@@ -40,11 +38,7 @@ class ContactJudge:
         self.looks += 1
         running = [] if motion is None else list(motion.at(time))
         moving = {each.robot for each in running}
-        allowed = {
-            frozenset(pair)
-            for each in running
-            for pair in self.plan.nodes[each.node].motion[each.segment].allowed_contacts
-        }
+        allowed = {frozenset(pair) for each in running for pair in each.permitted}
         held = list(holding)
         carried = {body for robot, body in held if robot in moving}
         for contact in physics.contacts(DEEP):
@@ -69,4 +63,6 @@ class ContactJudge:
             for robot, body in held
             if (gripper := self.scene.robots[robot].gripper) is not None
             for link in gripper.touch_links
+        ) or any(  # a hand that has closed on nothing
+            pair <= {*gripper.touch_links} for robot in self.scene.robots.values() if (gripper := robot.gripper)
         )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.content_cache import ContentCache
 from kabo.errors import KaboError
 from kabo.meshes import Mesh, hull_of
 from kabo.scene import Body, Robot
@@ -14,6 +15,8 @@ from kabo.simulation.settings import PhysicsSettings
 
 LEAST_MASS = 0.02  # [kg] of what moves: less than that is no link of a robot
 LEAST_INERTIA = 1e-6  # [kg m²]
+
+CACHE_BYTES = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,18 @@ def _about(offset: Array) -> Array:
     return np.asarray(float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
 
 
+_MADE: ContentCache[Mass | None] = ContentCache(CACHE_BYTES, lambda made: 256)
+
+
 def of_mesh(mesh: Mesh, density: float) -> Mass | None:
     """The mass of what a mesh encloses, or of its hull if it encloses little; None: it is flat.
 
     Integrals over tetrahedra from the origin to each triangle [Tonon 2004].
     """
+    return _MADE.get_or_make((mesh.digest, density), lambda: _of_mesh(mesh, density))
+
+
+def _of_mesh(mesh: Mesh, density: float) -> Mass | None:
     try:
         hull = hull_of(mesh)
     except KaboError:

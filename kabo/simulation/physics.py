@@ -39,9 +39,9 @@ class _Hand:
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
     pressing: float | None = None
-    held: list[tuple[int, float]] = field(
+    held: list[tuple[Array, float]] = field(
         default_factory=list
-    )  # bodies of the model, with the mass they should have
+    )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
 
 
 class Physics:
@@ -51,18 +51,34 @@ class Physics:
         scene: the scene.
         settings: what the model needs beyond it.
         start: where everything is at first; None: as the scene says.
+        masses: true masses of bodies [kg], of which the controller knows nothing; of others the scene's are true.
     """
 
     def __init__(
-        self, scene: Scene, settings: PhysicsSettings = USUAL, start: GeometricState | None = None
+        self,
+        scene: Scene,
+        settings: PhysicsSettings = USUAL,
+        start: GeometricState | None = None,
+        masses: Mapping[str, float] | None = None,
     ) -> None:
         self.scene, self.settings = scene, settings
         self.description: PhysicsModel = physics_model(scene, settings, start)
         self._mujoco = mujoco()
         self.model = self._mujoco.MjModel.from_xml_string(self.description.xml)
+        self._make_true(masses or {})
         self.data = self._mujoco.MjData(self.model)
         self._index()
         self.place((start or scene.start).robots)
+
+    def _make_true(self, masses: Mapping[str, float]) -> None:
+        """Gives bodies their true masses, spread as before."""
+        model = self.model
+        for body, mass in masses.items():
+            number = model.body(body).id
+            model.body_inertia[number] *= mass / model.body_mass[number]
+            model.body_mass[number] = mass
+        if masses:
+            self._mujoco.mj_setConst(model, self._mujoco.MjData(model))
 
     @property
     def time(self) -> float:
@@ -153,11 +169,15 @@ class Physics:
     def grip(self, robot: str, bodies: Sequence[str] = (), force: float | None = None) -> None:
         """A hand presses from now on, with a force [N] or as its scene says.
 
-        The controller expects the masses of the bodies in the scene in this hand; true ones may be others.
+        The controller expects the masses of the bodies in the scene in this hand, where the bodies are now: true ones may
+        be others, and a controller does not know when one is lost.
         """
         gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
         hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
-        hand.held = [(self.model.body(body).id, self._expected[body]) for body in bodies]
+        data, carrier = self.data, hand.carrier
+        turn = data.xmat[carrier].reshape(3, 3)
+        offsets = (data.xipos[self.model.body(body).id] - data.xpos[carrier] for body in bodies)
+        hand.held = [(offset @ turn, self._expected[body]) for offset, body in zip(offsets, bodies, strict=True)]
 
     def release(self, robot: str) -> None:
         """A hand follows its setpoints again, from where its fingers are."""
@@ -199,8 +219,8 @@ class Physics:
         self._torques += data.qfrc_bias
         self._torques -= data.qfrc_passive
         for hand in self._hands.values():
-            for body, mass in hand.held:
-                self._add_load(hand.carrier, body, mass)
+            for offset, mass in hand.held:
+                self._add_load(hand.carrier, offset, mass)
         each = self._torques[self._rates] * ratio
         torque = np.bincount(leader, each, len(self.motors))
         for hand in self._hands.values():
@@ -217,9 +237,9 @@ class Physics:
         library.mj_step2(model, data)
         self._stale = True
 
-    def _add_load(self, carrier: int, body: int, mass: float) -> None:
-        """Adds the torques that move what a hand holds, a point mass where the body is."""
-        place = self.data.xipos[body]
+    def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
+        """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
+        place = self.data.xpos[carrier] + self.data.xmat[carrier].reshape(3, 3) @ offset
         bias = self._bias(carrier, place)
         self._mujoco.mj_jac(self.model, self.data, self._jacobian, None, place, carrier)
         self._torques += (mass * (self._jacobian @ self._wanted + bias - self.model.opt.gravity)) @ self._jacobian
@@ -275,6 +295,22 @@ class Physics:
         found, pose = self.data.body(body), np.eye(4)
         pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
         return pose
+
+    def expected_mass(self, body: str) -> float:
+        """The mass of a body by the scene [kg], which the controller takes it to have."""
+        return self._expected[body]
+
+    def carried(self, robot: str) -> float:
+        """The mass that the wrist of a robot feels beyond its own hand [kg]: true at rest, disturbed by motion.
+
+        It is the force between the last joint of the arm and what that carries, along gravity, as a force sensor there
+        measures it: by the recursion of Newton and Euler with all forces of contact [Featherstone 2008, section 5.3].
+        """
+        model, data, wrist = self.model, self.data, self._hands[robot].carrier
+        self._mujoco.mj_rnePostConstraint(model, data)
+        gravity = np.asarray(model.opt.gravity)
+        felt = -float(data.cfrc_int[wrist, 3:] @ gravity) / float(gravity @ gravity)
+        return felt - float(model.body_subtreemass[wrist])
 
     def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
         """What touches now, deeper than a depth [m]."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.execution.following import Follower
+from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
@@ -28,7 +28,8 @@ class SimulatedRobot:
         settings: of the physics.
         start: where everything is at first; None: as the scene says.
         rate: setpoints a second [Hz]: at most one each time step.
-        disturb: called before each time step with the physics and its time [s], to push, drop or break something.
+        disturb: called before each time step with the physics, to push, drop or break something.
+        masses: true masses of bodies [kg], which neither the plan nor the controller knows.
     """
 
     def __init__(
@@ -39,20 +40,25 @@ class SimulatedRobot:
         *,
         rate: float = 1000.0,
         disturb: Callable[[Physics], None] | None = None,
+        masses: Mapping[str, float] | None = None,
     ) -> None:
         self.scene, self.settings = scene, settings
-        self.physics = Physics(scene, settings, start)
+        self.physics = Physics(scene, settings, start, masses)
         self.each = max(1, round(1.0 / (rate * settings.timestep)))  # time steps between two setpoints
         self._follower = Follower(scene)
         self._disturb = disturb
         self.judge: Callable[[Physics, Motion | None, float, list[tuple[str, str]]], None] | None = None
         self._held: dict[str, tuple[str, ...]] = {}
+        self._sent: list[Setpoint] = []
+        self._from: float | None = None  # of the motion's clock [s], when the last setpoints were sent
+        self._share = 1.0  # of the way from there to the setpoints that motors have gone
         self._steps = 0
         self.wait(SETTLING)
 
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""
         self._follower.follow(motion)
+        self._from = None
 
     def stop(self) -> None:
         """Slows down along the path until it stands."""
@@ -96,8 +102,8 @@ class SimulatedRobot:
         pressing = {name: force for name in robots if (force := physics.pressing(name)) is not None}
         return RobotState(
             physics.time,
-            self._follower.time,
-            self._follower.moving,
+            self._motion_time,
+            self._follower.moving or (self._from is not None and self._motion_time < self._follower.time),
             {name: physics.configuration(name) for name in robots},
             velocities,
             pressing,
@@ -107,18 +113,48 @@ class SimulatedRobot:
     def wait(self, seconds: float) -> None:
         """Simulates so long."""
         physics, step = self.physics, self.settings.timestep
-        for number in range(max(1, round(seconds / step))):
+        for _ in range(max(1, round(seconds / step))):
             if self._disturb is not None:
                 self._disturb(physics)
             physics.step()
-            if number % self.each == 0:
-                for sent in self._follower.advance(self.each * step):
-                    physics.command(*sent)
+            self._send(self._steps % self.each, step)
             self._steps += 1
             if self.judge is not None and self._steps % JUDGED_EACH == 0:
                 held = [(robot, body) for robot, bodies in self._held.items() for body in bodies]
                 follower = self._follower
                 self.judge(physics, follower.motion if follower.moving else None, follower.time, held)
+
+    def _send(self, tick: int, step: float) -> None:
+        """Gives motors what is due; between two setpoints drives go on with their velocities and accelerations.
+
+        A setpoint is where a joint is to be when the next one comes, so in between motors are as far before it.
+        """
+        if tick == 0:
+            self._from = self._follower.time
+            self._sent = list(self._follower.advance(self.each * step))
+        self._share = (tick + 1) / self.each
+        early = (tick + 1 - self.each) * step  # [s], 0 or less
+        for sent in self._sent:
+            if early == 0.0:
+                self.physics.command(*sent)
+                continue
+            q, v, a = sent.positions, sent.velocities, sent.accelerations
+            now = q + early * (v + 0.5 * early * a)
+            self.physics.command(sent.robot, sent.joints, now, v + early * a, a)
+
+    @property
+    def _motion_time(self) -> float:
+        """Where motors are on the clock of the motion [s]: at the last setpoints, or between them and those before."""
+        time = self._follower.time
+        return time if self._from is None or self._share == 1.0 else self._from + self._share * (time - self._from)
+
+    def holder(self, body: str) -> str | None:
+        """The robot whose hand presses on a body, or is fixed to it."""
+        return next((robot for robot, bodies in self._held.items() if body in bodies), None)
+
+    def held_by(self, robot: str) -> tuple[str, ...]:
+        """The bodies that a hand holds."""
+        return self._held.get(robot, ())
 
     def poses(self) -> Mapping[str, Array]:
         """The true poses (4, 4) of all movable bodies."""

@@ -28,11 +28,12 @@ _LOG = logging.getLogger("kabo.verify")
 
 
 def check_geometry(
-    problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False, changes: Changes = ()
+    problem: Problem, plan: Plan, order: Sequence[str], scene: Scene | None, changes: Changes, paranoid: bool
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
     """Checks all motions of a plan, and the plan's certificate (with `paranoid` in exact arithmetic).
 
     `changes` are those of a task's solution whose motion the plan is: bodies that they add are kept away from, too.
+    `scene` is the problem's, if it is loaded already.
 
     Returns:
         the hashes of all files that were read, the findings, the figures for the report, and notes for the report.
@@ -44,11 +45,11 @@ def check_geometry(
     if plan.start is None:
         text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
         return dict(problem.files), [Finding(None, text)], {}, []
-    scene = load_scene(problem.scene)
+    scene = scene or load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
-    anywhere = isinstance(problem, SceneAlone)
+    anywhere = isinstance(problem, SceneAlone) or plan.done is not None
     findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     try:
         added = AddedBodies.of(changes, plan.nodes[plan.root].motion) if changes else None

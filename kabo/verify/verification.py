@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.language import Problem
 from kabo.language.scene_description import SceneDescription
-from kabo.plan import Plan, plan_statistics
+from kabo.plan import Plan, State, plan_statistics
 from kabo.verify.files import check_files
 from kabo.verify.knowledge import check_knowledge
 from kabo.verify.knowledge.external_procedures import with_functions
+from kabo.verify.knowledge.past import begins_elsewhere, told_of_past
 from kabo.verify.report import Finding, Report
 from kabo.verify.scene_alone import scene_alone
 from kabo.verify.structure import check_structure
@@ -27,6 +28,8 @@ def verify_plan(
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     paranoid: bool = False,
     changes: Sequence[Mapping[str, Any]] = (),
+    start: State | None = None,
+    scene: "Scene | None" = None,
 ) -> Report:
     """Verifies that a plan reaches the goal of a problem on every branch, and that every motion is collision-free.
 
@@ -39,6 +42,8 @@ def verify_plan(
         paranoid: whether to check the plan's certificate in exact arithmetic, which takes much longer.
         changes: of a task's solution, as its report has them (`motion.changes`): nothing may touch the bodies and the
             padding that its stages add, which plans do not know.
+        start: the state of a run in which the plan is to begin; None: where the plan itself says, which the report tells.
+        scene: the problem's, loaded before: its files are not read again. For whoever verifies many plans in one scene.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
@@ -53,6 +58,7 @@ def verify_plan(
         seed = plan.options.get("seed")
         problem = with_functions(problem, procedures, seed if isinstance(seed, int) else 0)
     order, findings = check_structure(plan)
+    findings += begins_elsewhere(plan, start)
     if not order:
         return Report(tuple(findings), knowledge_only=knowledge_only)
     branches = sum(1 for name in order if plan.nodes[name].branches)
@@ -60,13 +66,13 @@ def verify_plan(
     known = check_knowledge(problem, plan, order)
     findings += known.findings
     geometry = problem.scene is not None and not knowledge_only
-    notes = [] if problem.scene is None or geometry else [_left_out(plan)]
+    notes = [*told_of_past(plan, start), *([] if problem.scene is None or geometry else [_left_out(plan)])]
     figures: dict[str, Any] = {}
     files = dict(problem.files)
     if geometry:
         from kabo.verify.geometry import check_geometry  # pinocchio, coal and scipy: only for plans with motions
 
-        files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid, changes=changes)
+        files, more, figures, told = check_geometry(problem, plan, order, scene, changes, paranoid)
         findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))

@@ -4,8 +4,13 @@ from kabo.viewer.content.given import ViewOptions as ViewOptions
 from kabo.viewer.content.given import document_of_file as document_of_file
 from kabo.viewer.content.objects import Viewable as Viewable
 from kabo.viewer.content.objects import document_of as document_of
+from kabo.viewer.content.run_view import document_of_run as document_of_run
+from kabo.viewer.content.run_view import has_ended as has_ended
+from kabo.viewer.content.run_view import is_log as is_log
+from kabo.viewer.content.run_view import read_log as read_log
 from kabo.viewer.content.scene_view import scene_view as scene_view
 from kabo.viewer.live.following import Follower as Follower
+from kabo.viewer.live.run_follower import RunFollower as RunFollower
 from kabo.viewer.notebook import Page as Page
 from kabo.viewer.notebook import notebook_page as notebook_page
 from kabo.viewer.notebook import view as view

@@ -16,6 +16,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RUNS = (
     "certificates stacked/n2 --output out.json",
     "construction_set --seeds 1 --output out.json",
+    "execution worlds --problems domains/doors/n3.yaml --worlds 20 --output out.json",
     "exploration bar --small --output out",
     "exploration line string budget reach speed journal worlds --small --seeds 1 --output out",
     "geometry predicates --scene generated --configurations 8 --output out",

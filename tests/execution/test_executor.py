@@ -160,3 +160,50 @@ def test_two_arms_move_at_once_where_the_plan_overlaps(two_arms: tuple[Plan, Sce
     overlaps = sum(plan.nodes[name].overlap for name, _ in run.history)
     moved = sum(each["end"] - each["begin"] for each in run.log.of("moving"))
     assert moved == pytest.approx(alone - overlaps, abs=1e-3)
+
+
+class Hidden(KnownTruth):
+    """Does not see a body from a time on."""
+
+    def __init__(self, robot: KinematicRobot, body: str, since: float, until: float = np.inf) -> None:
+        super().__init__(poses=robot.poses)
+        self.robot, self.body, self.since, self.until = robot, body, since, until
+
+    def poses(self) -> Mapping[str, Array]:
+        hidden = self.since <= self.robot.time < self.until
+        return {name: pose for name, pose in super().poses().items() if not hidden or name != self.body}
+
+
+@pytest.mark.parametrize("since", [-1.0, 0.7, 5.0])
+def test_a_body_that_is_not_seen_any_more_stops_the_run(
+    since: float, stacked_plan: Plan, stacked_scene: Scene
+) -> None:
+    robot = KinematicRobot(stacked_scene)
+    run = execute(stacked_plan, stacked_scene, robot, Hidden(robot, "o2", since))
+    assert not run.reached_goal and run.surprise is not None
+    assert (run.surprise.kind, run.surprise.thing) == ("gone", "o2")
+    assert "o2 has not been seen for 1." in run.reason
+    assert robot.time < max(since, 0.0) + 3.5 and not robot.state().moving
+
+
+def test_a_body_that_is_hidden_for_a_moment_stops_nothing(stacked_plan: Plan, stacked_scene: Scene) -> None:
+    robot = KinematicRobot(stacked_scene)
+    assert execute(stacked_plan, stacked_scene, robot, Hidden(robot, "o2", 0.7, 1.6)).reached_goal
+
+
+def test_who_sees_no_body_at_all_misses_none(stacked_plan: Plan, stacked_scene: Scene) -> None:
+    assert execute(stacked_plan, stacked_scene, KinematicRobot(stacked_scene), KnownTruth()).reached_goal
+
+
+@pytest.mark.parametrize(("silent", "reaches"), [(4, True), (5, False)])
+def test_a_sensor_that_is_silent_is_asked_again_a_few_times(silent: int, reaches: bool, doors: Plan) -> None:
+    class Slow(KnownTruth):
+        left = silent
+
+        def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
+            self.left -= 1
+            return None if self.left >= 0 else super().resolve(formula, outcomes)
+
+    run = execute(doors, None, None, Slow())
+    assert run.reached_goal is reaches
+    assert len(list(run.log.of("silent"))) == 4

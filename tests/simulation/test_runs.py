@@ -24,7 +24,7 @@ def run_in_physics(
     plan = kabo.solve(problem).plan
     assert plan is not None and problem.scene is not None
     scene = kabo.load_scene(problem.scene)
-    robot, judge = SimulatedRobot(scene, **more), ContactJudge(scene, plan)  # type: ignore[arg-type]
+    robot, judge = SimulatedRobot(scene, **more), ContactJudge(scene)  # type: ignore[arg-type]
     robot.judge = judge.look
     return robot, judge, plan, execute(plan, scene, robot, KnownTruth(seed=seed, poses=robot.poses))
 

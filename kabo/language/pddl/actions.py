@@ -4,7 +4,7 @@ This takes two steps, because an effect changes knowledge or the world depending
 make unknown: `read_action` reads every action, then `build_action` decides and translates.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kabo.language import formulas as f
@@ -34,10 +34,10 @@ class PddlAction:
 
     name: str  # kabo's
     resolver: NameResolver
-    parameters: list[Symbol] = field(default_factory=list)
+    parameters: Sequence[Symbol | f.Variable] = ()
     preconditions: list[f.Formula] = field(default_factory=list)
     pieces: list[ConditionalEffect] = field(default_factory=list)
-    sensed: list[f.Atom] = field(default_factory=list)
+    sensed: list[f.Atom | f.Application] = field(default_factory=list)
     place: f.Place | None = None
 
 
@@ -52,10 +52,10 @@ def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: st
         bound = read_variables(schema.resolver, parameters.items, split=False)[0]
         schema.parameters = list(bound.values())
         schema.resolver = schema.resolver.inside(bound)
+        for each in bound.values():
+            schema.preconditions += _membership(each)
     elif parameters is not None:
         document.report(parameters, f'expected "(?x - type …)" as the parameters of action "{shown}"')
-    for each in schema.parameters:
-        schema.preconditions += _membership(each)
     if ":precondition" in parts:
         condition = read_condition(schema.resolver, parts[":precondition"])
         if condition is not None:
@@ -168,7 +168,8 @@ def build_action(schema: PddlAction, surmise: Surmise) -> Action:
     _warn_of_meeting_numbers(here, pieces, around)
     effects = updates_of(here, additions_win(pieces, around), surmise.known)
     for atom in schema.sensed:
-        if any(each.symbol == atom.predicate for each in pieces):
+        sensed = atom.predicate if isinstance(atom, f.Atom) else atom.function
+        if any(each.symbol == sensed for each in pieces):
             _report(here, atom, f"sensing what the same action changes is not supported {here.where}")
     parameters = tuple(Parameter(each.name, each.type, None, each.place) for each in schema.parameters)
     return Action(
@@ -245,6 +246,8 @@ def _cost(here: NameResolver, pieces: Iterable[ConditionalEffect], surmise: Surm
     return total
 
 
-def _report(here: NameResolver, tree: ConditionalEffect | f.Atom, message: str, *, warning: bool = False) -> None:
+def _report(
+    here: NameResolver, tree: ConditionalEffect | f.Atom | f.Application, message: str, *, warning: bool = False
+) -> None:
     place = tree.place or f.Place(here.source.name, 1, 1)
     here.findings.add(place, message, None, warning=warning)

@@ -27,9 +27,10 @@ from kabo.language.yaml.syntax import expression_of, parse
 from kabo.language.yaml.values import Reader
 
 DOMAIN_KEYS = (
-    "domain", "types", "constants", "predicates", "functions", "procedures", "update_rules", "actions",
+    "domain", "types", "constants", "predicates", "functions", "procedures", "update_rules", "actions", "events",
 )  # fmt: skip
 ACTION_KEYS = ("parameters", "preconditions", "geometry", "effects", "sense", "cost")
+EVENT_KEYS = ("parameters", "preconditions", "effects")
 FUNCTION_KEYS = ("arguments", "value")
 
 _Read = TypeVar("_Read")
@@ -67,9 +68,13 @@ def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None
     _read_procedures(reading, root.get("procedures"))
     rules = _read_rules(reading, root.get("update_rules"))
     actions = _read_actions(reading, reader.require(root, "actions", "a domain"))
+    events = _read_actions(reading, root.get("events"), "an event", EVENT_KEYS)
+    for name_of, event in events.items():
+        if name_of in actions and event.place is not None:
+            findings.add(event.place, f'"{name_of}" is an action, too', "an event happens, and nobody does it")
     reading.domain = Domain(
         name or "", dict(reading.vocabulary.types.parents), reading.constants, reading.predicates, reading.functions,
-        rules, actions, root.source.path, reading.procedures,
+        rules, actions, root.source.path, reading.procedures, events=events,
     )  # fmt: skip
     return reading
 
@@ -259,15 +264,18 @@ def _read_rules(reading: DomainReading, node: YamlNode | None) -> tuple[f.Effect
     return tuple(effect for group in rules for effect in group or ())
 
 
-def _read_actions(reading: DomainReading, node: YamlNode | None) -> dict[str, Action]:
+def _read_actions(
+    reading: DomainReading, node: YamlNode | None, what: str = "an action", keys: tuple[str, ...] = ACTION_KEYS
+) -> dict[str, Action]:
     actions: dict[str, Action] = {}
-    for name, key, value in reading.reader.entries(node, "the actions"):
-        reading.reader.check_name(key, "an action")
+    kind = what.rpartition(" ")[2]
+    for name, key, value in reading.reader.entries(node, f"the {kind}s"):
+        reading.reader.check_name(key, what)
         if isinstance(value, Scalar) and value.empty:
             value = Mapping(value.source, key.start, key.end)
-        mapping = reading.reader.mapping(value, f'the action "{name}"')
+        mapping = reading.reader.mapping(value, f'the {kind} "{name}"')
         if mapping is not None:
-            reading.reader.keys(mapping, ACTION_KEYS, f'the action "{name}"')
+            reading.reader.keys(mapping, keys, f'the {kind} "{name}"')
             actions[name] = _read_action(reading, name, key, mapping)
     return actions
 

@@ -16,7 +16,9 @@ from kabo.language.yaml.domain_file import DomainReading, read_domain
 from kabo.language.yaml.exploration_file import read_exploration
 from kabo.language.yaml.problem_file import read_problem
 from kabo.language.yaml.scenes.scene_file import SceneReading, read_scene
+from kabo.language.yaml.sensors_file import read_sensors
 from kabo.language.yaml.task_file import read_task
+from kabo.language.yaml.truth_file import read_truth
 
 
 @dataclass
@@ -107,8 +109,8 @@ def _path_of(node: YamlNode | None) -> str | None:
 
 
 _UNKNOWN_KIND = (
-    "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`), task (key `stages`) "
-    "or exploration (key `exploration`)"
+    "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`), task (key `stages`), "
+    "exploration (key `exploration`), sensor file (key `sensors`) or truth file (key `truth`)"
 )
 _TELLING = {
     "problem": {"problem", "goal", "initial"},
@@ -116,6 +118,8 @@ _TELLING = {
     "scene": {"scene", "epsilon", "robots"},
     "task": {"stages"},
     "exploration": {"exploration", "trial", "outcomes"},
+    "sensors": {"sensors"},
+    "truth": {"truth"},
 }
 
 
@@ -223,7 +227,7 @@ def is_exploration(path: str | Path) -> bool:
 
 
 def kind_of_file(path: str | Path) -> str | None:
-    """What a YAML file is: domain, problem, scene, task or exploration; None if it is none of them.
+    """What a YAML file is: domain, problem, scene, task, exploration, sensors or truth; None if it is none of them.
 
     Raises:
         InputError: the file cannot be read, or is no YAML.
@@ -247,6 +251,10 @@ def _check(loading: _Loading, root: Mapping, name: str) -> None:
         read_task(root, loading.findings)
     elif kind == "exploration":
         read_exploration(root, loading.findings)
+    elif kind == "sensors":
+        read_sensors(root, None, loading.findings)
+    elif kind == "truth":
+        read_truth(root, None, loading.findings)
     else:
         loading.findings.add(_first_key(root), _UNKNOWN_KIND)
 

@@ -10,7 +10,7 @@ from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation, whole_state
 from kabo.knowledge.actions import GroundAction, RunTimeArgument
 from kabo.language.problem import Problem
-from kabo.plan import Learned, Node, Plan, PlanBuilder, Segment, ValueOf
+from kabo.plan import Learned, Node, Plan, PlanBuilder, Segment, State, ValueOf
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import SkeletonNode
@@ -22,8 +22,12 @@ def assemble(
     server: ProcedureServer | None,
     files: Mapping[str, str],
     options: Mapping[str, str | float | int | None],
+    begun: State | None = None,
 ) -> Plan:
-    """The plan for the variants of an evaluation in which every call succeeded; the first becomes the root."""
+    """The plan for the variants of an evaluation in which every call succeeded; the first becomes the root.
+
+    `begun` is the state of a run in which it begins, if it does not begin where the problem does.
+    """
     builder = PlanBuilder()
     handles = handles_of(variants, server, builder)
     start = (
@@ -34,7 +38,7 @@ def assemble(
     root = handles[variants[0]]
     plan = builder.build(root, problem=problem.name, files=files, options=options, start=start)
     nodes = {name: _with_relative_models(node, problem.path.parent) for name, node in plan.nodes.items()}
-    return replace(plan, nodes=nodes)
+    return replace(plan, nodes=nodes, done=None if begun is None else begun.done)
 
 
 def _with_relative_models(node: Node, folder: Path) -> Node:

@@ -32,10 +32,21 @@ def no_plan(
     task: GroundedTask,
     failures: Sequence[tuple[GroundCall, Refusal]],
     deadline: Callable[[], bool] | None = None,
+    *,
+    begun: bool = False,
 ) -> Reason:
-    """The reason why there is provably no plan: no action can reach the goal, or every refusal is a proof."""
+    """The reason why there is provably no plan: no action can reach the goal, or every refusal is a proof.
+
+    `begun`: whether the task begins in the state of a run, and not where the problem does.
+    """
     if not failures:
-        return _beyond(problem) if unreachable_goals(task) else _dead_end(task, deadline)
+        goals = unreachable_goals(task)
+        if goals and begun:
+            text = (
+                f"no plan reaches the goal, whatever geometry says: {listed(goals, 'and')} can never hold any more"
+            )
+            return Reason("knowledge", None, text)
+        return _beyond(problem) if goals else _dead_end(task, deadline)
     text = "no plan reaches the goal: every procedure that was refused was refused by a proof"
     return Reason("refusals", None, text, _listed(failures))
 

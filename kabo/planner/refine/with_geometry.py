@@ -24,6 +24,7 @@ from kabo.geometry_server import (
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
+from kabo.plan.writing import rounded_state
 from kabo.planner.certify.certifying import UNFINISHED, certified
 from kabo.planner.certify.granting import granted
 from kabo.planner.geometry.assembly import assemble, files_read
@@ -33,7 +34,7 @@ from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.refine.refining import FoundMotion, refine
 from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
-from kabo.scene import load_scene
+from kabo.scene import beginning_at, load_scene
 from kabo.tasks.procedures import GeometricProcedures
 
 MAX_BASES = 4  # calls out of reach of which it is told where the base would do; each takes about half a second
@@ -51,18 +52,26 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     began = perf_counter()
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
-    scene = load_scene(run.problem.scene, run.stop.look)
+    memo = run.memo
+    known = None if memo is None else memo.scene
+    loaded = load_scene(run.problem.scene, run.stop.look) if known is None else known
+    begun = None if run.start is None else run.start.geometry
+    scene = loaded if begun is None else beginning_at(loaded, rounded_state(begun))
     exact = run.options.geometry == "exact"
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact, clearance=run.options.clearance)
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
     server.stop = run.stop
     processes = run.workers if run.workers > 1 else None
-    prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
+    if known is None:
+        prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
     for line in _blocked_starts(server):
         run.report_line("looking at the start", line)
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     procedures = GeometricProcedures(server, None if domain is None else domain.parent)
+    if memo is not None:
+        memo.scene = loaded
+        procedures.known = memo.answers
     run.counts = lambda: (sum(procedures.statistics.calls.values()), server.statistics.samples)
     return procedures
 
@@ -98,6 +107,8 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
     if plan is None:
         plan = _assembled(run, variants, server)
     plan = _certified(run, plan, server)
+    if run.memo is not None:
+        run.memo.keep(plan, variants)
     return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
 
 
@@ -159,7 +170,9 @@ def with_start_faults(result: Result, server: GeometricProcedures, *, late: bool
 def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:
     """The plan as it is written, with what grants its contacts."""
     assert run.problem.scene is not None
-    plan = assemble(run.problem, variants, server, files_read(run.problem, server), run.options.written())
+    plan = assemble(
+        run.problem, variants, server, files_read(run.problem, server), run.options.written(), run.start
+    )
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
 
 

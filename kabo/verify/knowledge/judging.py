@@ -1,11 +1,12 @@
 """Judges a plan's knowledge in all possible worlds or, if that is impossible, by replaying kabo's inference."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
+from kabo.verify.knowledge.past import with_past
 from kabo.verify.knowledge.replay import replay
 from kabo.verify.knowledge.worlds import CannotJudgeError, judge_in_worlds
 from kabo.verify.knowledge.worlds.world import MAX_VALUES
@@ -34,7 +35,9 @@ def check_knowledge(
     problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MAX_VALUES
 ) -> KnowledgeReport:
     """Checks the knowledge on every branch of a plan; `order` lists the reached nodes in topological order."""
-    wrong = tuple(check_calls(plan, order, problem))
+    wrong = tuple(_events(plan, order, problem))
+    problem, (plan, order) = problem.with_events() if plan.done else problem, with_past(plan, order)
+    wrong = (*wrong, *check_calls(plan, order, problem))
     if wrong:
         return KnowledgeReport(wrong)
     try:
@@ -57,6 +60,8 @@ def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MAX_VALUES) ->
         the report; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.
     """
     order, findings = check_structure(plan)
+    findings.extend(_events(plan, order, problem))
+    problem, (plan, order) = problem.with_events() if plan.done else problem, with_past(plan, order)
     findings.extend(check_calls(plan, order, problem))
     if findings or not order:
         return WorldReport(tuple(findings), exhaustive=False)
@@ -64,3 +69,10 @@ def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MAX_VALUES) ->
         return judge_in_worlds(problem, plan, order, limit=limit).report
     except CannotJudgeError as error:
         return WorldReport((Finding(None, f"worlds cannot judge this plan: {error}"),), exhaustive=False)
+
+
+def _events(plan: Plan, order: Sequence[str], problem: Problem) -> Iterator[Finding]:
+    """The findings about nodes that would do what only happens."""
+    for name in order:
+        if plan.nodes[name].action in problem.domain.events:
+            yield Finding(name, f'"{plan.nodes[name].action}" is an event: it happens, and nobody does it')

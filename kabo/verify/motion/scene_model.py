@@ -33,7 +33,8 @@ class SceneModel:
         self.scene = scene
         self.models = models or {}  # body -> its model, which mates refer to
         self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
-        self._surfaces: dict[bytes, Surface] = {}
+        # The scene keeps surfaces, for whoever verifies several plans in it.
+        self._surfaces: dict[bytes, Surface] = scene.memory.setdefault("surfaces", {})
         self._meet: dict[tuple[str, str], bool] = {}
 
     @cached_property

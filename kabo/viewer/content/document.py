@@ -8,7 +8,7 @@ from kabo.viewer.content.arrays import Arrays
 
 FORMAT = "kabo-view/1"
 
-Given = Literal["scene", "problem", "task", "plan", "report", "explanation"]
+Given = Literal["scene", "problem", "task", "plan", "report", "explanation", "run"]
 View = Mapping[str, Any]  # a part of the document, ready for JSON
 
 
@@ -24,6 +24,7 @@ class ViewDocument:
     report: View | None = None
     explanation: View | None = None
     live: View | None = None
+    run: View | None = None
     arrays: Arrays = field(default_factory=Arrays)
 
     def to_json(self) -> dict[str, Any]:
@@ -38,5 +39,6 @@ class ViewDocument:
             "report": self.report,
             "explanation": self.explanation,
             "live": self.live,
+            "run": self.run,
             "arrays": self.arrays.table,
         }

@@ -7,7 +7,7 @@ page of the internet can read it.
 import json
 import queue
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
@@ -32,6 +32,7 @@ class LiveServer:
     def __init__(self, page: bytes, port: int = 0) -> None:
         self._page = page
         self._latest: dict[str, bytes] = {}
+        self._kept: dict[str, list[Any]] = {}
         self._listening: list[queue.Queue[bytes | None]] = []
         self._lock = threading.Lock()
         try:
@@ -61,22 +62,40 @@ class LiveServer:
 
     def tell(self, kind: str, content: Mapping[str, Any]) -> None:
         """Sends an event to all browsers; one that comes later gets the latest of each kind."""
-        event = f"event: {kind}\ndata: {json.dumps(content, allow_nan=False)}\n\n".encode()
+        event = _event(kind, content)
         with self._lock:
             self._latest[kind] = event
-            for each in list(self._listening):
-                if each.qsize() < MAX_WAITING:
-                    each.put(event)
-                else:
-                    self._listening.remove(each)
-                    each.put(None)
+            self._send(event)
+
+    def add(self, kind: str, items: Sequence[Any]) -> None:
+        """Sends further items of a list to all browsers, with the number of the first; one that comes later gets all."""
+        with self._lock:
+            kept = self._kept.setdefault(kind, [])
+            event = _event(kind, {"from": len(kept), "items": items})
+            kept.extend(items)
+            self._send(event)
+
+    def forget(self, kind: str) -> None:
+        """Begins a list anew."""
+        with self._lock:
+            self._kept.pop(kind, None)
+
+    def _send(self, event: bytes) -> None:
+        for each in list(self._listening):
+            if each.qsize() < MAX_WAITING:
+                each.put(event)
+            else:
+                self._listening.remove(each)
+                each.put(None)
 
     def listen(self) -> "queue.Queue[bytes | None]":
-        """A queue of events from now on, the latest of each kind first; None ends it."""
+        """A queue of events from now on, the latest of each kind and all items of lists first; None ends it."""
         made: queue.Queue[bytes | None] = queue.Queue()
         with self._lock:
             for event in self._latest.values():
                 made.put(event)
+            for kind, items in self._kept.items():
+                made.put(_event(kind, {"from": 0, "items": items}))
             self._listening.append(made)
         return made
 
@@ -95,6 +114,11 @@ class LiveServer:
         self._http.shutdown()
         self._http.server_close()
         self._thread.join()
+
+
+def _event(kind: str, content: Mapping[str, Any]) -> bytes:
+    """An event as browsers read it."""
+    return f"event: {kind}\ndata: {json.dumps(content, allow_nan=False)}\n\n".encode()
 
 
 class _Http(ThreadingHTTPServer):

@@ -17,15 +17,16 @@ else:
     from importlib.abc import Traversable
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; img-src data: blob:"
-LIVE_POLICY = "; connect-src 'self'"  # only a page that follows a server asks for anything
-SHEETS = ("style.css", "plan.css")
+LIVE_POLICY = "; connect-src 'self'"  # only a page that follows a server or a run asks for anything
+SHEETS = ("style.css", "plan.css", "run.css")
 THREE = "three"  # the name by which the modules import three.js
 
 
 def page_of(document: ViewDocument) -> bytes:
     """The page of a view document: the same document gives the same bytes."""
     shown = _read("template.html")
-    policy = POLICY + ("" if document.live is None else LIVE_POLICY)
+    follows = document.live is not None or (document.run is not None and document.run["live"] is not None)
+    policy = POLICY + (LIVE_POLICY if follows else "")
     content = {
         "policy": policy,
         "title": escape(document.title),

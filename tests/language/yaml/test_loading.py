@@ -166,8 +166,8 @@ def test_files_of_every_kind_are_told_apart_by_their_keys(kitchen: Kitchen) -> N
     (kitchen.folder / "other.yaml").write_text("name: pick\n")
     (one,) = check_files([kitchen.folder / "other.yaml"])
     assert one.message == (
-        "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`), task (key `stages`) "
-        "or exploration (key `exploration`)"
+        "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`), task (key `stages`), "
+        "exploration (key `exploration`), sensor file (key `sensors`) or truth file (key `truth`)"
     )
 
 

@@ -17,6 +17,7 @@ from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
 from kabo.verify.knowledge.ground import NotVerifiableError
+from kabo.verify.knowledge.past import is_past
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.merging import meet, more_never_hurts
 from kabo.verify.knowledge.replay.mutable_knowledge import ContradictionError
@@ -96,7 +97,7 @@ class _ReplayRun:
         before: dict[tuple[str, str], None] = {}
         ways: list[Way] = []
         for state in states:
-            played = step(self.interpreter, nodes[name], state)
+            played = step(self.interpreter, nodes[name], state, every=not is_past(name))
             told.update(dict.fromkeys(played.messages))
             for after in early:
                 wrong = unmet_early(self.interpreter, nodes[after], state)

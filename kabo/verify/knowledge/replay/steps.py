@@ -29,8 +29,11 @@ class Step:
     after: Knowledge | None = None
 
 
-def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
-    """Executes a node in one knowledge state; the node's call must have passed `check_call`."""
+def step(interpreter: Interpreter, node: Node, state: Knowledge, *, every: bool = True) -> Step:
+    """Executes a node in one knowledge state; the node's call must have passed `check_call`.
+
+    `every`: whether each possible outcome must have a branch.
+    """
     result = Step()
     try:
         if node.kind == "goal":
@@ -45,7 +48,7 @@ def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
         if after is None:
             return result
         if node.on is not None:
-            result.ways.extend(_branch(interpreter, node, after, result))
+            result.ways.extend(_branch(interpreter, node, after, result, every))
         elif node.next is not None:
             result.ways.append(Way(None, node.next, after))
     except NotVerifiableError as error:
@@ -89,7 +92,7 @@ def _unmet(action: GroundAction, state: Knowledge) -> Iterator[str]:
         yield f'the procedure "{schema.geometry.procedure}" of "{schema.name}" fails here'
 
 
-def _branch(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -> Iterator[Way]:
+def _branch(interpreter: Interpreter, node: Node, state: Knowledge, result: Step, every: bool) -> Iterator[Way]:
     thing = interpreter.read(str(node.on))
     if thing is None or not interpreter.can_branch(state, thing):
         result.messages.append(f"branches on {node.on}, which is not known at run time here")
@@ -110,7 +113,7 @@ def _branch(interpreter: Interpreter, node: Node, state: Knowledge, result: Step
         possible += 1
         if outcome in node.branches:
             yield Way(value, node.branches[outcome], after)
-        else:
+        elif every:
             result.messages.append(f"no branch for {node.on} = {outcome}, which is possible")
     if not possible:
         result.messages.append(f"no outcome of {node.on} is possible: what is known here contradicts itself")

@@ -32,6 +32,7 @@ from kabo.verify.knowledge.ground import (
     read_symbol,
 )
 from kabo.verify.knowledge.mentions import mentions
+from kabo.verify.knowledge.past import is_past
 from kabo.verify.knowledge.worlds.acts import Act, NotApplicableError, act_of, observed, perform
 from kabo.verify.knowledge.worlds.belief import Belief, without
 from kabo.verify.knowledge.worlds.initial import NoWorldError, Start, start_of
@@ -197,7 +198,7 @@ class _WorldsRun:
             for name in self.order:
                 for arrival in arriving.pop(name).values():
                     self.states += 1
-                    counts = int(self.plan.nodes[name].action is not None)
+                    counts = int(self.plan.nodes[name].action is not None and not is_past(name))
                     self.actions += counts * arrival.belief.share
                     for successor, belief in self._play(name, arrival):
                         more = _Arrival(belief, arrival.shortest + counts, arrival.longest + counts)
@@ -339,7 +340,7 @@ class _WorldsRun:
             self._watch(parts[value])
             if outcome in node.branches:
                 yield node.branches[outcome], parts[value]
-            else:
+            elif not is_past(name):
                 world = parts[value].worlds[0]
                 self._add_finding(name, f"no branch for {node.on} = {outcome}, which is possible", in_words(world))
 

@@ -7,11 +7,13 @@ import * as findings from "kabo/findings_panel.js";
 import * as live from "kabo/live_panel.js";
 import * as plan from "kabo/plan_panel.js";
 import * as report from "kabo/report_panel.js";
+import * as run from "kabo/run_panel.js";
 import * as scene from "kabo/scene_panel.js";
 
 /** The panels in the order of their tabs, each with whether a document has something for it. */
 const PANELS = [
   [plan, (shown) => shown.plan !== null],
+  [run, (shown) => shown.run !== null],
   [live, (shown) => shown.live !== null],
   [report, (shown) => shown.report !== null],
   [explanation, (shown) => shown.explanation !== null],

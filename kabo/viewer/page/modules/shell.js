@@ -3,6 +3,7 @@ import { make } from "kabo/elements.js";
 
 const TITLES = {
   scene: "scene", problem: "problem", task: "task", plan: "plan", report: "report of a task", explanation: "explanation",
+  run: "run of a plan",
 };
 
 /** Whether a key means something to what has the focus: letters to fields of text, arrows to sliders. */

@@ -45,6 +45,8 @@ class PlanPanel {
     this.certificate = new CertificateList(plan, (names) => this.mark(names));
     this.element = make("div", { className: "plan" }, [this.dag.element, this.details()]);
     this.marked = [];
+    /** What a run measured, to be shown in place of what is planned; null: what is planned is shown. */
+    this.truth = null;
     this.player.onChange(() => this.moved());
     stage?.onPick((name) => this.picked(name));
   }
@@ -115,6 +117,19 @@ class PlanPanel {
     this.player.scrub((step?.begin ?? 0) + local);
   }
 
+  /** Shows a moment of a run: so many seconds after a node began, or in nodes that overlap it. */
+  showRun(id, local) {
+    if (!this.branches.nodes.has(id)) {
+      return;
+    }
+    if (!this.player.film.steps.some((each) => each.id === id)) {
+      this.branches.through(id);
+      this.reload(0);
+    }
+    this.player.playing = false;
+    this.player.scrub(this.player.film.steps.find((each) => each.id === id).begin + local);
+  }
+
   /** Takes an outcome; the time stays where it is, if the branch there is still the same. */
   follow(id, port) {
     const before = this.player.time;
@@ -144,7 +159,7 @@ class PlanPanel {
     if (!step) {
       return;
     }
-    this.stage?.setState(this.player.state);
+    this.stage?.setState(this.truth ?? this.player.state);
     if (this.shownNode !== step.id) {
       this.showSoon(this.branch[number]);
     }

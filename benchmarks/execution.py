@@ -1,0 +1,31 @@
+"""How do plans do that are carried out? Sections, each in a module of its own.
+
+    python benchmarks/execution.py [worlds ...] [--problems FILE ...] [--worlds N] [--output FILE]
+
+`worlds`: the mean number of actions in worlds that are drawn, beside the mean over all worlds that `kabo verify` reports.
+"""
+
+import argparse
+from pathlib import Path
+
+from execution_worlds import worlds
+from table import finish
+
+SECTIONS = {"worlds": worlds}
+
+
+def main() -> None:
+    """Runs the sections that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sections", nargs="*", default=list(SECTIONS), choices=list(SECTIONS), help="default: all")
+    parser.add_argument(
+        "--problems", nargs="*", type=Path, help="problem files, from the repository on (default: of each section)"
+    )
+    parser.add_argument("--worlds", type=int, default=10_000, help="that are drawn for each problem")
+    parser.add_argument("--output", type=Path, help="JSON")
+    options = parser.parse_args()
+    finish([SECTIONS[name](options) for name in options.sections], options.output, worlds=options.worlds)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,326 @@
+"""Carries out the nodes of a plan: follows their motions, watches, lets hands act, and asks sensors [K 6.1.3].
+
+What no proof covers ends in a planned stop, and in the exception `Stopped`; `executor.py` says whether the run goes on.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from math import ceil
+from typing import TypeVar
+
+from kabo.errors import Diagnostic, InputError
+from kabo.execution.belief import Belief
+from kabo.execution.fitting import require_fit
+from kabo.execution.interruptions import Executed
+from kabo.execution.log import Log
+from kabo.execution.margins import Margins
+from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
+from kabo.execution.protocols import Robot, Sensor
+from kabo.execution.state_log import StateLog
+from kabo.execution.watching import Surprise, Watch
+from kabo.plan import Node, Plan
+from kabo.scene import Scene
+
+_T = TypeVar("_T")
+
+STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
+STOPS_WITHIN = 30.0  # [s]
+ASKED, ASKED_EACH = 5, 0.2  # how often a sensor that is silent is asked, and after how long again [s]
+SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
+
+
+@dataclass(frozen=True)
+class ExecutionSettings:
+    """How a plan is carried out.
+
+    Attributes:
+        watch_rate: how often measurements are compared with the plan [Hz], 100 or more on hardware.
+        tracking_error: how far any point of a robot may be off its path, as its maker says [m]; a plan that has
+            less proven clearance somewhere is refused.
+        despite_margins: whether such a plan is carried out nevertheless.
+        log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
+        most_recoveries: how often a run goes on after a surprise.
+    """
+
+    watch_rate: float = 100.0
+    tracking_error: float = 0.0
+    despite_margins: bool = False
+    log_rate: float = 0.0
+    most_recoveries: int = 20
+
+
+USUAL = ExecutionSettings()
+
+
+class Stopped(Exception):  # noqa: N818 - it is no error
+    """The run does not go on from here, for a reason; robots stand, or are asked to."""
+
+    def __init__(self, reason: str, surprise: Surprise | None = None) -> None:
+        super().__init__(reason)
+        self.surprise = surprise
+
+
+class Carrier:
+    """One plan at a time, carried out node by node; arguments as of `kabo.execution.execute`."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        scene: Scene | None,
+        robot: Robot | None,
+        sensor: Sensor,
+        settings: ExecutionSettings,
+        log: Log,
+        stop: Callable[[], bool],
+    ) -> None:
+        self.scene, self.robot, self.sensor = scene, robot, sensor
+        self.settings, self.log, self.stop = settings, log, stop
+        self.known: dict[str, str] = {}
+        self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
+        self.states = StateLog(log, settings.log_rate)
+        self._begin(plan)
+
+    def _begin(self, plan: Plan) -> None:
+        """Takes over a plan, which begins where everything is now.
+
+        Raises:
+            InputError: it does not fit the scene, or has less proven clearance than the robots' tracking error.
+        """
+        self.plan, self.name, self.margins = plan, plan.root, Margins(plan)
+        self.history: list[tuple[str, str | None]] = []
+        # What a node delivers and another one branches on is looked at once: where the plan senses it.
+        self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
+        self.executed: list[Executed] = []  # of the nodes that are not done
+        self.under_way: list[Stretch] = []
+        self.released: list[str] = []
+        self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
+        self.clock = plan.root  # the node on whose clock the robots' motion is
+        if any(node.motion for node in plan.nodes.values()):
+            if self.scene is None or self.robot is None:
+                raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
+            require_fit(plan, self.scene)
+            self._require_margins()
+        if self.scene is not None and self.robot is not None:
+            self.belief = Belief.at_start(self.scene, plan.start)
+            self.watch = Watch(self.scene, self.margins, self.seen_at)
+
+    def _require_margins(self) -> None:
+        least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
+        if least < needed and not self.settings.despite_margins:
+            proven, off = f"{1000 * least:.2g} mm", f"{1000 * needed:.2g} mm"
+            text = f"a clearance of {proven} is proven, and robots are up to {off} off their paths"
+            hint = f"plan with --clearance {1000 * needed:.2g}mm, or carry it out --despite-margins"
+            raise InputError([Diagnostic("plan", 1, 1, text, hint)])
+
+    @property
+    def time(self) -> float:
+        """The time on the robots' clock [s]."""
+        return 0.0 if self.robot is None else self.robot.state().time
+
+    def _enter(self, state: str, **more: object) -> None:
+        self.log.add(self.time, state, **more)
+
+    def _after(self, node: Node) -> str:
+        """Carries out a node, and says which one follows."""
+        begun = self.name
+        nodes: tuple[str, ...] = (begun,)
+        if node.motion:
+            nodes = self._move()
+        else:
+            self._enter("node", node=begun, kind=node.kind, action=node.action, arguments=dict(node.arguments))
+        for done in nodes[:-1]:
+            self.history.append((done, None))
+        self.name = nodes[-1]
+        return self._left(self.name)
+
+    def _left(self, name: str) -> str:
+        """Looks at what a node that was carried out observes, and says which one follows."""
+        node = self.plan.nodes[name]
+        outcome = self._outcome(node)
+        self.history.append((name, outcome))
+        following = node.next if outcome is None else node.branches[outcome]
+        if following is None:
+            raise Stopped(f"{name} has no successor")
+        return following
+
+    def _outcome(self, node: Node) -> str | None:
+        for term in node.delivers:
+            outcomes = self.decided_later.get(term)
+            ask = self.sensor.value if outcomes is None else partial(self.sensor.resolve, outcomes=outcomes)
+            value = self._asked(partial(ask, term))
+            if outcomes is not None and value is not None:
+                self.known[term] = str(value)
+            self._enter("sensing", node=self.name, term=term, value=value)
+            if value is None:
+                raise Stopped(f"{self.name}: the value of {term} was not measured")
+        if node.on is None:
+            return None
+        outcomes = tuple(node.branches)
+        found = self.known.get(node.on) if node.kind == "branch" else None
+        if found is None:
+            found = self._asked(partial(self.sensor.resolve, node.on, outcomes))
+        self._enter("sensing", node=self.name, formula=node.on, outcome=found)
+        if found is None:
+            raise Stopped(f"{self.name}: {node.on} was not measured")
+        if found not in node.branches:
+            raise Stopped(f"{self.name}: {node.on} is {found}, for which the plan has no branch")
+        self.known[node.on] = found
+        return found
+
+    def _asked(self, sensor: Callable[[], _T | None]) -> _T | None:
+        """What a sensor says; one that is silent is asked again, a few times."""
+        for number in range(ASKED):
+            if (found := sensor()) is not None or number == ASKED - 1:
+                return found
+            self._enter("silent", node=self.name, asked=number + 1)
+            for _ in self._looks(ASKED_EACH) if self.robot is not None else ():
+                pass
+        return None
+
+    def _move(self) -> tuple[str, ...]:
+        """Follows the motion of the node and of those that overlap it; the names of all of them."""
+        assert self.scene is not None
+        motion = motion_of(self.plan, self.name, self.scene)
+        for name in motion.nodes:
+            node = self.plan.nodes[name]
+            self._enter("node", node=name, kind=node.kind, action=node.action, arguments=dict(node.arguments))
+        self._look_at_bodies(self.name)
+        for part in parts_of(motion):
+            self._follow(part)
+        self.executed, self.released = [], []
+        for name in motion.nodes:
+            change = self.plan.nodes[name].after
+            if change is not None:
+                self.belief.take(change)
+        self._settle()
+        self._look_at_bodies(motion.nodes[-1])
+        return motion.nodes
+
+    def _follow(self, part: Motion) -> None:
+        """Follows a part until its end, looks at it meanwhile, and lets hands act when it is time."""
+        assert self.robot is not None
+        robot, waiting = self.robot, list(part.actions)
+        self.watch.begin()
+        self._act(waiting, part.begin)
+        self.under_way = list(part.stretches)
+        robot.follow(part)
+        self.clock = part.nodes[0]
+        self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
+        while (state := robot.state()).moving:
+            self._act(waiting, state.motion_time)
+            self.under_way = self._finished(self.under_way, state.motion_time)
+            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
+            self._log_state(part.nodes[0])
+            if surprise is not None or self.stop():
+                self._halt(surprise)
+            robot.wait(1.0 / self.settings.watch_rate)
+        self.under_way = self._finished(self.under_way, part.end)
+        measured = self.watch.measured
+        self._enter(
+            "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
+        )
+        self._act(waiting, part.end)
+        self._check_grasps()
+
+    def _finished(self, stretches: list[Stretch], time: float) -> list[Stretch]:
+        """The stretches that have not ended by then; robots are believed to be at the ends of the others."""
+        for done in stretches:
+            if done.end <= time:
+                self.belief.move(done.robot, done.trajectory.joints, done.trajectory.at(done.end))
+                self.executed.append(Executed(done.node, done.segment))
+        return [each for each in stretches if each.end > time]
+
+    def _act(self, waiting: list[HandAction], time: float) -> None:
+        """Lets hands do what is due at a time of the motion."""
+        while waiting and waiting[0].time <= time + 1e-9:
+            action = waiting.pop(0)
+            segment = self.plan.nodes[action.node].motion[action.segment]
+            if action.kind == "grip":
+                self.belief.finish(segment)
+                self._grip(action)
+            elif action.kind == "release":
+                self._enter("releasing", robot=action.robot, bodies=action.detach)
+                self.released += action.detach
+                self._robot.release(action.robot, action.detach)
+            else:
+                self.belief.finish(segment)
+
+    @property
+    def _robot(self) -> Robot:
+        assert self.robot is not None
+        return self.robot
+
+    def _grip(self, action: HandAction) -> None:
+        bodies = tuple(body for body, _ in action.attach)
+        self._robot.grip(action.robot, bodies)
+        self._enter("gripping", robot=action.robot, bodies=bodies)
+        self.gripped.append((action.robot, bodies))
+        if (
+            not self._robot.state().moving
+        ):  # another robot that moves is not kept waiting: the hand is judged later
+            self._check_grasps()
+
+    def _check_grasps(self) -> None:
+        """Judges the hands that have closed, when they stand."""
+        while self.gripped:
+            robot, bodies = self.gripped.pop(0)
+            for _ in self._looks(STILL_AFTER):
+                if robot in self._robot.state().still:
+                    break
+            surprise = self.watch.grasp(robot, self._robot.state(), self.belief, bodies)
+            if surprise is not None:
+                self._halt(surprise)
+
+    def _settle(self) -> None:
+        for _ in self._looks(SETTLED_AFTER):
+            pass
+
+    def _looks(self, seconds: float) -> Iterator[None]:
+        for _ in range(ceil(seconds * self.settings.watch_rate)):
+            self._robot.wait(1.0 / self.settings.watch_rate)
+            self._log_state(self.name)
+            yield
+
+    def _log_state(self, node: str) -> None:
+        state = self._robot.state()
+        if self.states.is_due(state):
+            self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
+
+    def _look_at_bodies(self, node: str) -> None:
+        surprise = self._surprise_of_bodies(node)
+        if surprise is not None:
+            self._halt(surprise)
+
+    def _surprise_of_bodies(self, node: str) -> Surprise | None:
+        seen, state = self.sensor.poses(), self._robot.state()
+        return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+
+    def _halt(self, surprise: Surprise | None) -> None:
+        """A planned stop.
+
+        Raises:
+            Stopped: always.
+        """
+        reason = "it was asked to stop" if surprise is None else surprise.sentence
+        self._enter("stopping", reason=reason)
+        self._robot.stop()
+        for _ in self._looks(STOPS_WITHIN):
+            if not self._robot.state().moving:
+                break
+        self._stand(self._robot.state().motion_time)
+        raise Stopped(reason, surprise)
+
+    def _stand(self, time: float) -> None:
+        """Robots stand where they were sent at a time of the motion's clock [s]."""
+        for stretch in self._finished(self.under_way, time):
+            if stretch.begin < time:
+                self.belief.move(stretch.robot, stretch.trajectory.joints, stretch.trajectory.at(time))
+                self.executed.append(Executed.of(stretch, self.plan, time))
+        self.under_way = []
+        for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
+            self.belief.let_go(body)
+
+
+def _finite(value: float) -> float | None:
+    return value if value < float("inf") else None

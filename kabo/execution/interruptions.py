@@ -1,0 +1,176 @@
+"""Where a run stands when something happened that no proof covers, and how others may tell it to go on."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.execution.belief import Belief
+from kabo.execution.motions import Stretch
+from kabo.execution.watching import Surprise, displacement
+from kabo.plan import ObjectPose, Plan, State, StateChange
+from kabo.scene import Attachment, Robot, Scene, attachment, world_T
+from kabo.scene.state import GeometricState
+from kabo.scene.transforms import transform
+
+SAME_PLACE = 5e-4  # [m]: a body so near to its place is where it should be, as far as planning is concerned
+WELL_HELD = 3e-3  # [m]: nearer to its place in a hand, a body is held as planned, as far as planning is concerned
+STILL_HELD = 0.03  # [m]: a body that is farther from its place in a hand is not held any more
+AJAR = 0.02  # share of its range by which a finger's joint stays off its stops
+SAME_HEIGHT, SAME_TURN = 1e-3, 0.02  # [m], [rad]: what is less is no other pose, but an error of measuring
+
+
+@dataclass(frozen=True)
+class Executed:
+    """A segment that was followed, to its end, or until a time of its trajectory [s]."""
+
+    node: str
+    segment: int
+    until: float | None = None
+
+    @classmethod
+    def of(cls, stretch: Stretch, plan: Plan, motion_time: float) -> "Executed":
+        """A stretch that runs at a time of the motion's clock [s]."""
+        own = plan.nodes[stretch.node].motion[stretch.segment].times[0]
+        until = None if motion_time >= stretch.end else own + motion_time - stretch.begin
+        return cls(stretch.node, stretch.segment, until)
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """Where a run stands after a planned stop.
+
+    Attributes:
+        plan: the plan that was carried out.
+        state: what was done before, and where everything is, as it was observed.
+        executed: what was followed of the nodes that are not done, in order.
+        lost: bodies that a hand should hold and does not, each with the robot.
+        surprise: what happened.
+        expected: where the plan has everything, before the node that is not done.
+    """
+
+    plan: Plan
+    state: State
+    executed: tuple[Executed, ...]
+    lost: tuple[tuple[str, str], ...]
+    surprise: Surprise
+    expected: StateChange | None = None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How a run goes on: with a plan that is proven from where it stands; None: not at all, for the `reason`.
+
+    Attributes:
+        kind: `finish` makes the rest of the node's motion, and `undo` goes back to where the node began, after which it is
+            asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
+        plan: what is to be carried out.
+        reason: why, in a sentence.
+    """
+
+    kind: Literal["finish", "undo", "repair", "replan", "none"]
+    plan: Plan | None
+    reason: str
+
+
+class Recovery(Protocol):
+    """Says how a run goes on after a surprise; `kabo.recovery.Replanner` plans anew."""
+
+    def answer(self, interruption: Interruption) -> Answer:
+        """A plan from where the run stands, or the reason for having none."""
+
+
+def observed(
+    scene: Scene, plan: Plan, belief: Belief, seen: Mapping[str, Array], empty: Mapping[str, Sequence[float]]
+) -> tuple[StateChange, tuple[tuple[str, str], ...]]:
+    """Where everything is, and what is not held any more, with the robot that should hold it.
+
+    Small errors are taken out: no arm of five joints reaches what is said to be tilted by a thousandth.
+
+    Args:
+        scene: the scene.
+        plan: where it puts bodies, they may stand.
+        belief: the state by the plan.
+        seen: the poses (4, 4) of bodies in the world.
+        empty: hands that hold nothing although they should, with the measured values of their joints, by robot.
+    """
+    state, wanted = belief.state, belief.poses()
+    robots = {name: dict(zip(scene.robots[name].joint_names, q, strict=True)) for name, q in state.robots.items()}
+    for name, values in empty.items():
+        robots[name] |= _within_limits(scene.robots[name], values)
+    objects = {name: ObjectPose(own.parent, own.position, own.quaternion) for name, own in state.objects.items()}
+    lost: list[tuple[str, str]] = []
+    for name, pose in seen.items():
+        holder, own = belief.holder(name), state.objects[name]
+        radius = float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max())
+        off = displacement(wanted[name], pose, radius)
+        if holder is not None and (off > STILL_HELD or holder in empty):
+            lost.append((name, holder))
+            objects[name] = _placed(scene, state, "world", _standing(pose, _stands(scene, plan, name)))
+        elif holder is not None and off > WELL_HELD:
+            objects[name] = _placed(scene, state, own.parent, _unturned(wanted[name], pose))
+        elif holder is None and own.parent == "world":
+            objects[name] = _placed(
+                scene, state, "world", _standing(pose, [wanted[name], *_stands(scene, plan, name)])
+            )
+        elif holder is None and off > SAME_PLACE:
+            objects[name] = _placed(scene, state, own.parent, _standing(pose, [wanted[name]]))
+    return StateChange(robots, objects), tuple(lost)
+
+
+def _within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:
+    """The values of a hand's joints, within their limits: stops give way a little, and fingers that touch prove nothing."""
+    low, high = robot.tree.lower[robot.planned :], robot.tree.upper[robot.planned :]
+    room = AJAR * (high - low)
+    low, high = low + room, high - room
+    return dict(zip(robot.gripper_joints, map(float, np.clip(hand, low, high)), strict=True))
+
+
+def _placed(scene: Scene, state: GeometricState, parent: str, pose: Array) -> ObjectPose:
+    found = attachment(parent, np.linalg.inv(world_T(scene, state, parent)) @ pose)
+    return ObjectPose(found.parent, found.position, found.quaternion)
+
+
+def _stands(scene: Scene, plan: Plan, name: str) -> list[Array]:
+    """The poses (4, 4) in which a body stands on something, at the start of the scene or by the plan."""
+    changes = [plan.start, *(node.after for node in plan.nodes.values())]
+    poses = [change.objects[name] for change in changes if change is not None and name in change.objects]
+    standing: list[Attachment | ObjectPose] = [scene.start.objects[name], *poses]
+    return [transform(each.position, each.quaternion) for each in standing if each.parent == "world"]
+
+
+def _standing(found: Array, known: Sequence[Array]) -> Array:
+    """The pose that was found; where it is one of the known ones but for an error of measuring, that one.
+
+    If it is such a pose but shifted and turned about the vertical, height and tilt are taken from there.
+    """
+    for pose in known:
+        if float(np.linalg.norm(found[:3, 3] - pose[:3, 3])) <= SAME_PLACE and _angle(pose, found) <= SAME_TURN:
+            return pose
+    for pose in known:
+        tilt = float(np.linalg.norm(np.cross(pose[2, :3], found[2, :3])))  # of the vertical, seen from the body
+        if abs(found[2, 3] - pose[2, 3]) > SAME_HEIGHT or tilt > SAME_TURN or pose[2, :3] @ found[2, :3] < 0.0:
+            continue
+        turn = found[:3, :3] @ pose[:3, :3].T
+        angle = float(np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1]))
+        made, c, s = np.eye(4), np.cos(angle), np.sin(angle)
+        made[:3, :3] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ pose[:3, :3]
+        made[:3, 3] = found[0, 3], found[1, 3], pose[2, 3]
+        return made
+    return found
+
+
+def _unturned(wanted: Array, found: Array) -> Array:
+    """The pose that was found in a hand, turned as it should be if it is nearly so."""
+    if _angle(wanted, found) > SAME_TURN:
+        return found
+    made = wanted.copy()
+    made[:3, 3] = found[:3, 3]
+    return made
+
+
+def _angle(first: Array, second: Array) -> float:
+    turn = first[:3, :3].T @ second[:3, :3]
+    return float(np.arctan2(np.linalg.norm(turn - turn.T) / np.sqrt(8.0), 0.5 * (np.trace(turn) - 1.0)))

@@ -1,0 +1,60 @@
+"""States in the log of a run, some a second: where robots and bodies are, and how far from where the plan has them."""
+
+from collections.abc import Mapping
+from math import inf
+
+from kabo.arrays import Array
+from kabo.execution.log import Log
+from kabo.execution.protocols import RobotState
+from kabo.execution.watching import Watch
+from kabo.scene.transforms import quaternion
+
+EARLY = 1e-6  # [s] by which a record may come before it is due
+
+
+class StateLog:
+    """Adds a record `state` to a log when it is due.
+
+    Args:
+        log: the log.
+        rate: records a second on the robots' clock [Hz]; 0: none.
+    """
+
+    def __init__(self, log: Log, rate: float) -> None:
+        self.log, self.rate = log, rate
+        self._due = -inf
+
+    def is_due(self, state: RobotState) -> bool:
+        """Whether it is time for a record."""
+        return self.rate > 0.0 and state.time >= self._due - EARLY
+
+    def add(self, node: str, state: RobotState, poses: Mapping[str, Array], watch: Watch, proven: float) -> None:
+        """Adds a record.
+
+        Args:
+            node: the first node of the motion to whose clock `motion_time` belongs.
+            state: what is measured of robots. poses: (4, 4) of the bodies that are seen.
+            watch: knows the greatest deviations since the record before.
+            proven: how far bodies may be from their places [m].
+        """
+        self._due = state.time + 1.0 / self.rate
+        found = watch.take_recent()
+        self.log.add(
+            state.time,
+            "state",
+            node=node,
+            motion_time=state.motion_time,
+            robots={name: tuple(map(float, values)) for name, values in state.positions.items()},
+            bodies={
+                name: {"position": pose[:3, 3].tolist(), "quaternion": list(quaternion(pose))}
+                for name, pose in poses.items()
+            },
+            tracking=found.tracking,
+            permitted=_finite(found.permitted),
+            displaced=found.bodies,
+            proven=_finite(proven),
+        )
+
+
+def _finite(value: float) -> float | None:
+    return value if value < inf else None

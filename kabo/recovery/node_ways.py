@@ -1,0 +1,226 @@
+"""The way out of the middle of a node: on to its end, or back to where it began, along its own path, proven anew.
+
+A motion that was proven is as free when the rest of it begins at rest, or when it is reversed, as long as nothing else has
+moved. Whether something has, the verifier finds out: it judges the way in the scene as it is observed. Going back, a hand
+puts down what it has taken.
+"""
+
+import hashlib
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from kabo.arrays import Array
+from kabo.execution import Executed, Interruption
+from kabo.execution.belief import Belief
+from kabo.execution.interruptions import WELL_HELD
+from kabo.execution.loads import load_of
+from kabo.execution.motions import SAME_TIME
+from kabo.geometry_server import GeometryServer, whole_state
+from kabo.motion import Held
+from kabo.motion.timed_motion import timed_path
+from kabo.options import Options
+from kabo.plan import Node, Plan, Segment
+from kabo.planner.certify.certifying import certified
+from kabo.planner.certify.granting import granted
+from kabo.scene import Component, Scene, beginning_at, motion_limits, with_change, world_T
+from kabo.scene.transforms import inverse
+
+NODE, GOAL = "n0", "n1"
+
+
+class NoWayError(Exception):
+    """There is no way; the text says why, as the rest of a sentence."""
+
+
+def way_on(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) -> Plan:
+    """The plan of one node that makes the rest of the motion of the interrupted node.
+
+    Args:
+        interruption: where the run stands, with what was executed of its node.
+        scene: the scene, loaded from a file.
+        clearance: what bodies keep from each other [m].
+
+    Raises:
+        NoWayError: several robots or nodes moved at once, or a hand has lost what it should hold.
+    """
+    return _Way(interruption, scene, clearance).on()
+
+
+def way_back(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) -> Plan:
+    """The plan of one node that leads back to where the interrupted node began; arguments as of `way_on`.
+
+    Raises:
+        NoWayError: several robots or nodes moved at once.
+    """
+    return _Way(interruption, scene, clearance).back()
+
+
+class _Way:
+    """Segments in the order of time, with what hands then hold."""
+
+    def __init__(self, interruption: Interruption, scene: Scene, clearance: float) -> None:
+        assert interruption.state.geometry is not None and scene.description is not None
+        self.interruption, self.clearance = interruption, clearance
+        self.executed = interruption.executed
+        self.scene = beginning_at(scene, interruption.state.geometry)
+        self.belief = Belief(self.scene, self.scene.start)
+        self.time = 0.0  # [s]
+        self._require_one_by_one()
+
+    def on(self) -> Plan:
+        """The rest of the node's motion."""
+        if self.interruption.lost:
+            raise NoWayError(f"{self.interruption.lost[0][1]} has lost {self.interruption.lost[0][0]}")
+        last = self.executed[-1]
+        motion = sorted(
+            enumerate(self.interruption.plan.nodes[last.node].motion), key=lambda each: each[1].times[-1]
+        )
+        done = {each.segment: each.until for each in self.executed}
+        rest = []
+        for number, segment in motion:
+            if number in done and done[number] is None:
+                continue
+            after = done.get(number)
+            rows = [
+                row
+                for row, time in zip(segment.waypoints, segment.times, strict=True)
+                if after is None or time > after
+            ]
+            rest.append(self._segment(segment, rows, segment.attach, segment.detach))
+        self._require_placed(last.node)
+        return self._plan("finish", rest)
+
+    def _require_placed(self, node: str) -> None:
+        """Checks that everything is where the node puts it, so that what is then known of it is true."""
+        after, plan = self.interruption.plan.nodes[node].after, self.interruption.plan
+        if after is None or plan.start is None:
+            return
+        wanted = with_change(self.scene, self.belief.state, after)
+        for name in after.objects:
+            place, found = (world_T(self.scene, state, name)[:3, 3] for state in (wanted, self.belief.state))
+            if float(np.linalg.norm(place - found)) > WELL_HELD:
+                raise NoWayError(f"{name} would not be where the node puts it")
+
+    def back(self) -> Plan:
+        """The executed part of the node's motion, the last segment first, each in reverse."""
+        lost = {body for body, _ in self.interruption.lost}
+        motion = []
+        for each in reversed(self.executed):
+            segment, whole = self._planned(each), each.until is None
+            rows = [
+                row
+                for row, time in zip(segment.waypoints, segment.times, strict=True)
+                if each.until is None or time < each.until
+            ]
+            holds = self._holds(segment.robot)
+            took = tuple(name for name, _ in segment.attach if whole and name in holds)
+            gave = [name for name in segment.detach if whole and name not in holds]
+            tool = self.scene.robots[segment.robot].tool
+            if gave and (tool is None or lost & set(gave)):
+                raise NoWayError(f"{segment.robot} has let go of {gave[0]}")
+            attach = tuple((name, f"{segment.robot}.{tool.frame}") for name in gave) if tool is not None else ()
+            motion.append(self._segment(segment, rows[::-1], attach, took))
+        return self._plan("undo", motion)
+
+    def _planned(self, each: Executed) -> Segment:
+        return self.interruption.plan.nodes[each.node].motion[each.segment]
+
+    def _require_one_by_one(self) -> None:
+        if len({each.node for each in self.executed}) > 1:
+            raise NoWayError("several nodes had begun at once")
+        spans = sorted(
+            (segment.times[0], segment.times[-1], segment.robot)
+            for segment in self.interruption.plan.nodes[self.executed[0].node].motion
+        )
+        for (_, end, robot), (begin, _, other) in zip(spans, spans[1:], strict=False):
+            if begin < end - SAME_TIME and robot != other:
+                raise NoWayError("two robots moved at once")
+
+    def _holds(self, robot: str) -> set[str]:
+        return {name for name in self.scene.movable if self.belief.holder(name) == robot}
+
+    def _segment(
+        self,
+        planned: Segment,
+        rows: Sequence[Sequence[float]],
+        attach: tuple[tuple[str, str], ...],
+        detach: tuple[str, ...],
+    ) -> Segment:
+        """A segment along way points, from where its robot is; it rests at each of them."""
+        name, robot = planned.robot, self.scene.robots[planned.robot]
+        q, holds = self.belief.state.robots[name], self._holds(name)
+        here = tuple(q[robot.joint_names.index(joint)] for joint in planned.joints)
+        loads = [each for body in holds if (each := self._load(name, body)) is not None]
+        heaviest = min(loads, key=lambda each: each.acceleration, default=None)
+        arm = planned.joints == robot.planned_joints
+        timed = timed_path(
+            _distinct([here, *rows]), motion_limits(robot, planned.joints), held=heaviest if arm else None
+        )
+        last, handled = len(timed.waypoints) - 1, holds | {body for body, _ in attach}
+        trajectory = timed.trajectory(planned.joints, start=self.time) if last else None
+        made = replace(
+            planned,
+            waypoints=tuple(tuple(map(float, row)) for row in timed.waypoints),
+            times=timed.passed(0, last, start=self.time),
+            trajectory=trajectory,
+            attach=attach,
+            detach=detach,
+            allowed_contacts=tuple(pair for pair in planned.allowed_contacts if handled & set(pair)),
+            grants=(),
+            stage=None,
+            constraint=planned.constraint if holds else None,
+        )
+        self.time = self.time if trajectory is None else trajectory.times[-1]
+        self.belief.finish(made)
+        return made
+
+    def _load(self, robot: str, name: str) -> Held | None:
+        """What limits a robot that holds a body."""
+        own = self.scene.robots[robot]
+        if own.tool is None:
+            return None
+        state = self.belief.state
+        hand = world_T(self.scene, state, f"{robot}.{own.tool.frame}")
+        place = (inverse(hand) @ world_T(self.scene, state, name))[:3, 3]
+        return load_of(self.scene, robot, state.robots[robot], place, self.scene.bodies[name].mass)
+
+    def _plan(self, name: str, segments: Sequence[Segment]) -> Plan:
+        """The plan of one node with these segments, with what grants its contacts and its certificate."""
+        scene, first, last = self.scene, self.scene.start, self.belief.state
+        assert scene.description is not None
+        motion = tuple(replace(each, procedure=name) for each in segments if each.trajectory is not None)
+        changes: dict[str, Component] = {n: q for n, q in last.robots.items() if q != first.robots[n]}
+        changes |= {n: own for n, own in last.objects.items() if own != first.objects[n]}
+        after = whole_state(scene, changes) if changes else None
+        nodes = {NODE: Node("action", name, next=GOAL, motion=motion, after=after), GOAL: Node("goal")}
+        options = Options(seed=0, epsilon=scene.epsilon, clearance=self.clearance).written()
+        start = whole_state(scene, {**first.robots, **first.objects})
+        plan = Plan(name, _files(scene), options, NODE, nodes, start)
+        models = {body: each.model for body, each in scene.description.bodies.items()}
+        surroundings = GeometryServer(scene, clearance=self.clearance).surroundings
+        return certified(granted(plan, scene, models), surroundings)[0]
+
+
+def _distinct(rows: Sequence[Sequence[float]]) -> Array:
+    """Rows (m, n) without those that equal the one before."""
+    found = [np.round(np.array(rows[0]), 9)]
+    for row in rows[1:]:
+        other = np.round(np.array(row), 9)
+        if np.abs(other - found[-1]).max() > 1e-9:
+            found.append(other)
+    return np.array(found)
+
+
+def _files(scene: Scene) -> dict[str, str]:
+    """The hashes of the scene's files, by their paths relative to its folder, as plans of tasks have them."""
+    assert scene.description is not None
+    path = scene.description.path
+    read = {
+        Path(os.path.relpath(each.resolve(), path.resolve().parent)).as_posix(): digest
+        for each, digest in scene.files.items()
+    }
+    return {path.name: "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest(), **read}

@@ -1,0 +1,10 @@
+from kabo.remote.checks import check_begin as check_begin
+from kabo.remote.checks import check_motion as check_motion
+from kabo.remote.messages import MotionMessage as MotionMessage
+from kabo.remote.messages import StateMessage as StateMessage
+from kabo.remote.messages import motion_from as motion_from
+from kabo.remote.messages import motion_message as motion_message
+from kabo.remote.robot_server import ROBOT_ENDPOINT as ROBOT_ENDPOINT
+from kabo.remote.robot_server import RobotServer as RobotServer
+from kabo.remote.robot_server import RobotServerSettings as RobotServerSettings
+from kabo.remote.zenoh_robot import ZenohRobot as ZenohRobot

@@ -1,0 +1,11 @@
+from kabo.up.engine import KaboEngine as KaboEngine
+from kabo.up.exported import Export as Export
+from kabo.up.exported import problem_to_up as problem_to_up
+from kabo.up.pddl import pddl_from_up as pddl_from_up
+from kabo.up.plans import plan_from_up as plan_from_up
+from kabo.up.plans import plan_to_up as plan_to_up
+from kabo.up.problems import Translation as Translation
+from kabo.up.problems import problem_from_up as problem_from_up
+from kabo.up.registration import register as register
+from kabo.up.source import export_up as export_up
+from kabo.up.source import source_of as source_of

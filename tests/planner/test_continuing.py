@@ -1,0 +1,215 @@
+"""Plans that begin in the state of a run: after every step of every domain a plan is found, verified, and continued."""
+
+import json
+import random
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import kabo
+from kabo.errors import InputError
+from kabo.knowledge import ground
+from kabo.plan import Done, History, Plan, State, load_state, plan_from_json, plan_to_json, schema
+from kabo.plan.state import changed
+from kabo.planner.continuing import knowledge_after
+
+DOMAINS = Path(__file__).parents[2] / "domains"
+SEEDS = 2
+KNOWLEDGE = (
+    "asking_bartender/n3", "bomb_in_the_toilet/n3", "btcs/n4", "canadian_traveller/n3", "coloured_balls/n3_1", "doors/n3",
+    "elogistics/n3", "grid/n3", "logistics/n3", "medicate/n5", "painted_doors/n3", "poisonous_liquid/n2", "rovers/n4",
+    "safes/n3_with_note", "unix/n2", "wumpus/n4",
+)  # fmt: skip
+
+
+DISH_DOMAIN = """\
+domain: dishes
+types: [dish]
+predicates: {whole: [dish], clean: [dish]}
+actions:
+  wash: {parameters: {d: dish}, preconditions: ["K(whole(d))"], effects: ["add(Kf, clean(d))"]}
+  drop: {parameters: {d: dish}, preconditions: ["K(whole(d))"], effects: ["add(Kf, not whole(d))"]}
+"""
+DISH_PROBLEM = """\
+problem: dishes
+domain: domain.yaml
+objects: {dish: [cup]}
+initial: ["add(Kf, whole(cup))"]
+goal: ["K(clean(cup))", "K(whole(cup))"]
+"""
+
+
+def way_through(problem: kabo.Problem, plan: Plan, seed: int) -> History:
+    """All nodes of a branch but the goal, with outcomes drawn by the seed of those that are possible."""
+    dice, history, name, task = random.Random(seed), [], plan.root, ground(problem)
+    while (node := plan.nodes[name]).kind != "goal":
+        outcome = None
+        for outcome in dice.sample(list(node.branches), len(node.branches)):
+            with suppress(InputError):  # branches share nodes: not every outcome is possible on every way there
+                knowledge_after(task, kabo.after(problem, plan, [*history, (name, outcome)]).done)
+                break
+        history.append((name, outcome))
+        name = str(node.next) if outcome is None else node.branches[outcome]
+    return history
+
+
+@pytest.mark.parametrize("name", KNOWLEDGE)
+def test_after_every_step_of_a_run_the_rest_is_planned_and_proven(name: str) -> None:
+    problem = kabo.load_problem(DOMAINS / f"{name}.yaml")
+    plan = kabo.solve(problem).plan
+    assert plan is not None
+    whole = plan.statistics.plan_actions
+    for seed in range(SEEDS):
+        way = way_through(problem, plan, seed)
+        for count in {0, 1, len(way) // 2, len(way) - 1}:
+            state = kabo.after(problem, plan, way[:count])
+            found = kabo.solve(problem, start=state)
+            assert found.plan is not None and found.plan.done == state.done, (name, count)
+            report = kabo.verify(problem, found.plan, start=state)
+            assert report.ok, report
+            acted = sum(1 for step in state.done if step.action is not None)
+            assert found.plan.statistics.plan_actions <= max(whole, 1) + acted
+        assert kabo.solve(problem, start=kabo.after(problem, plan, way)).plan.statistics.plan_actions == 0  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("name", ["stacked/n2", "bartender/four_bottles", "doors/n3", "unix/n2"])
+def test_a_state_that_was_foreseen_continues_the_plan_and_searches_nothing(name: str) -> None:
+    problem, memo = kabo.load_problem(DOMAINS / f"{name}.yaml"), kabo.Memo()
+    plan = kabo.solve(problem, memo=memo).plan
+    assert plan is not None
+    for seed in range(SEEDS):
+        way = way_through(problem, plan, seed)
+        for count in range(len(way)):
+            state = kabo.after(problem, plan, way[:count])
+            found = kabo.solve(problem, start=state, memo=memo)
+            assert found.plan is not None and found.statistics["expanded"] == 0
+            assert found.plan.root == way[count][0]
+            assert all(found.plan.nodes[node] == plan.nodes[node] for node in found.plan.nodes)
+            if count == len(way) - 1:
+                report = kabo.verify(problem, found.plan, start=state)
+                assert report.ok, report
+                content = plan_to_json(found.plan)
+                assert plan_from_json(content) == found.plan
+                jsonschema.Draft202012Validator(schema("kabo-plan-2")).validate(json.loads(content))
+
+
+def test_a_body_that_was_moved_is_lifted_from_where_it_rests_and_the_same_actions_are_tried_first() -> None:
+    problem, memo = kabo.load_problem(DOMAINS / "stacked" / "n2.yaml"), kabo.Memo()
+    plan = kabo.solve(problem, memo=memo).plan
+    assert plan is not None
+    state = kabo.after(problem, plan)
+    assert state.geometry is not None
+    for name, shift in (("o1", (0.012, 0.004)), ("o2", (-0.006, 0.009))):
+        old = state.geometry.objects[name]
+        x, y, z = old.position
+        moved = replace(old, position=(x + shift[0], y + shift[1], z))
+        begun = kabo.after(problem, plan, objects={name: moved})
+        again = [kabo.solve(problem, start=begun).plan for _ in range(2)]
+        assert again[0] is not None and plan_to_json(again[0]) == plan_to_json(again[1])  # type: ignore[arg-type]
+        found = kabo.solve(problem, start=begun, memo=memo).plan
+        assert memo.continued and found is not None
+        assert [node.action for node in found.nodes.values()] == [node.action for node in plan.nodes.values()]
+        for each in (again[0], found):
+            assert kabo.verify(problem, each, start=begun).ok
+            assert not kabo.verify(problem, each, start=state).ok  # there it is elsewhere
+        assert not kabo.verify(problem, replace(found, done=None)).ok
+        memo = kabo.Memo.of_plan(problem, plan)  # as another process has it
+
+
+def test_motion_of_a_plan_from_elsewhere_does_not_pass_for_this_state() -> None:
+    problem = kabo.load_problem(DOMAINS / "stacked" / "n2.yaml")
+    plan = kabo.solve(problem).plan
+    assert plan is not None and plan.start is not None
+    x, y, z = plan.start.objects["o2"].position
+    pushed = replace(plan.start.objects["o2"], position=(x + 0.03, y, z))
+    begun = kabo.after(problem, plan, objects={"o2": pushed})
+    lying = replace(plan, start=begun.geometry, done=())
+    report = kabo.verify(problem, lying, start=begun)
+    assert not report.ok and any("o2" in finding.message for finding in report.findings)
+
+
+def test_what_was_done_must_have_been_possible() -> None:
+    problem = kabo.load_problem(DOMAINS / "doors" / "n3.yaml")
+    plan = kabo.solve(problem).plan
+    assert plan is not None
+    done = kabo.after(problem, plan, way_through(problem, plan, 1)).done
+    acted = next(step for step in done if step.action is not None and step.on is None)
+    observed = next(step for step in done if step.on is not None)
+    wrong = {
+        "no action": replace(acted, action="fly"),
+        "no action that matters": replace(acted, arguments=dict.fromkeys(acted.arguments, "nowhere")),
+        "nothing that can be observed": replace(observed, on="open(moon)"),
+        "no value of": replace(observed, outcome="perhaps"),
+    }
+    for text, step in wrong.items():
+        state = State((*done[: done.index(acted)], step))
+        with pytest.raises(InputError, match=text.removeprefix("no action that") or text):
+            kabo.solve(problem, start=state)
+        assert not kabo.verify(problem, replace(plan, done=state.done), start=state).ok
+    for skipped in range(len(done)):
+        state = State((*done[:skipped], *done[skipped + 1 :]))
+        try:
+            found = kabo.solve(problem, start=state).plan
+        except InputError as error:
+            assert "step" in str(error)
+            continue
+        assert found is None or kabo.verify(problem, found, start=state).ok
+
+
+def test_histories_that_are_no_way_through_the_plan_are_refused() -> None:
+    problem = kabo.load_problem(DOMAINS / "doors" / "n3.yaml")
+    plan = kabo.solve(problem).plan
+    assert plan is not None
+    way = list(way_through(problem, plan, 0))
+    branching = next(number for number, (_, outcome) in enumerate(way) if outcome is not None)
+    faults = {
+        "does not follow there": way[1:],
+        "has no node n99": [*way[:1], ("n99", None)],
+        "is missing": [*way[:branching], (way[branching][0], None)],
+        "is the goal": [*way, (f"n{len(plan.nodes) - 1}", None)],
+    }
+    for text, history in faults.items():
+        with pytest.raises(InputError, match=text):
+            kabo.after(problem, plan, history)
+    with pytest.raises(InputError, match="the plan is of doors_n3"):
+        kabo.after(kabo.load_problem(DOMAINS / "grid" / "n3.yaml"), plan)
+
+
+def test_states_are_read_as_they_were_written_and_faults_are_told(tmp_path: Path) -> None:
+    problem = kabo.load_problem(DOMAINS / "bartender" / "four_bottles.yaml")
+    plan = kabo.solve(problem, certificate=False).plan
+    assert plan is not None
+    file = tmp_path / "state.json"
+    for seed in range(5):
+        state = kabo.after(problem, plan, way_through(problem, plan, seed)[: 2 * seed])
+        state.save(file)
+        assert load_state(file) == state
+        jsonschema.Draft202012Validator(schema("kabo-state-1")).validate(json.loads(file.read_text()))
+    assert state.geometry is not None and changed(state.geometry, state.geometry) == state.geometry
+    for wrong, text in (
+        ("{}", '"format" is missing'),
+        ('{"format":"kabo-state/1","done":[{}]}', "a step is an action, an observation, or both"),
+        ('{"format":"kabo-state/1","done":[{"on":"a(b)"}]}', '"outcome" is missing'),
+        ('{"format":"kabo-state/2","done":[]}', "of another version"),
+    ):
+        file.write_text(wrong)
+        with pytest.raises(InputError, match=text):
+            load_state(file)
+    begun = kabo.after(problem, plan)
+    assert begun.geometry is not None
+    lacking = replace(begun.geometry, objects={"bottle_9": next(iter(begun.geometry.objects.values()))})
+    with pytest.raises(InputError, match="no movable object bottle_9"):
+        kabo.solve(problem, start=State((), lacking))
+
+
+def test_a_goal_that_is_out_of_reach_after_what_was_done_is_told_with_a_proof(tmp_path: Path) -> None:
+    (tmp_path / "domain.yaml").write_text(DISH_DOMAIN)
+    (tmp_path / "problem.yaml").write_text(DISH_PROBLEM)
+    problem = kabo.load_problem(tmp_path / "problem.yaml")
+    assert kabo.solve(problem).plan is not None
+    found = kabo.solve(problem, start=State((Done("drop", {"d": "cup"}),)))
+    assert found.status == "no_plan" and found.reason is not None
+    assert "whatever geometry says" in found.reason.message and "whole(cup)" in found.reason.message

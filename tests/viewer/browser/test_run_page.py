@@ -1,0 +1,44 @@
+"""The page of a run in a browser: charts and decisions, the true state on the stage, and a log that grows."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from kabo.viewer import RunFollower, ViewOptions, document_of_run, page_of
+from tests.viewer.browser.conftest import READY_MS, OpenPage
+
+RECORDS: list[dict[str, Any]] = [
+    {"time": 0.0, "event": "start", "problem": "p"},
+    {"time": 0.0, "event": "node", "node": "n0", "kind": "action", "action": "go", "arguments": {"to": "b"}},
+    {"time": 0.5, "event": "followed", "tracking": 0.001, "permitted": 0.01, "bodies": {"cup": 0.002}},
+    {"time": 0.6, "event": "stopped", "node": "n0", "reason": "cup is elsewhere"},
+]
+
+
+def test_the_page_of_a_log_is_accessible_and_tells_the_reason(
+    open_page: Callable[..., OpenPage], tmp_path: Path
+) -> None:
+    path = tmp_path / "run.html"
+    path.write_bytes(page_of(document_of_run(RECORDS, "log.jsonl")))
+    shown = open_page(path)
+    assert "stopped at n0: cup is elsewhere" in shown.page.inner_text("#panel-run")
+    assert "go(to=b)" in shown.page.inner_text("#panel-run table")
+    assert "at most 1 mm" in shown.run("document.querySelector('.run-chart').getAttribute('aria-label')")
+    shown.require_accessible()
+    shown.require_clean()
+
+
+def test_a_log_that_grows_is_shown_as_it_grows(browser: Any, tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    follower = RunFollower(log, None, ViewOptions())
+    try:
+        page = browser.new_context().new_page()
+        page.goto(follower.address)
+        page.wait_for_selector("html[data-ready=yes]", state="attached", timeout=READY_MS)
+        for count, text in ((2, "the run goes on"), (4, "stopped at n0")):
+            log.write_text("".join(json.dumps(each) + "\n" for each in RECORDS[:count]))
+            page.wait_for_selector(f"#panel-run .headline:has-text('{text}')", timeout=READY_MS)
+        page.close()
+    finally:
+        follower.close()
