@@ -30,8 +30,8 @@ def segment(robot: str, trajectory: Trajectory, **more: object) -> Segment:
     return Segment(robot, trajectory.joints, trajectory.waypoints, times, "move", trajectory=trajectory, **more)  # type: ignore[arg-type]
 
 
-def made(arm: tuple[str, ...]) -> Plan:
-    """The plan, for an arm with these joints."""
+def made(arm: tuple[str, ...], overlap: float = 0.5) -> Plan:
+    """The plan, for an arm with these joints; the other arm begins so many seconds early."""
     whole = rest_to_rest(arm, 0.0, 1.0, 0.0, 2.0)
     first, second = whole.split(0.75)  # the arm passes from one segment to the next
     grasp = segment("left", rest_to_rest(HAND, 0.04, 0.01, 2.0, 2.5), attach=(("cup", "left.hand"),))
@@ -46,7 +46,7 @@ def made(arm: tuple[str, ...]) -> Plan:
         "n1": Node("sense", "look", {"o": "cup"}, on="full(cup)", branches={"true": "n2", "false": "n3"}),
         "n2": Node("action", "pour", {"v": ValueOf("volume(cup)"), "n": 2.0}, next="n3"),
         "n3": Node("action", "put", {"r": "left"}, next="n4", motion=(back, opens)),
-        "n4": Node("action", "wave", {"r": "right"}, next="n5", motion=(other,), overlap=0.5),
+        "n4": Node("action", "wave", {"r": "right"}, next="n5", motion=(other,), overlap=overlap),
         "n5": Node("goal"),
     }  # fmt: skip
     options = {"search": "greedy", "seed": 0, "epsilon": 0.01, "geometry": "bounding"}
@@ -60,7 +60,7 @@ def moving() -> Plan:
 
 @pytest.fixture
 def with_ur() -> Plan:
-    return made(UR)
+    return made(UR, overlap=0.0)
 
 
 def close(first: object, second: object) -> bool:

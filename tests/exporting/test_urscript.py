@@ -9,7 +9,7 @@ import pytest
 from kabo.errors import InputError
 from kabo.exporting import check_export, export
 from kabo.plan import Plan
-from tests.exporting.conftest import close
+from tests.exporting.conftest import UR, close, made
 
 GRAMMAR = lark.Lark(
     r"""
@@ -106,3 +106,8 @@ def test_several_arms_are_refused_unless_one_is_chosen(with_ur: Plan) -> None:
         export(with_ur, "urscript", branch="true")
     with pytest.raises(InputError, match="URScript does not drive right with the joints b_1"):
         export(with_ur, "urscript", branch="true", robot="right")
+
+
+def test_an_arm_that_moves_beside_another_one_is_refused() -> None:
+    with pytest.raises(InputError, match="in n4 left and right move at once"):
+        export(made(UR, overlap=0.5), "urscript", branch="true", robot="left")
