@@ -1,4 +1,4 @@
-"""Bytes of messages as DDS and ROS 2 send them: CDR, little endian [OMG CORBA 3.0, 15.3; DDSI-RTPS 2.5, 10]."""
+"""Bytes of messages as DDS and ROS 2 send them: CDR, little endian (OMG's common data representation, version 1)."""
 
 import struct
 from collections.abc import Sequence
