@@ -19,7 +19,9 @@ from kabo.plan import Plan
 
 Walk = tuple[str, ...]
 Outcomes = Mapping[str, str]
-MOVEIT = "trajectory_msgs/JointTrajectory joint_trajectory\ntrajectory_msgs/MultiDOFJointTrajectory multi_dof_joint_trajectory\n"
+MOVEIT = """trajectory_msgs/JointTrajectory joint_trajectory
+trajectory_msgs/MultiDOFJointTrajectory multi_dof_joint_trajectory
+"""
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 STORE.register(get_types_from_msg(MOVEIT, "moveit_msgs/msg/RobotTrajectory"))
 

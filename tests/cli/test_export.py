@@ -1,0 +1,57 @@
+"""`kabo export`: files, standard output, checks, errors that leave no file behind."""
+
+from pathlib import Path
+
+import pytest
+
+from kabo.cli import exit_codes
+from kabo.cli.export import FORMATS
+from kabo.cli.main import main
+from kabo.exporting import FORMATS as KNOWN
+from tests.exporting.conftest import ARM, made
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    made(ARM).save(tmp_path / "plan.json")
+    return tmp_path / "plan.json"
+
+
+def test_the_formats_of_the_help_are_those_that_there_are() -> None:
+    assert set(FORMATS) == set(KNOWN)
+
+
+def test_a_file_is_written_and_checked(plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "tree.xml"
+    command = ["export", str(plan), "--to", "bt"]
+    assert main([*command, "-o", str(file)]) == exit_codes.DONE
+    assert main([*command, "--check", str(file)]) == exit_codes.DONE
+    assert main(command) == exit_codes.DONE
+    assert capsys.readouterr().out == file.read_text()
+    file.write_text(file.read_text().replace("outcome_n1", "outcome_n2"))
+    assert main([*command, "--check", str(file)]) == exit_codes.VERIFICATION_FAILED
+    assert "variable='{outcome_n1}'" in capsys.readouterr().err
+    file.write_bytes(b"\xff\xfe")
+    assert main([*command, "--check", str(file)]) == exit_codes.VERIFICATION_FAILED
+
+
+def test_bytes_are_of_one_message(plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "message.cdr"
+    command = ["export", str(plan), "--to", "trajectory", "--cdr", "-o", str(file)]
+    assert main([*command, "--node", "n4"]) == exit_codes.BAD_INPUT
+    assert "n4 begins before n3 has ended" in capsys.readouterr().err
+    assert main([*command, "--branch", "true"]) == exit_codes.BAD_INPUT
+    assert "5 messages, and a file holds the bytes of one" in capsys.readouterr().err
+    assert not file.exists()
+    assert main([*command, "--branch", "true", "--robot", "right"]) == exit_codes.DONE
+    assert file.read_bytes()[:4] == b"\x00\x01\x00\x00"
+
+
+@pytest.mark.parametrize("more", [["--to", "btt"], ["--to", "csv"], ["--to", "dot", "--rate", "5"]])
+def test_an_error_is_one_message_and_leaves_no_file(
+    more: list[str], plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = set(tmp_path.iterdir())
+    assert main(["export", str(plan), *more, "-o", str(tmp_path / "out")]) == exit_codes.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "Traceback" not in said and said.count("\n      = ") == 1 and set(tmp_path.iterdir()) == before
