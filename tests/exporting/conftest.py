@@ -9,7 +9,7 @@ from kabo.motion import Trajectory
 from kabo.plan import Node, Plan, Segment, ValueOf
 
 DOMAINS = Path(__file__).parents[2] / "domains"
-SMALL = ("asking_bartender/n3.yaml", "doors/n3.yaml", "painted_doors/n3.yaml", "safes/n3.yaml", "unix/n1.yaml")
+SMALL = ("asking_bartender/n3.yaml", "doors/n3.yaml", "safes/n3.yaml", "unix/n1.yaml")
 ARM, HAND = ("a_1", "a_2"), ("finger",)
 UR = tuple(
     f"left_{name}_joint" for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
