@@ -1,4 +1,3 @@
-from kabo.service import keys as keys
 from kabo.service.answering import answered as answered
 from kabo.service.answering import payload_of as payload_of
 from kabo.service.answering import refuse as refuse
