@@ -12,7 +12,7 @@ from kabo.errors import Diagnostic, InputError
 
 NAME = "export"
 HELP = "write a plan for other executors: BehaviorTree.CPP, py_trees, ROS 2, URScript, CSV; or as a graph"
-FORMATS = ("bt", "py_trees", "trajectory", "moveit", "dot", "mermaid", "csv", "urscript")
+FORMATS = ("bt", "py_trees", "trajectory", "moveit", "dot", "mermaid", "csv", "urscript", "up")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--branch",
         metavar="OUTCOMES",
         help="outcomes separated by commas: the branch, for formats that hold one (trajectory, moveit, csv, urscript)",
+    )
+    parser.add_argument(
+        "--problem", type=Path, metavar="FILE", help="of up: the problem of the plan, which is written, too"
     )
     parser.add_argument("--node", metavar="N", help="in place of a branch, the motion of one node")
     parser.add_argument("--robot", metavar="R", help="the only robot whose motion is exported")
@@ -62,7 +65,11 @@ def run(options: argparse.Namespace) -> int:
             "rate": options.rate,
             "file": file,
         }
-        if options.cdr:
+        if options.to == "up":
+            content = _with_problem(options, plan).encode()
+        elif options.problem is not None:
+            raise _refusal("--problem", "only up needs the problem of the plan", "leave it out")
+        elif options.cdr:
             content = _one_message(options, plan, chosen)
         elif options.check is None:
             content = rooms.export(plan, options.to, way_points=options.way_points, **chosen).encode()
@@ -76,6 +83,23 @@ def run(options: argparse.Namespace) -> int:
         rooms.write_atomically(options.output, content)
         tell(f"{options.output}: {options.to}, {len(content) / 1000:.1f} kB")
     return exit_codes.DONE
+
+
+def _with_problem(options: argparse.Namespace, plan: "rooms.Plan") -> str:
+    """The plan and its problem as source for unified-planning.
+
+    Raises:
+        InputError: the problem is not given or another one, or an option is of other formats.
+    """
+    others = ("branch", "node", "robot", "rate", "way_points", "cdr", "check")
+    given = next((name for name in others if getattr(options, name)), None)
+    if given is not None:
+        raise _refusal(f"--{given.replace('_', '-')}", "up has the whole plan and no motions", "leave it out")
+    if options.problem is None:
+        raise _refusal(
+            "--problem", "it is missing: up writes the problem, too", "--problem FILE, of which the plan is"
+        )
+    return rooms.export_up(rooms.load_problem(options.problem), plan)
 
 
 def _one_message(options: argparse.Namespace, plan: "rooms.Plan", chosen: dict[str, Any]) -> bytes:

@@ -140,6 +140,7 @@ from kabo.trials import summaries_of as summaries_of
 from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
+from kabo.up import export_up as export_up
 from kabo.viewer import Follower as Follower
 from kabo.viewer import RunFollower as RunFollower
 from kabo.viewer import ViewDocument as ViewDocument

@@ -18,7 +18,7 @@ def plan(tmp_path: Path) -> Path:
 
 
 def test_the_formats_of_the_help_are_those_that_there_are() -> None:
-    assert set(FORMATS) == set(KNOWN)
+    assert set(FORMATS) == {*KNOWN, "up"}  # which needs the problem, too
 
 
 def test_a_file_is_written_and_checked(plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,3 +55,26 @@ def test_an_error_is_one_message_and_leaves_no_file(
     assert main(["export", str(plan), *more, "-o", str(tmp_path / "out")]) == exit_codes.BAD_INPUT
     said = capsys.readouterr().err
     assert "Traceback" not in said and said.count("\n      = ") == 1 and set(tmp_path.iterdir()) == before
+
+
+def test_the_plan_and_its_problem_are_written_for_unified_planning(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    doors = Path(__file__).parents[2] / "domains" / "doors" / "n3.yaml"
+    plan, file = tmp_path / "plan.json", tmp_path / "plan.py"
+    assert main(["solve", str(doors), "-o", str(plan)]) == exit_codes.DONE
+    command = ["export", str(plan), "--to", "up"]
+    assert main([*command, "--problem", str(doors), "-o", str(file)]) == exit_codes.DONE
+    made_there: dict[str, object] = {}
+    exec(compile(file.read_text(), str(file), "exec"), made_there)
+    assert type(made_there["plan"]).__name__ == "ContingentPlan"
+    grid = doors.parents[1] / "grid" / "n3.yaml"
+    for more, text in (
+        ([], "it is missing: up writes the problem"),
+        (["--problem", str(doors), "--cdr"], "up has the whole plan and no motions"),
+        (["--problem", str(grid)], "the plan is none of this problem"),
+    ):
+        assert main([*command, *more, "-o", str(tmp_path / "none.py")]) == exit_codes.BAD_INPUT
+        assert text in capsys.readouterr().err
+        assert not (tmp_path / "none.py").exists()
+    assert main(["export", str(plan), "--to", "dot", "--problem", str(doors)]) == exit_codes.BAD_INPUT
