@@ -1,13 +1,12 @@
 """What a solve keeps for later ones of the same problem, which begin in states of its run.
 
-Grounding, the scene and the answers of procedures are kept as they are, since none of them depends on where a plan
-begins. Of the plan are kept its continuations: in a state that it has foreseen, the rest of it is the plan; in another one,
-its rest is the first skeleton whose motions are looked for.
+Grounding and the scene are kept as they are, since neither depends on where a plan begins. Of the plan are kept its
+continuations: in a state that it has foreseen, the rest of it is the plan; in another one, its rest is the first skeleton
+whose motions are looked for.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from kabo.knowledge import GroundedTask
 from kabo.language.problem import Problem
@@ -38,7 +37,6 @@ class Memo:
     options: Mapping[str, object] | None = field(default=None, repr=False)  # those on which plans depend
     task: GroundedTask | None = field(default=None, repr=False)
     scene: Scene | None = field(default=None, repr=False)
-    answers: dict[Any, Any] = field(default_factory=dict, repr=False)
     plan: Plan | None = None
     skeletons: dict[str, SkeletonNode] = field(default_factory=dict, repr=False)
     continued: bool = False  # whether the last plan does the actions of the rest of the one before
@@ -58,7 +56,7 @@ class Memo:
         depends = _without_quality(options.written())
         if self.problem is not problem or _without_quality(self.options or {}) != depends:
             self.problem, self.options, self.task, self.scene = problem, depends, None, None
-            self.answers, self.plan, self.skeletons = {}, None, {}
+            self.plan, self.skeletons = None, {}
 
     def keep(self, plan: Plan, variants: tuple[Variant, ...]) -> None:
         """Keeps the continuations of a plan, whose variants are given; the first one is its root."""

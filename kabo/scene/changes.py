@@ -1,12 +1,15 @@
 """What plans say of states, in a scene: joints by name, objects by parent and pose."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
+from math import hypot, isfinite
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.plan import StateChange
 from kabo.scene.scene import Scene
 from kabo.scene.state import Attachment, Component, GeometricState
+
+BEYOND = 1e-6  # [rad or m] by which joints may be beyond their limits, and a quaternion longer or shorter than 1
 
 
 def with_change(scene: Scene, state: GeometricState, change: StateChange) -> GeometricState:
@@ -24,7 +27,8 @@ def beginning_at(scene: Scene, start: StateChange) -> Scene:
     """The scene with everything where a state has it at first.
 
     Raises:
-        InputError: the state has a robot, joint or object that the scene does not have, or hangs one on nothing.
+        InputError: the state has what the scene does not have, hangs an object on nothing or on itself, or has numbers that
+            are no joint values or no pose.
     """
     faults = [
         *_unknown(start.robots, scene.robots, "robot"),
@@ -35,9 +39,43 @@ def beginning_at(scene: Scene, start: StateChange) -> Scene:
     links = [f"{robot.name}.{link}" for robot in scene.robots.values() for link in robot.links]
     parents = ["world", *scene.bodies, *links]
     faults += _unknown([pose.parent for pose in start.objects.values()], parents, "body or link")
+    faults = faults or [*_bad_joints(scene, start), *_bad_poses(start), *_circles(scene, start)]
     if faults:
         raise InputError(faults)
     return replace(scene, start=with_change(scene, scene.start, start), met=True)
+
+
+def _bad_joints(scene: Scene, start: StateChange) -> Iterator[Diagnostic]:
+    for name, joints in start.robots.items():
+        robot = scene.robots[name]
+        for joint, value in joints.items():
+            number = robot.joint_names.index(joint)
+            low, high = float(robot.tree.lower[number]), float(robot.tree.upper[number])
+            if not low - BEYOND <= value <= high + BEYOND:
+                text = f"{joint} of {name} is at {value:g}, outside its limits {low:g} to {high:g}"
+                yield Diagnostic("state", 1, 1, text, None)
+
+
+def _bad_poses(start: StateChange) -> Iterator[Diagnostic]:
+    for name, pose in start.objects.items():
+        if not all(map(isfinite, (*pose.position, *pose.quaternion))):
+            yield Diagnostic("state", 1, 1, f"the pose of {name} has a number that is not finite", None)
+        elif abs(hypot(*pose.quaternion) - 1.0) > BEYOND:
+            yield Diagnostic("state", 1, 1, f"the quaternion of {name} has not the length 1", "order: x, y, z, w")
+
+
+def _circles(scene: Scene, start: StateChange) -> Iterator[Diagnostic]:
+    parents = {name: own.parent for name, own in scene.start.objects.items()}
+    parents |= {name: pose.parent for name, pose in start.objects.items()}
+    for name in start.objects:
+        above, met = parents[name], {name}
+        while above in parents and above not in met:
+            met.add(above)
+            above = parents[above]
+        if above == name:
+            yield Diagnostic(
+                "state", 1, 1, f"{name} hangs on itself", "a parent is world, a link or another object"
+            )
 
 
 def _unknown(names: Iterable[str], known: Collection[str], kind: str) -> list[Diagnostic]:

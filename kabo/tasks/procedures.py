@@ -60,7 +60,6 @@ class GeometricProcedures:
     server: GeometryServer
     folder: Path | None = None
     elsewhere: Elsewhere | None = None
-    known: dict[tuple[object, ...], Answer] | None = None
 
     def __post_init__(self) -> None:
         self._bindings = Bindings(self.scene, self.folder)
@@ -131,27 +130,18 @@ class GeometricProcedures:
         """
         key = (call, effort, situation.key)
         if (key, attempt) not in self._answers:
-            answer = self._answers[key, attempt] = self._found(key, call, situation, attempt, effort)
+            made = None if self.elsewhere is None else self.elsewhere(call, situation, attempt, effort)
+            if made is None:
+                answer = self._answered(key, call, situation, attempt, effort)
+                self.statistics.record(call.procedure, answer)
+            else:
+                answer = made[0]
+                self.statistics.add(made[1])
+            self._answers[key, attempt] = answer
             self.records.note(call, situation, attempt, effort, answer)
             if isinstance(answer, Success):
                 self.identify(situation.replace(answer.changes).first)
         return self._answers[key, attempt]
-
-    def _found(
-        self, key: tuple[object, ...], call: GroundCall, situation: Situation, attempt: int, effort: int
-    ) -> Answer:
-        """The answer of a former run, of another process, or of this one; it is counted."""
-        answer = None if self.known is None else self.known.get((key, attempt))
-        if answer is None:
-            made = None if self.elsewhere is None else self.elsewhere(call, situation, attempt, effort)
-            if made is not None:
-                self.statistics.add(made[1])
-                return made[0]
-            answer = self._answered(key, call, situation, attempt, effort)
-        self.statistics.record(call.procedure, answer)
-        if self.known is not None:
-            self.known[key, attempt] = answer
-        return answer
 
     def _answered(
         self, key: tuple[object, ...], call: GroundCall, situation: Situation, attempt: int, effort: int

@@ -11,6 +11,7 @@ import pytest
 
 import kabo
 from kabo.errors import InputError
+from kabo.geometry_server import whole_state
 from kabo.knowledge import ground
 from kabo.plan import Done, History, Plan, State, load_state, plan_from_json, plan_to_json, schema
 from kabo.plan.state import changed
@@ -213,3 +214,31 @@ def test_a_goal_that_is_out_of_reach_after_what_was_done_is_told_with_a_proof(tm
     found = kabo.solve(problem, start=State((Done("drop", {"d": "cup"}),)))
     assert found.status == "no_plan" and found.reason is not None
     assert "whatever geometry says" in found.reason.message and "whole(cup)" in found.reason.message
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            lambda o: {"o1": replace(o["o1"], parent="o2"), "o2": replace(o["o2"], parent="o1")},
+            "o1 hangs on itself",
+        ),
+        (lambda o: {"o1": replace(o["o1"], parent="o1")}, "o1 hangs on itself"),
+        (lambda o: {"o1": replace(o["o1"], position=(float("nan"), 0.0, 0.0))}, "the pose of o1 has a number"),
+        (lambda o: {"o1": replace(o["o1"], quaternion=(0.0, 0.0, 0.0, 2.0))}, "the quaternion of o1 has not"),
+        (lambda o: {"o1": replace(o["o1"], parent="mobile.hnd")}, "no body or link mobile.hnd"),
+        (None, "arm_joint_2 of mobile is at 50, outside its limits"),
+    ],
+)
+def test_states_that_cannot_be_are_refused_by_name(change, text) -> None:  # type: ignore[no-untyped-def]
+    problem = kabo.load_problem(DOMAINS / "stacked" / "n2.yaml")
+    plan = kabo.solve(problem, geometry="none").plan
+    scene = kabo.load_scene(DOMAINS / "stacked" / "n2.yaml")
+    assert plan is not None
+    start = whole_state(scene, {**scene.start.robots, **scene.start.objects})
+    if change is None:
+        start = replace(start, robots={"mobile": {**start.robots["mobile"], "arm_joint_2": 50.0}})
+    else:
+        start = replace(start, objects={**start.objects, **change(start.objects)})
+    with pytest.raises(InputError, match=text):
+        kabo.solve(problem, start=State((), start))

@@ -71,7 +71,6 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     procedures = GeometricProcedures(server, None if domain is None else domain.parent)
     if memo is not None:
         memo.scene = loaded
-        procedures.known = memo.answers
     run.counts = lambda: (sum(procedures.statistics.calls.values()), server.statistics.samples)
     return procedures
 
