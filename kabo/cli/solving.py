@@ -9,7 +9,7 @@ from typing import Any, cast
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
-from kabo.cli.terminal import answer, print_json, tell, warn
+from kabo.cli.terminal import answer, clean_standard_output, complain, interruptible, print_json, tell, warn
 from kabo.errors import InputError
 from kabo.options import OPTIONS, WITHOUT_PROBLEM, Option, SolveOptions
 
@@ -120,6 +120,30 @@ def chosen_options(options: argparse.Namespace) -> SolveOptions:
     if options.timeout is not None:
         chosen["timeout"] = options.surrounding.left(options.timeout)
     return cast("SolveOptions", chosen)
+
+
+def solve_and_finish(options: argparse.Namespace, **more: Any) -> int:
+    """Solves the problem, prints the plan or why there is none, and writes the plan file if there is one.
+
+    `more` are further arguments of `kabo.requests.solve_file`.
+    """
+    try:
+        with clean_standard_output(), interruptible() as stop:
+            found = rooms.solve_file(
+                options.problem,
+                chosen_options(options),
+                domain=options.domain,
+                progress=options.surrounding.planning,
+                cancelled=stop,
+                on_found=options.surrounding.on_found(),
+                on_refused=lambda body: options.surrounding.on_known(body, ""),
+                **more,
+            )
+    except KeyboardInterrupt:  # a second Ctrl-C ended the search at once
+        return report_cut_off(options, "time", "interrupted by the user")
+    if found.error is not None and not options.json:
+        complain(str(found.error))
+    return finish(found.body, found.plan, options)
 
 
 def report_cut_off(options: argparse.Namespace, spent: Any, message: str, known: Any = None) -> int:
