@@ -44,9 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--silence",
         type=bounded(0.01, 60.0, "s"),
-        default=0.04,
+        default=0.035,
         metavar="S",
-        help="with --serve: robots stop if a client gives no sign of life for so many seconds (default: 0.04)",
+        help="with --serve: robots stop if a client gives no sign of life for so many seconds (default: 0.035)",
     )
     add_physics(parser)
     add_limits(parser)

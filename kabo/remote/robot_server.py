@@ -54,7 +54,7 @@ class RobotServerSettings:
         speed: how many seconds pass on the robots' clock in one second; 1 for hardware.
     """
 
-    limit_s: float = 0.04
+    limit_s: float = 0.035
     speed: float = 1.0
 
     def __post_init__(self) -> None:
