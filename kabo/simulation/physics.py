@@ -33,10 +33,11 @@ class Contact:
 
 @dataclass
 class _Hand:
-    """A gripper's motors and the torque with which each presses; `pressing` is None while it follows setpoints."""
+    """A gripper's motors and joints, and how each joint presses; `pressing` is None while it follows setpoints."""
 
     motors: list[int]
-    levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
+    joints: list[int]  # of the motors, and of what is coupled to them
+    levers: Array  # force or torque of each joint per newton of force on what is held
     carrier: int  # the body of the model that carries the tool
     pressing: float | None = None
     held: list[tuple[Array, float]] = field(
@@ -93,7 +94,7 @@ class Physics:
     def _index(self) -> None:
         model, motors = self.model, self.motors
         followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
-        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        self._joints = names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
         self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
         self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
         self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
@@ -120,24 +121,23 @@ class Physics:
         robot = self.scene.robots[name]
         if robot.gripper is None:
             return None
-        tree, numbers, levers = robot.tree, [], []
+        tree, motors, numbers, levers = robot.tree, [], [], []
         joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
         moved = [
             j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()
         ]
         for joint, source in joints.items():
             closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
-            arms = [
-                abs(tree.ratio[j]) * (self._arm(name, j) if tree.kind[j] == REVOLUTE else 1.0)
-                for j in moved
-                if tree.source[j] == source
-            ]
-            numbers.append(self._number[name, joint])
-            levers.append(closing * sum(arms) / max(1, len(moved)))  # virtual work: each finger bears its share
+            motors.append(self._number[name, joint])
+            for j in moved:
+                if tree.source[j] == source:  # virtual work: each finger bears its share
+                    arm = self._arm(name, j) if tree.kind[j] == REVOLUTE else 1.0
+                    numbers.append(self._joints.index(f"{name}:{robot.model.names[j]}"))
+                    levers.append(closing * np.sign(tree.ratio[j]) * arm / len(moved))
         carrier = robot.links[
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
-        return _Hand(numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
+        return _Hand(motors, numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
 
     def _arm(self, name: str, joint: int) -> float:
         """How far the tip of what a joint of a finger moves is from its axis [m]."""
@@ -221,21 +221,34 @@ class Physics:
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
-        each = self._torques[self._rates] * ratio
-        torque = np.bincount(leader, each, len(self.motors))
+        each = self._torques[self._rates]
         for hand in self._hands.values():
             if hand.pressing is not None:
-                bias = np.bincount(
-                    leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
-                )
-                moving = data.qvel[self._rates[hand.motors]]
-                torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
-        data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
+                own = hand.joints
+                moving = data.qvel[self._rates[own]]
+                bias = (data.qfrc_bias - data.qfrc_passive)[self._rates[own]]
+                each[own] = bias + hand.levers * hand.pressing - GRIP_DAMPING / len(own) * moving
+        self._drive(each)
         for name, hand in self._hands.items():
             if hand.pressing is not None and not self.settings.welds:
                 self._complete_friction(name, hand)
         library.mj_step2(model, data)
         self._stale = True
+
+    def _drive(self, each: Array) -> None:
+        """Motors give joints their torques, as far as they can.
+
+        What drives coupled joints reaches each by itself: a mechanism does not give way under the force of a hand, whereas
+        the coupling of the simulation would, and one finger would press what it holds off the hand's middle.
+        """
+        motors = len(self.motors)
+        torque = np.bincount(self._leader, each * self._ratio, motors)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.where(np.abs(torque) > self._limits, self._limits / np.abs(torque), 1.0)
+        each *= share[self._leader]
+        self.data.ctrl[:] = each[:motors]
+        gains = self.model.actuator_gainprm[:, 0]
+        self.data.qfrc_applied[self._rates[motors:]] = each[motors:] * gains[self._leader[motors:]]
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
