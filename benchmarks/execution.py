@@ -23,7 +23,9 @@ def main() -> None:
         "--problems", nargs="*", type=Path, help="problem files, from the repository on (default: of each section)"
     )
     parser.add_argument("--worlds", type=int, default=10_000, help="that are drawn for each problem")
-    parser.add_argument("--robots", nargs="*", default=[], metavar="NAME", help="of benchmarks/robots.py (default: all)")
+    parser.add_argument(
+        "--robots", nargs="*", default=[], metavar="NAME", help="of benchmarks/robots.py (default: all)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of random motions")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()

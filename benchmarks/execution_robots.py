@@ -24,7 +24,9 @@ BARS = {"p50": 1.0, "p99": 3.0}  # of tracking [mrad, or mm of joints that slide
 
 def robots(options: argparse.Namespace) -> list[Table]:
     """Each robot of the wheel in a process of its own."""
-    table = Table("Robots of example-robot-data in physics, from their URDF alone; tracking at 1 kHz in mrad or mm")
+    table = Table(
+        "Robots of example-robot-data in physics, from their URDF alone; tracking at 1 kHz in mrad or mm"
+    )
     for name, urdf in ROBOTS.items():
         if not options.robots or name in options.robots:
             table.add(name, **_process(urdf, options.seed))
@@ -46,7 +48,9 @@ def robots(options: argparse.Namespace) -> list[Table]:
 def _process(urdf: str, seed: int) -> dict[str, Any]:
     command = [sys.executable, str(HERE), urdf, str(seed)]
     try:
-        answer = subprocess.run(command, env=os.environ, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+        answer = subprocess.run(
+            command, env=os.environ, capture_output=True, text=True, timeout=LIMIT_S, check=False
+        )
     except subprocess.TimeoutExpired:
         return {"failed": f"no end after {LIMIT_S:g} s"}
     if answer.returncode != 0:
