@@ -13,6 +13,7 @@ from kabo.streams import stream_key, uniforms
 GRAVITY = 9.81  # [m/s²]
 LARGEST_EFFORT = 1e6  # [N or Nm], from which on a limit means none
 BORNE = 0.7  # of a motor's effort, which masses may need at most
+ROTORS = 0.2  # of a motor's effort, which its own inertia may need at most
 LEAST_SHARE = 0.01  # of guessed masses
 DRAWN = 64  # configurations in which motors are looked at
 FARTHEST = 3.0  # [rad or m] of joints that are drawn: wider limits show nothing more
@@ -39,8 +40,8 @@ def bearable_share(robot: Robot, carried: PointMasses) -> float:
     drawn = low + uniforms(stream_key("bearable", robot.name), 0, DRAWN, tree.size) * (high - low)
     poses = [_poses(robot, q) for q in drawn]
     for joint in range(1, len(tree.parent)):
-        effort = float(robot.model.effortLimit[robot.model.joints[joint].idx_v])
-        if tree.ratio[joint] == 0.0 or not 0.0 < effort < LARGEST_EFFORT:
+        effort = _effort(robot, joint)
+        if tree.ratio[joint] == 0.0 or effort is None:
             continue
         beyond = _beyond(tree.parent, joint)
         change = float(limits[int(tree.source[joint])]) * abs(float(tree.ratio[joint]))
@@ -49,6 +50,19 @@ def bearable_share(robot: Robot, carried: PointMasses) -> float:
         if guess > 0.0:
             share = min(share, max(0.0, BORNE * effort - known) / guess)
     return max(share, LEAST_SHARE)
+
+
+def movable_inertia(robot: Robot, joint: int) -> float:
+    """The inertia that the motor of a joint accelerates at the joint's limit with a small part of its effort."""
+    effort, name = _effort(robot, joint), robot.joint_names[int(robot.tree.source[joint])]
+    hardest = float(motion_limits(robot, (name,)).acceleration[0]) * abs(float(robot.tree.ratio[joint]))
+    return float("inf") if effort is None or hardest == 0.0 else ROTORS * effort / hardest
+
+
+def _effort(robot: Robot, joint: int) -> float | None:
+    """The greatest force or torque of a joint; None if it has no limit."""
+    given = float(robot.model.effortLimit[robot.model.joints[joint].idx_v])
+    return given if 0.0 < given < LARGEST_EFFORT else None
 
 
 def _poses(robot: Robot, q: Array) -> Array:

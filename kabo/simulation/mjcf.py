@@ -18,6 +18,7 @@ from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Robot, Scene, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
+from kabo.simulation.bearable import movable_inertia
 from kabo.simulation.contact_shapes import contact_shapes
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
 from kabo.simulation.settings import USUAL, PhysicsSettings
@@ -143,7 +144,7 @@ class _Writer:
         low, high = sorted((ratio * tree.lower[source] + shift, ratio * tree.upper[source] + shift))
         if high - low < 2.0 * FARTHEST_TURN or not revolute:
             tag.set("range", _numbers([low, high]))
-        inertia = self.settings.rotor_inertia
+        inertia = min(self.settings.rotor_inertia, movable_inertia(robot, joint))
         if revolute and robot.joint_names[source] in robot.gripper_joints:
             inertia *= arm_of(robot, joint) ** 2  # of fingers as heavy as those that slide
         tag.set("armature", f"{inertia:g}")

@@ -46,7 +46,9 @@ def test_a_hand_presses_with_its_force_and_holds_what_it_lifts(kind: str, force:
     robot.grip("arm", ("block",))
     robot.wait(0.6)
     before = robot.poses()["block"]
-    assert pressed(robot.physics, "block") == pytest.approx(force, rel=0.1, abs=2.5)  # friction on the table bears up to 2.4 N
+    assert pressed(robot.physics, "block") == pytest.approx(
+        force, rel=0.1, abs=2.5
+    )  # friction on the table bears up to 2.4 N
     trajectory = raising(-0.49, -0.2)
     robot.follow(Motion((Stretch("n0", 0, "arm", trajectory),), (), ("n0",), 0.0, 1.0))
     while robot.state().moving:
