@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--recover",
         action=argparse.BooleanOptionalAction,
         default=True,
-        help="after a surprise go on, if a plan from where everything is now is proven (default: yes, but not over zenoh)",
+        help="after a surprise go on, if a plan from where everything is now is proven (default: yes)",
     )
     parser.add_argument(
         "--state", type=output_file, metavar="FILE", help="the state at the end, for kabo replan, as JSON"
@@ -120,7 +120,7 @@ def run(options: argparse.Namespace) -> int:
             despite_margins=options.despite_margins,
             log_rate=0.0 if options.output is None and options.page is None else options.log_rate,
         )
-        recovery = _recovery(options, plan, scene) if options.recover and options.on != "zenoh" else None
+        recovery = _recovery(options, plan, scene) if options.recover else None
         with opened, interruptible() as stop:
             found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery)
         if options.state is not None:
