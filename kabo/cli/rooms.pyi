@@ -80,8 +80,10 @@ from kabo.planner.result import invalid_to_json as invalid_to_json
 from kabo.planner.result import result_to_json as result_to_json
 from kabo.recovery import Replanner as Replanner
 from kabo.remote import ROBOT_ENDPOINT as ROBOT_ENDPOINT
+from kabo.remote import RemoteSensors as RemoteSensors
 from kabo.remote import RobotServer as RobotServer
 from kabo.remote import RobotServerSettings as RobotServerSettings
+from kabo.remote import ServedSimulation as ServedSimulation
 from kabo.remote import ZenohRobot as ZenohRobot
 from kabo.requests import check_files as check_files
 from kabo.requests import explain_file as explain_file
