@@ -14,6 +14,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.clock import Change, Law, StopWhileChanging
+from kabo.execution.clock_limits import keeps_limits
 from kabo.execution.loads import STEP, LoadOnPath
 from kabo.execution.motions import Motion, Stretch
 from kabo.motion import Held, MotionLimits
@@ -130,7 +131,10 @@ class Follower:
         tried = sorted((delay + lasts, delay, lasts) for delay in STOP_DELAYS for lasts in CHANGE_TIMES)
         for ends, delay, lasts in tried:
             change = Change(delay, lasts, self._rate, rate)
-            if float(change.passed(np.array(ends))) < left and self._within_limits(motion, change, loads):
+            if float(change.passed(np.array(ends))) >= left or not self._within_limits(motion, change, loads):
+                continue
+            met = (each for each in motion.stretches if each.end > self.time)
+            if all(keeps_limits(each.trajectory, self._limits_of(each), change, self.time) for each in met):
                 return change
         return None
 
