@@ -118,7 +118,7 @@ def _run(fault: Fault, found: Judged) -> None:
             before.update(judge.faults)
 
     sensor = FaultySensor(disturbance, seed=fault.seed, poses=robot.poses)
-    recovery = TimedReplanner(problem, scene, memo=replace(memo, answers=dict(memo.answers))).begin(found, plan)
+    recovery = TimedReplanner(problem, scene, memo=replace(memo)).begin(found, plan)
     log = Log(listener=noticed)
     run = execute(
         plan, scene, robot, sensor, log=log, stop=lambda: robot.physics.time > LONGEST, recovery=recovery
