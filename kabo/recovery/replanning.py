@@ -52,12 +52,17 @@ class Replanner:
             yield from ((name, before[name], now[name]) for name in before if before[name] != now[name])
 
     def _out_of_the_node(self, interruption: Interruption) -> Answer:
-        """On to the end of the node, or back to where it began."""
+        """On to the end of the node, or back to where it began, or with other motions from the middle of it."""
         on = self._way("finish", way_on, interruption)
         if on.plan is not None:
             return on
         back = self._way("undo", way_back, interruption)
-        return back if back.plan is not None else Answer("none", None, f"{on.reason}; {back.reason}")
+        if back.plan is not None:
+            return back
+        onward = self._onward(interruption)
+        if onward.plan is not None:
+            return onward
+        return Answer("none", None, f"{on.reason}; {back.reason}; {onward.reason}")
 
     def _way(
         self, kind: Literal["finish", "undo"], made: Callable[..., Plan], interruption: Interruption
