@@ -2,8 +2,8 @@
 
 Everything is drawn from the seed: the kind of a fault, when it comes, how large it is, which body or joint it meets. A run
 is judged by the simulator's own state, by its contacts (`ContactJudge`), and by an independent watcher that replays its log
-(`execution_faults_watched.py`). Runs that stop are compared with an omniscient replanner (`execution_faults_omniscient.py`),
-which knows the true state of the world: `solvable` are those that reached the goal, or for which it finds a plan. In the
+(`execution_faults_watched.py`). Runs that stop are compared with an omniscient replanner, which knows the true state of the
+world (`execution_faults_omniscient.py`): `solvable` are those that reached the goal, or for which it finds a plan. In the
 first table `goal` are runs at whose end every body that the last plan has moved is within 3 mm and 1 degree of its place,
 and `near` those at whose end one of them is farther away, though within what is proven to be free; `stop` are stops after
 which all robots stand. `wrong` is everything else, and has to be 0.
@@ -185,7 +185,8 @@ def _end(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot, found: Judge
 
 def _farthest(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot) -> tuple[str, float, float] | None:
     """The body that is farthest from where the last plan has put it, if one is too far [m], and what was proven."""
-    tail = run.history[len(plan.done or ()) :]
+    roots = [number for number, (node, _) in enumerate(run.history) if node == plan.root]
+    tail = run.history[roots[-1] :] if roots else ()  # a plan is followed to its end, and comes to its root once
     state = state_after(plan, tail).geometry
     if state is None:
         return None
