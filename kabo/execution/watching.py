@@ -11,10 +11,12 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
+from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.margins import Margins
 from kabo.execution.motions import Motion
+from kabo.execution.pacing import Off
 from kabo.execution.protocols import RobotState
-from kabo.scene import Scene, link_poses
+from kabo.scene import Scene
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
 AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
@@ -25,7 +27,7 @@ CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower 
 class Surprise:
     """What no proof covers: its kind, a sentence, the thing, by how much it is off and what was permitted [m]."""
 
-    kind: str  # "tracking", "displaced", "grasp", "gone"
+    kind: str  # "tracking", "displaced", "grasp", "gone", "elsewhere"
     sentence: str
     thing: str
     off: float
@@ -55,6 +57,7 @@ class Watch:
         self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
         self._recent = Measured(bodies={})  # since it was taken
+        self.off: dict[str, Off] = {}  # of robots that move, at the last look
         self._radius = {
             name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
         }
@@ -70,6 +73,7 @@ class Watch:
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven."""
+        self.off = {}
         for name in self.scene.robots:
             running = [each for each in motion.at(state.motion_time) if each.robot == name]
             permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
@@ -79,6 +83,8 @@ class Watch:
                     zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True)
                 )
             off = self._off_path(name, state.positions[name], tuple(planned.values()))
+            if running:
+                self.off[name] = Off(off, float(permitted))
             for found in (self.measured, self._recent):
                 found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
             if off > permitted:
@@ -93,8 +99,11 @@ class Watch:
         robot = self.scene.robots[name]
         true, wanted = list(actual), list(planned)
         true[robot.planned :] = wanted[robot.planned :]
-        first, second = link_poses(robot, true), link_poses(robot, wanted)
-        return max(float(np.linalg.norm(first[link][:3, 3] - second[link][:3, 3])) for link in first)
+        return LinkOrigins.of(robot).farthest(true, wanted)
+
+    def standing(self, state: RobotState, belief: Belief) -> dict[str, float]:
+        """How far each robot is from where it should stand [m]."""
+        return {name: self._off_path(name, state.positions[name], belief.state.robots[name]) for name in self.scene.robots}
 
     def bodies(
         self, seen: Mapping[str, Array], state: RobotState, belief: Belief, node: str, *, held: bool = True
@@ -151,6 +160,25 @@ class Watch:
             if speed > STANDS:
                 return f"{name} still moves"
         return None
+
+    def elsewhere(self, state: RobotState, belief: Belief, node: str) -> Surprise | None:
+        """Whether a robot that rests is farther from where a node begins than what is proven from there on."""
+        permitted = max(AT_PLACE, self.margins.of_rest(node))
+        for name in self.scene.robots:
+            off = self._off_path(name, state.positions[name], belief.state.robots[name])
+            if off > permitted:
+                text = f"{name} is {1000 * off:.1f} mm from where the plan begins"
+                return Surprise("elsewhere", text, name, off, permitted)
+        return None
+
+    def corrected(self, state: RobotState, belief: Belief) -> Belief:
+        """What is believed, with arms where they are measured to be if they rest somewhere else."""
+        found = {
+            name: (*state.positions[name][: robot.planned], *belief.state.robots[name][robot.planned :])
+            for name, robot in self.scene.robots.items()
+            if self._off_path(name, state.positions[name], belief.state.robots[name]) > AT_PLACE
+        }
+        return Belief(belief.scene, belief.state.replace(dict(found))) if found else belief
 
     def grasp(self, robot: str, state: RobotState, belief: Belief, bodies: tuple[str, ...]) -> Surprise | None:
         """Whether a hand that has closed is about as wide as planned."""

@@ -11,12 +11,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.scene import REVOLUTE, Scene
+from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import mujoco
 from kabo.simulation.settings import USUAL, PhysicsSettings
+from kabo.simulation.turning_fingers import (
+    FINGERS,
+    Finger,
+    TurningFingers,
+    arms_when_open,
+    levers_in_contact,
+    middle,
+    turns,
+)
 
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
@@ -33,12 +42,14 @@ class Contact:
 
 @dataclass
 class _Hand:
-    """A gripper's motors and joints, and how each joint presses; `pressing` is None while it follows setpoints."""
+    """A gripper's motors and the torque with which each presses; `pressing` is None while it follows setpoints."""
 
     motors: list[int]
-    joints: list[int]  # of the motors, and of what is coupled to them
-    levers: Array  # force or torque of each joint per newton of force on what is held
+    levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
+    dampings: Array  # of each motor [N s/m or Nm s]
+    turning: TurningFingers | None = None
+    bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
     held: list[tuple[Array, float]] = field(
         default_factory=list
@@ -94,11 +105,12 @@ class Physics:
     def _index(self) -> None:
         model, motors = self.model, self.motors
         followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
-        self._joints = names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
         self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
         self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
         self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
         self._ratio = np.array([1.0] * len(motors) + [ratio for *_, ratio, _ in followers])
+        self._bears = self._ratio / np.bincount(self._leader, self._ratio**2)[self._leader]
         self._shift = np.array([0.0] * len(motors) + [shift for *_, shift in followers])
         self._limits = np.array([np.inf if motor.effort is None else motor.effort for motor in motors])
         self._number = {(motor.robot, motor.joint): k for k, motor in enumerate(motors)}
@@ -121,33 +133,49 @@ class Physics:
         robot = self.scene.robots[name]
         if robot.gripper is None:
             return None
-        tree, motors, numbers, levers = robot.tree, [], [], []
+        tree, numbers, levers = robot.tree, [], []
         joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
         moved = [
             j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()
         ]
         for joint, source in joints.items():
             closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
-            motors.append(self._number[name, joint])
-            for j in moved:
-                if tree.source[j] == source:  # virtual work: each finger bears its share
-                    arm = self._arm(name, j) if tree.kind[j] == REVOLUTE else 1.0
-                    numbers.append(self._joints.index(f"{name}:{robot.model.names[j]}"))
-                    levers.append(closing * np.sign(tree.ratio[j]) * arm / len(moved))
+            shares = [abs(tree.ratio[j]) for j in moved if tree.source[j] == source]
+            numbers.append(self._number[name, joint])
+            levers.append(closing * sum(shares) / max(FINGERS, len(moved)))  # virtual work: each bears its share
         carrier = robot.links[
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
-        return _Hand(motors, numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
+        number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
+        dampings = np.full(len(numbers), GRIP_DAMPING)
+        if not turns(robot):
+            return _Hand(numbers, np.array(levers), number, dampings)
+        turning = self._turning(name, numbers, np.sign(levers))
+        levers = np.sign(levers) * turning.arms / FINGERS
+        return _Hand(numbers, np.array(levers), number, dampings * turning.arms**2, turning)
 
-    def _arm(self, name: str, joint: int) -> float:
-        """How far the tip of what a joint of a finger moves is from its axis [m]."""
-        links = [link for link in self.scene.robots[name].links.values() if link.joint == joint and link.mesh]
-        points = [
-            link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3]
-            for link in links
-            if link.mesh
+    def _turning(self, name: str, motors: list[int], closing: Array) -> TurningFingers:
+        """The fingers of a hand that turns, as they are when it is open."""
+        robot, data = self.scene.robots[name], self._mujoco.MjData(self.model)
+        assert robot.gripper is not None
+        motions = np.zeros((len(motors), self.model.nv))
+        for row, (motor, sign) in enumerate(zip(motors, closing, strict=True)):
+            own = np.flatnonzero(self._leader == motor)
+            motions[row, self._rates[own]] = sign * self._ratio[own]
+            opened = robot.gripper.open.get(self.motors[motor].joint, 0.0)
+            data.qpos[self._values[own]] = self._ratio[own] * opened + self._shift[own]
+        self._mujoco.mj_kinematics(self.model, data)
+        self._mujoco.mj_comPos(self.model, data)
+        links = [
+            link for link in robot.gripper.touch_links if robot.links[link.partition(".")[2]].mesh is not None
         ]
-        return max((float(np.linalg.norm(each[:, :2], axis=1).max()) for each in points), default=0.05)
+        fingers = []
+        for link in links:
+            mesh = robot.links[link.partition(".")[2]].mesh
+            assert mesh is not None
+            fingers.append(Finger(self.model.body(link).id, middle(mesh.vertices)))
+        arms = arms_when_open(self._mujoco, self.model, data, fingers, motions)
+        return TurningFingers(tuple(fingers), motions, arms)
 
     def place(self, robots: Mapping[str, tuple[float, ...]]) -> None:
         """Puts robots at configurations at once, at rest."""
@@ -177,6 +205,7 @@ class Physics:
         data, carrier = self.data, hand.carrier
         turn = data.xmat[carrier].reshape(3, 3)
         offsets = (data.xipos[self.model.body(body).id] - data.xpos[carrier] for body in bodies)
+        hand.bodies = tuple(self.model.body(body).id for body in bodies)
         hand.held = [(offset @ turn, self._expected[body]) for offset, body in zip(offsets, bodies, strict=True)]
 
     def release(self, robot: str) -> None:
@@ -221,34 +250,50 @@ class Physics:
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
-        each = self._torques[self._rates]
+        each = self._torques[self._rates] * ratio
+        torque = np.bincount(leader, each, len(self.motors))
         for hand in self._hands.values():
             if hand.pressing is not None:
-                own = hand.joints
-                moving = data.qvel[self._rates[own]]
-                bias = (data.qfrc_bias - data.qfrc_passive)[self._rates[own]]
-                each[own] = bias + hand.levers * hand.pressing - GRIP_DAMPING / len(own) * moving
-        self._drive(each)
+                bias = np.bincount(
+                    leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
+                )
+                pressed = self._levers(hand) * hand.pressing
+                moving = data.qvel[self._rates[hand.motors]]
+                torque[hand.motors] = bias[hand.motors] + pressed - hand.dampings * moving
+        data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
+        self._share_out()
         for name, hand in self._hands.items():
             if hand.pressing is not None and not self.settings.welds:
                 self._complete_friction(name, hand)
         library.mj_step2(model, data)
         self._stale = True
 
-    def _drive(self, each: Array) -> None:
-        """Motors give joints their torques, as far as they can.
+    def _share_out(self) -> None:
+        """Gives each coupled joint its share of what its motor does.
 
-        What drives coupled joints reaches each by itself: a mechanism does not give way under the force of a hand, whereas
-        the coupling of the simulation would, and one finger would press what it holds off the hand's middle.
+        A mechanism does not give way under the force of a hand, whereas the coupling of the simulation would, and one
+        finger would press what it holds off the middle of the hand.
         """
-        motors = len(self.motors)
-        torque = np.bincount(self._leader, each * self._ratio, motors)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.where(np.abs(torque) > self._limits, self._limits / np.abs(torque), 1.0)
-        each *= share[self._leader]
-        self.data.ctrl[:] = each[:motors]
-        gains = self.model.actuator_gainprm[:, 0]
-        self.data.qfrc_applied[self._rates[motors:]] = each[motors:] * gains[self._leader[motors:]]
+        data, motors = self.data, len(self.motors)
+        leaders = self._leader[motors:]
+        done = data.ctrl[leaders] * self.model.actuator_gainprm[leaders, 0]
+        data.qfrc_applied[self._rates[motors:]] = self._bears[motors:] * done
+        data.ctrl *= self._bears[:motors]
+
+    def _levers(self, hand: _Hand) -> Array:
+        """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
+        if hand.turning is None or not hand.bodies:
+            return hand.levers
+        fingers, touching = {finger.body for finger in hand.turning.fingers}, {}
+        for contact in self.data.contact:
+            pair = {int(self._bodies[contact.geom1]), int(self._bodies[contact.geom2])}
+            if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:
+                touching.setdefault(link.pop(), []).append((contact.pos.copy(), contact.frame[:3].copy()))
+        if not touching:
+            return hand.levers
+        found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
+        # A motor whose finger does not touch yet closes as before.
+        return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
