@@ -194,6 +194,8 @@ def _robot(
         return rooms.KinematicRobot(scene, start, rate=options.rate), None
     judge = rooms.ContactJudge(scene)
     robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
+    for sentence in robot.unsteady:
+        tell(sentence)
     robot.judge = judge.look
     return robot, judge
 

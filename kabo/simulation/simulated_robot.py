@@ -1,7 +1,7 @@
 """The robots of a scene in physics, as the executor drives them, with what sensors would measure of them."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from kabo.simulation.settings import USUAL, PhysicsSettings
 JUDGED_EACH = 5  # time steps
 STILL = 0.003  # [rad/s or m/s] below which a hand stands
 SETTLING = 0.5  # [s] for which gravity acts before anything is done
+FELL, TURNED = 0.005, 5.0  # [m], [degrees]: what gravity moves farther meanwhile does not stand
 
 
 class SimulatedRobot:
@@ -33,6 +34,9 @@ class SimulatedRobot:
         disturb: called before each time step with the physics, to push, drop or break something.
         masses: true masses of bodies [kg], which neither the plan nor the controller knows.
         delay: how late motors get their setpoints [s].
+
+    Attributes:
+        unsteady: sentences about bodies that gravity has moved before anything was done.
     """
 
     def __init__(
@@ -61,7 +65,19 @@ class SimulatedRobot:
         self._from: float | None = None  # of the motion's clock [s], when the last setpoints were sent
         self._share = 1.0  # of the way from there to the setpoints that motors have gone
         self._steps = 0
+        before = self.poses()
         self.wait(SETTLING)
+        self.unsteady = tuple(self._moved_by_gravity(before))
+
+    def _moved_by_gravity(self, before: Mapping[str, Array]) -> Iterator[str]:
+        """A sentence about each body that does not stay where it is put, with nobody touching it."""
+        for name, pose in self.poses().items():
+            shift = float(np.linalg.norm(pose[:3, 3] - before[name][:3, 3]))
+            cosine = 0.5 * (np.trace(before[name][:3, :3].T @ pose[:3, :3]) - 1.0)
+            turn = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+            if shift > FELL or turn > TURNED:
+                moved = f"{1000 * shift:.0f} mm and {turn:.0f} degrees within {SETTLING:g} s"
+                yield f"{name} does not stay where it is put: gravity has moved it by {moved}"
 
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""
