@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from execution_physics import plan_of
 from execution_physics_run import Branch, MeasuredRobot, _judge
 from table import ROOT, Table, finish
 
@@ -37,12 +38,11 @@ PROBLEMS = {
 SETTLED = 0.2  # [s] after the push
 
 
-def displaced(name: str, runs: int, *, largest: bool = False) -> dict[str, Any]:
+def displaced(name: str, runs: int, plans: Path | None = None, *, largest: bool = False) -> dict[str, Any]:
     """The figures of a problem."""
-    problem = kabo.load_problem(ROOT / PROBLEMS[name])
-    plan = kabo.solve(problem, workers=1).plan
+    plan = plan_of(name, ROOT / PROBLEMS[name], plans)
     assert plan is not None
-    scene = kabo.load_scene(problem.scene)
+    scene = kabo.load_scene(kabo.load_problem(ROOT / PROBLEMS[name]).scene)
     robot, least = MeasuredRobot(scene, PhysicsSettings(), plan, 1.0), Margins(plan).of_rest(plan.root)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(runs):
@@ -89,14 +89,17 @@ def main() -> None:
     """Runs it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=10, help="of each problem")
-    parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="problems with one of these in the name")
+    parser.add_argument(
+        "--only", nargs="*", default=[], metavar="WORD", help="problems with one of these in the name"
+    )
     parser.add_argument("--largest", action="store_true", help="pushes that are nearly as large as what is proven")
+    parser.add_argument("--plans", type=Path, metavar="DIR", help="where plans are kept")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()
     table = Table("Displaced within what is proven")
     for name in PROBLEMS:
         if not options.only or any(word in name for word in options.only):
-            table.add(name, **displaced(name, options.runs, largest=options.largest))
+            table.add(name, **displaced(name, options.runs, options.plans, largest=options.largest))
     finish([table], options.output, runs=options.runs, largest=options.largest)
 
 

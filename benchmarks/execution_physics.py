@@ -1,6 +1,6 @@
 """Do plans work? Every problem with a scene is carried out in physics on all branches, by friction alone.
 
-    python benchmarks/execution_physics.py [--only WORD ...] [--not WORD ...] [--branches N] [--hasty] [--plans DIR] [--output FILE]
+    python benchmarks/execution_physics.py [--only WORD ...] [--not WORD ...] [--branches N] [--hasty] [--output FILE]
 
 A plan is carried out by the executor in MuJoCo, without recovery, on each of its branches, or on `--branches` drawn ones if
 it has more. What branches share is simulated once: where they part, the process forks. Judged is the simulator's own state:
@@ -23,7 +23,6 @@ A part that was run anew replaces its rows in the file of `--output`; all others
 
 import argparse
 import json
-import random
 from collections.abc import Iterator
 from pathlib import Path
 from time import process_time
@@ -36,6 +35,7 @@ from table import Table, write
 
 import kabo
 from kabo.plan import Plan
+from kabo.streams import stream_key, uniforms
 
 PLACED, TURNED = 3.0, 1.0  # [mm], [degrees] from where the plan puts a body
 TITLE, HASTY_TITLE = "Plans in physics", "Twice the planned acceleration"
@@ -67,7 +67,8 @@ def drawn(plan: Plan, most: int) -> tuple[list[Outcomes], int]:
     found = branches_of(plan)
     if len(found) <= most:
         return found, len(found)
-    return [found[k] for k in sorted(random.Random(0).sample(range(len(found)), most))], len(found)
+    order = np.argsort(uniforms(stream_key("branches", plan.problem), 0, len(found), 1)[:, 0])
+    return [found[k] for k in sorted(order[:most])], len(found)
 
 
 def figures(branches: list[Branch], measured: Measured, total: int) -> dict[str, Any]:
@@ -98,14 +99,20 @@ def tables(options: argparse.Namespace, kept: dict[str, Table]) -> Iterator[None
     for name, path in chosen(options):
         plan = plan_of(name, path, options.plans)
         for table in (kept[title], kept[REASONS]):
-            table.rows = [row for row in table.rows if row[""] not in (name, f"{name}, hasty"[: 9999 if options.hasty else 0])]
+            table.rows = [
+                row
+                for row in table.rows
+                if row[""] not in (name, f"{name}, hasty"[: 9999 if options.hasty else 0])
+            ]
         if plan is None:
             kept[REASONS].add(name, reason="no plan")
             continue
         began = process_time()
         outcomes, total = drawn(plan, options.branches)
         scene = kabo.load_scene(kabo.load_problem(path).scene)
-        branches, measured = carried_out(plan, scene, outcomes, HASTY if options.hasty else 1.0, weld=options.welds)
+        branches, measured = carried_out(
+            plan, scene, outcomes, HASTY if options.hasty else 1.0, weld=options.welds
+        )
         row = figures(branches, measured, total)
         kept[title].add(name, **row, **{"processor s": process_time() - began})
         failed = [each for each in branches if each.reason]
@@ -128,7 +135,9 @@ def kept_from(output: Path | None) -> dict[str, Table]:
 def main() -> None:
     """Runs it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="problems with one of these in the name")
+    parser.add_argument(
+        "--only", nargs="*", default=[], metavar="WORD", help="problems with one of these in the name"
+    )
     parser.add_argument("--not", nargs="*", default=[], dest="skip", metavar="WORD", help="none with one of these")
     parser.add_argument("--branches", type=int, default=100, help="that are carried out at most")
     parser.add_argument("--hasty", action="store_true", help="at twice the planned acceleration")

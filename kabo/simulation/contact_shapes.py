@@ -60,7 +60,9 @@ def _is_mated(scene: Scene, thing: str) -> bool:
     if thing not in scene.bodies or not scene.mates:
         return False
     own = None if scene.description is None else scene.description.bodies.get(thing)
-    return own is None or own.model in {name for mate in scene.mates.values() for name in (mate.moving, mate.fixed)}
+    return own is None or own.model in {
+        name for mate in scene.mates.values() for name in (mate.moving, mate.fixed)
+    }
 
 
 def _primitive(element: Element) -> ContactShape | None:

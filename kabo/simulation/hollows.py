@@ -16,7 +16,9 @@ from kabo.planner.certify.tight_parts import tight_part
 WIDTH = 4e-3  # [m]: radius of the balls that enter hollows that count
 BRIDGED = 1e-4  # [m] by which a part may bridge such a hollow: half of a narrow fit
 SPACING = 1e-3  # [m] between points on surfaces
-ROOM = 0.05  # share of the ball's radius by which points on surfaces, and polygons in place of circles, may be in it
+ROOM = (
+    0.05  # share of the ball's radius by which points on surfaces, and polygons in place of circles, may be in it
+)
 INSIDE = 1e-7  # [m]
 
 

@@ -37,7 +37,9 @@ def test_a_body_that_falls_over_by_itself_is_told() -> None:
 
 def test_a_part_that_is_joined_to_another_is_not_gripped(scene: Scene) -> None:
     def actions(attach: tuple[tuple[str, str], ...], detach: tuple[str, ...] = ()) -> list[str]:
-        segment = Segment("arm", ("joint_1",), ((0.0,), (0.1,)), (0.0, 1.0), "insert", attach=attach, detach=detach)
+        segment = Segment(
+            "arm", ("joint_1",), ((0.0,), (0.1,)), (0.0, 1.0), "insert", attach=attach, detach=detach
+        )
         return [each.kind for each in _hand_actions("n0", [segment], 0.0, scene)]
 
     assert actions((("box_1", "arm.tool0"),)) == ["grip"]
