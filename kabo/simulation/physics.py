@@ -13,9 +13,11 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Scene
 from kabo.scene.state import GeometricState
+from kabo.simulation.kernels.bias import Moving, add_point_mass
+from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
-from kabo.simulation.mujoco_library import mujoco
+from kabo.simulation.mujoco_library import mujoco, tree_of
 from kabo.simulation.settings import USUAL, PhysicsSettings
 
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
@@ -106,15 +108,25 @@ class Physics:
         count = len(motors)
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
-        self._jacobian = np.zeros((3, model.nv))
         self._expected = {
             name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
         }
-        self._bodies = np.array(model.geom_bodyid)
+        self._scratch, self._gravity = np.empty((5, 3)), np.array(model.opt.gravity)
+        self._tree, self._touches = tree_of(model), self._touching()
+        data = self.data
+        self._moving = Moving(data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com)
+
+    def _touching(self) -> Touches:
+        """What belongs to hands, and what is movable."""
+        model = self.model
         named = [model.body(k).name for k in range(model.nbody)]
-        self._free = np.array([name in self.scene.movable for name in named])
-        touching = {r.name: set(r.gripper.touch_links) if r.gripper else set() for r in self.scene.robots.values()}
-        self._fingers = {robot: np.array([name in links for name in named]) for robot, links in touching.items()}
+        hand = np.full(model.nbody, -1)
+        for number, robot in enumerate(self._hands):
+            gripper = self.scene.robots[robot].gripper
+            links = set(gripper.touch_links) if gripper else set()
+            hand[[name in links for name in named]] = number
+        free = np.array([name in self.scene.movable for name in named], np.int64)
+        return Touches(model.geom_bodyid.astype(np.int64), hand, free)
 
     def _hand(self, name: str) -> _Hand | None:
         robot = self.scene.robots[name]
@@ -231,43 +243,27 @@ class Physics:
                 moving = data.qvel[self._rates[hand.motors]]
                 torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
         data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
-        for name, hand in self._hands.items():
-            if hand.pressing is not None and not self.settings.welds:
-                self._complete_friction(name, hand)
+        if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
+            self._complete_friction()
         library.mj_step2(model, data)
         self._stale = True
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
         place = self.data.xpos[carrier] + self.data.xmat[carrier].reshape(3, 3) @ offset
-        bias = self._bias(carrier, place)
-        self._mujoco.mj_jac(self.model, self.data, self._jacobian, None, place, carrier)
-        self._torques += (mass * (self._jacobian @ self._wanted + bias - self.model.opt.gravity)) @ self._jacobian
+        given = carrier, place, mass, self._wanted, self._gravity, self._tree, self._moving, self._scratch
+        add_point_mass(*given, self._torques)
 
-    def _complete_friction(self, robot: str, hand: _Hand) -> None:
+    def _complete_friction(self) -> None:
         """Adds what MuJoCo leaves out of the acceleration at which contacts in a hand do not slip: that of J in J q'.
 
         Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
         """
-        data, contacts = self.data, self.data.contact
-        first, second = self._bodies[contacts.geom[:, 0]], self._bodies[contacts.geom[:, 1]]
-        mine, other = self._fingers[robot][first], self._fingers[robot][second]
-        rows = np.flatnonzero(
-            (mine != other) & (contacts.efc_address >= 0) & (self._free[first] | self._free[second])
-        )
-        for k in rows:
-            one, two = int(first[k]), int(second[k])
-            point = contacts.pos[k]
-            bias = self._bias(two, point) - self._bias(one, point)
-            address = int(contacts.efc_address[k])
-            # The damping of contacts already makes up for half of it in each step, at the positions after the step.
-            share = 1.0 - 0.5 * self.settings.timestep * data.efc_KBIP[address, 1]
-            data.efc_aref[address : address + 3] -= share * (contacts.frame[k].reshape(3, 3) @ bias)
-
-    def _bias(self, body: int, point: Array) -> Array:
-        """The acceleration (3,) of a point of a body if no joint accelerates."""
-        self._mujoco.mj_jacDot(self.model, self.data, self._jacobian, None, point, body)
-        return np.asarray(self._jacobian @ self.data.qvel)
+        data, found = self.data, self.data.contact
+        contacts = Contacts(found.geom, found.pos, found.frame, found.efc_address)
+        presses = np.array([hand.pressing is not None for hand in self._hands.values()], np.int64)
+        given = contacts, self._touches, presses, self._tree, self._moving, data.efc_aref
+        complete_friction(*given, data.efc_KBIP, self.settings.timestep)
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""
