@@ -27,7 +27,10 @@ _T = TypeVar("_T")
 
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
 STOPS_WITHIN = 30.0  # [s]
-ASKED, ASKED_EACH = 5, 0.2  # how often a sensor that is silent is asked, and after how long again [s]
+ASKED, ASKED_EACH = (
+    15,
+    0.2,
+)  # how often a sensor is asked that is silent, or contradicts, and after how long again [s]
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
@@ -152,7 +155,7 @@ class Carrier:
         for term in node.delivers:
             outcomes = self.decided_later.get(term)
             ask = self.sensor.value if outcomes is None else partial(self.sensor.resolve, outcomes=outcomes)
-            value = self._asked(partial(ask, term))
+            value = self._asked(partial(ask, term), outcomes)
             if outcomes is not None and value is not None:
                 self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
@@ -163,7 +166,7 @@ class Carrier:
         outcomes = tuple(node.branches)
         found = self.known.get(node.on) if node.kind == "branch" else None
         if found is None:
-            found = self._asked(partial(self.sensor.resolve, node.on, outcomes))
+            found = self._asked(partial(self.sensor.resolve, node.on, outcomes), outcomes)
         self._enter("sensing", node=self.name, formula=node.on, outcome=found)
         if found is None:
             raise Stopped(f"{self.name}: {node.on} was not measured")
@@ -172,12 +175,14 @@ class Carrier:
         self.known[node.on] = found
         return found
 
-    def _asked(self, sensor: Callable[[], _T | None]) -> _T | None:
-        """What a sensor says; one that is silent is asked again, a few times."""
+    def _asked(self, sensor: Callable[[], _T | None], outcomes: tuple[str, ...] | None) -> _T | None:
+        """What a sensor says; one that is silent, or says none of the possible outcomes, is asked again, a few times."""
         for number in range(ASKED):
-            if (found := sensor()) is not None or number == ASKED - 1:
+            found = sensor()
+            possible = found is not None and (outcomes is None or found in outcomes)
+            if possible or number == ASKED - 1:
                 return found
-            self._enter("silent", node=self.name, asked=number + 1)
+            self._enter("silent", node=self.name, asked=number + 1, **({} if found is None else {"said": found}))
             for _ in self._looks(ASKED_EACH) if self.robot is not None else ():
                 pass
         return None

@@ -27,7 +27,7 @@ CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower 
 class Surprise:
     """What no proof covers: its kind, a sentence, the thing, by how much it is off and what was permitted [m]."""
 
-    kind: str  # "tracking", "displaced", "grasp", "gone"
+    kind: str  # "tracking", "displaced", "grasp", "gone", "elsewhere"
     sentence: str
     thing: str
     off: float
@@ -160,6 +160,25 @@ class Watch:
             if speed > STANDS:
                 return f"{name} still moves"
         return None
+
+    def elsewhere(self, state: RobotState, belief: Belief, node: str) -> Surprise | None:
+        """Whether a robot that rests is farther from where a node begins than what is proven from there on."""
+        permitted = max(AT_PLACE, self.margins.of_rest(node))
+        for name in self.scene.robots:
+            off = self._off_path(name, state.positions[name], belief.state.robots[name])
+            if off > permitted:
+                text = f"{name} is {1000 * off:.1f} mm from where the plan begins"
+                return Surprise("elsewhere", text, name, off, permitted)
+        return None
+
+    def corrected(self, state: RobotState, belief: Belief) -> Belief:
+        """What is believed, with arms where they are measured to be if they rest somewhere else."""
+        found = {
+            name: (*state.positions[name][: robot.planned], *belief.state.robots[name][robot.planned :])
+            for name, robot in self.scene.robots.items()
+            if self._off_path(name, state.positions[name], belief.state.robots[name]) > AT_PLACE
+        }
+        return Belief(belief.scene, belief.state.replace(dict(found))) if found else belief
 
     def grasp(self, robot: str, state: RobotState, belief: Belief, bodies: tuple[str, ...]) -> Surprise | None:
         """Whether a hand that has closed is about as wide as planned."""

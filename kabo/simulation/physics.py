@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.scene import REVOLUTE, Scene
+from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.kernels.bias import Moving, add_point_mass
 from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
@@ -19,6 +19,15 @@ from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import mujoco, tree_of
 from kabo.simulation.settings import USUAL, PhysicsSettings
+from kabo.simulation.turning_fingers import (
+    FINGERS,
+    Finger,
+    TurningFingers,
+    arms_when_open,
+    levers_in_contact,
+    middle,
+    turns,
+)
 
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
@@ -40,6 +49,9 @@ class _Hand:
     motors: list[int]
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
+    dampings: Array  # of each motor [N s/m or Nm s]
+    turning: TurningFingers | None = None
+    bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
     held: list[tuple[Array, float]] = field(
         default_factory=list
@@ -139,27 +151,42 @@ class Physics:
         ]
         for joint, source in joints.items():
             closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
-            arms = [
-                abs(tree.ratio[j]) * (self._arm(name, j) if tree.kind[j] == REVOLUTE else 1.0)
-                for j in moved
-                if tree.source[j] == source
-            ]
+            shares = [abs(tree.ratio[j]) for j in moved if tree.source[j] == source]
             numbers.append(self._number[name, joint])
-            levers.append(closing * sum(arms) / max(1, len(moved)))  # virtual work: each finger bears its share
+            levers.append(closing * sum(shares) / max(FINGERS, len(moved)))  # virtual work: each bears its share
         carrier = robot.links[
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
-        return _Hand(numbers, np.array(levers), self.model.body(f"{name}:{robot.model.names[carrier]}").id)
+        number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
+        dampings = np.full(len(numbers), GRIP_DAMPING)
+        if not turns(robot):
+            return _Hand(numbers, np.array(levers), number, dampings)
+        turning = self._turning(name, numbers, np.sign(levers))
+        levers = np.sign(levers) * turning.arms / FINGERS
+        return _Hand(numbers, np.array(levers), number, dampings * turning.arms**2, turning)
 
-    def _arm(self, name: str, joint: int) -> float:
-        """How far the tip of what a joint of a finger moves is from its axis [m]."""
-        links = [link for link in self.scene.robots[name].links.values() if link.joint == joint and link.mesh]
-        points = [
-            link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3]
-            for link in links
-            if link.mesh
+    def _turning(self, name: str, motors: list[int], closing: Array) -> TurningFingers:
+        """The fingers of a hand that turns, as they are when it is open."""
+        robot, data = self.scene.robots[name], self._mujoco.MjData(self.model)
+        assert robot.gripper is not None
+        motions = np.zeros((len(motors), self.model.nv))
+        for row, (motor, sign) in enumerate(zip(motors, closing, strict=True)):
+            own = np.flatnonzero(self._leader == motor)
+            motions[row, self._rates[own]] = sign * self._ratio[own]
+            opened = robot.gripper.open.get(self.motors[motor].joint, 0.0)
+            data.qpos[self._values[own]] = self._ratio[own] * opened + self._shift[own]
+        self._mujoco.mj_kinematics(self.model, data)
+        self._mujoco.mj_comPos(self.model, data)
+        links = [
+            link for link in robot.gripper.touch_links if robot.links[link.partition(".")[2]].mesh is not None
         ]
-        return max((float(np.linalg.norm(each[:, :2], axis=1).max()) for each in points), default=0.05)
+        fingers = []
+        for link in links:
+            mesh = robot.links[link.partition(".")[2]].mesh
+            assert mesh is not None
+            fingers.append(Finger(self.model.body(link).id, middle(mesh.vertices)))
+        arms = arms_when_open(self._mujoco, self.model, data, fingers, motions)
+        return TurningFingers(tuple(fingers), motions, arms)
 
     def place(self, robots: Mapping[str, tuple[float, ...]]) -> None:
         """Puts robots at configurations at once, at rest."""
@@ -189,6 +216,7 @@ class Physics:
         data, carrier = self.data, hand.carrier
         turn = data.xmat[carrier].reshape(3, 3)
         offsets = (data.xipos[self.model.body(body).id] - data.xpos[carrier] for body in bodies)
+        hand.bodies = tuple(self.model.body(body).id for body in bodies)
         hand.held = [(offset @ turn, self._expected[body]) for offset, body in zip(offsets, bodies, strict=True)]
 
     def release(self, robot: str) -> None:
@@ -240,13 +268,29 @@ class Physics:
                 bias = np.bincount(
                     leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
                 )
+                pressed = self._levers(hand) * hand.pressing
                 moving = data.qvel[self._rates[hand.motors]]
-                torque[hand.motors] = bias[hand.motors] + hand.levers * hand.pressing - GRIP_DAMPING * moving
+                torque[hand.motors] = bias[hand.motors] + pressed - hand.dampings * moving
         data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
         if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
             self._complete_friction()
         library.mj_step2(model, data)
         self._stale = True
+
+    def _levers(self, hand: _Hand) -> Array:
+        """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
+        if hand.turning is None or not hand.bodies:
+            return hand.levers
+        fingers, touching = {finger.body for finger in hand.turning.fingers}, {}
+        for contact in self.data.contact:
+            pair = {int(self._bodies[contact.geom1]), int(self._bodies[contact.geom2])}
+            if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:
+                touching.setdefault(link.pop(), []).append((contact.pos.copy(), contact.frame[:3].copy()))
+        if not touching:
+            return hand.levers
+        found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
+        # A motor whose finger does not touch yet closes as before.
+        return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
