@@ -15,6 +15,7 @@ from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.kernels.bias import Moving, add_point_mass
 from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
+from kabo.simulation.kernels.motors import Joints, Setpoints, motor_torques, wanted_accelerations
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import mujoco, tree_of
@@ -126,6 +127,9 @@ class Physics:
         self._scratch, self._gravity = np.empty((5, 3)), np.array(model.opt.gravity)
         self._tree, self._touches = tree_of(model), self._touching()
         data = self.data
+        self._driven = Joints(self._values, self._rates, self._leader, self._ratio, self._shift)
+        self._setpoints = Setpoints(self.setpoint, self.speed, self.change)
+        self._needed = np.zeros(count), np.zeros(count)
         self._moving = Moving(data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com)
 
     def _touching(self) -> Touches:
@@ -249,29 +253,21 @@ class Physics:
         """Advances by one time step."""
         library, model, data = self._mujoco, self.model, self.data
         library.mj_step1(model, data)
-        leader, ratio = self._leader, self._ratio
-        off = ratio * self.setpoint[leader] + self._shift - data.qpos[self._values]
-        late = ratio * self.speed[leader] - data.qvel[self._rates]
-        self._wanted[self._rates] = (
-            ratio * self.change[leader] + 2.0 * STIFFNESS * late + STIFFNESS * STIFFNESS * off
-        )
+        joints, moving = self._driven, self._moving
+        wanted_accelerations(joints, self._setpoints, data.qpos, data.qvel, STIFFNESS, self._wanted)
         library.mj_mulM(model, data, self._torques, self._wanted)
         self._torques += data.qfrc_bias
         self._torques -= data.qfrc_passive
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
-        each = self._torques[self._rates] * ratio
-        torque = np.bincount(leader, each, len(self.motors))
+        torque, standing = self._needed
+        motor_torques(joints, self._torques, data.qfrc_bias, data.qfrc_passive, torque, standing)
         for hand in self._hands.values():
             if hand.pressing is not None:
-                bias = np.bincount(
-                    leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
-                )
-                pressed = self._levers(hand) * hand.pressing
-                moving = data.qvel[self._rates[hand.motors]]
-                torque[hand.motors] = bias[hand.motors] + pressed - hand.dampings * moving
-        data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
+                pressed, speeds = self._levers(hand) * hand.pressing, moving.velocity[self._rates[hand.motors]]
+                torque[hand.motors] = standing[hand.motors] + pressed - hand.dampings * speeds
+        np.maximum(np.minimum(torque, self._limits), -self._limits, out=data.ctrl)
         if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
             self._complete_friction()
         library.mj_step2(model, data)
@@ -283,7 +279,7 @@ class Physics:
             return hand.levers
         fingers, touching = {finger.body for finger in hand.turning.fingers}, {}
         for contact in self.data.contact:
-            pair = {int(self._bodies[contact.geom1]), int(self._bodies[contact.geom2])}
+            pair = {int(self._touches.body[contact.geom1]), int(self._touches.body[contact.geom2])}
             if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:
                 touching.setdefault(link.pop(), []).append((contact.pos.copy(), contact.frame[:3].copy()))
         if not touching:

@@ -6,8 +6,6 @@ chapter 2]. `bias` is what `mj_jacDot` times the velocities is, and `jacobian` w
 
 from typing import NamedTuple
 
-import numpy as np
-
 from kabo.arrays import Array, Integers
 from kabo.compilation import kernel
 

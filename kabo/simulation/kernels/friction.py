@@ -18,7 +18,7 @@ class Touches(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """The contacts (C,) of a step: pairs of geoms (C, 2), places (C, 3), axes (C, 9), rows (C,) of constraints, -1: none."""
+    """The contacts (C,) of a step: pairs of geoms (C, 2), places (C, 3), axes (C, 9), rows of constraints (C,) or -1."""
 
     geom: Array
     place: Array
