@@ -48,7 +48,6 @@ class Change:
         return passed
 
 
-
 @dataclass(frozen=True)
 class StopWhileChanging:
     """A stop that is asked for while the rate is being changed: the product of both rates.

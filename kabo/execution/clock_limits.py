@@ -13,7 +13,11 @@ from kabo.motion import MotionLimits, Trajectory
 
 STEP = 2.5e-4  # [s] between times that are looked at
 SIDE = 1e-9  # [s] before a border of pieces: the piece before counts
-SLOPES = 15.0 / 8.0, 10.0 / np.sqrt(3.0), 60.0  # the greatest derivatives of the quintic law from 0 to 1 in a second
+SLOPES = (
+    15.0 / 8.0,
+    10.0 / np.sqrt(3.0),
+    60.0,
+)  # the greatest derivatives of the quintic law from 0 to 1 in a second
 
 
 def keeps_limits(trajectory: Trajectory, limits: MotionLimits, change: Change, start: float) -> bool:

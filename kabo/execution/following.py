@@ -22,7 +22,9 @@ from kabo.scene import Scene, motion_limits
 
 STOP_TIMES = tuple(0.02 * 1.25**k for k in range(24))  # [s], tried in turn: 20 ms to 3.4 s
 STOP_DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4)  # [s] before slowing down begins
-CHANGE_TIMES = tuple(0.05 * 1.5**k for k in range(8))  # [s], within which the rate goes to another one: 50 ms to 0.85 s
+CHANGE_TIMES = tuple(
+    0.05 * 1.5**k for k in range(8)
+)  # [s], within which the rate goes to another one: 50 ms to 0.85 s
 CHECKED_RATE = 1000.0  # [Hz], at which a stop is checked against the limits
 TOLERANCE = 1e-9
 HASTY = np.linspace(0.05, 0.95, 19)  # shares of a stop at which it is seen at once that it exceeds limits

@@ -58,7 +58,9 @@ class Pacer:
     rate: float = 1.0  # that was asked for last
     late: dict[str, float] = field(default_factory=dict)  # how late robots are found to follow [s]
 
-    def begin(self, motion: Motion, belief: Belief, margins: Margins, standing: Mapping[str, float]) -> Pace | None:
+    def begin(
+        self, motion: Motion, belief: Belief, margins: Margins, standing: Mapping[str, float]
+    ) -> Pace | None:
         """The rate with which a motion begins, if it is another one than that of the motion before.
 
         Args:
@@ -82,7 +84,9 @@ class Pacer:
             known = self.late.get(name)
             if own.off < NOTICED * own.permitted and known is None:
                 continue
-            moved = self._speeds[name][0][self._cell(state.motion_time - RECENT) : self._cell(state.motion_time) + 1]
+            moved = self._speeds[name][0][
+                self._cell(state.motion_time - RECENT) : self._cell(state.motion_time) + 1
+            ]
             speed = float(moved.max(initial=0.0)) * rate
             if speed < MOVES:
                 continue

@@ -103,7 +103,10 @@ class Watch:
 
     def standing(self, state: RobotState, belief: Belief) -> dict[str, float]:
         """How far each robot is from where it should stand [m]."""
-        return {name: self._off_path(name, state.positions[name], belief.state.robots[name]) for name in self.scene.robots}
+        return {
+            name: self._off_path(name, state.positions[name], belief.state.robots[name])
+            for name in self.scene.robots
+        }
 
     def bodies(
         self, seen: Mapping[str, Array], state: RobotState, belief: Belief, node: str, *, held: bool = True
