@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Integers
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.kernels.bias import Moving, add_point_mass
 from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
-from kabo.simulation.kernels.motors import Joints, Setpoints, motor_torques, wanted_accelerations
+from kabo.simulation.kernels.motors import Joints, Setpoints, drive, wanted_accelerations
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import mujoco, tree_of
@@ -45,12 +45,15 @@ class Contact:
 
 @dataclass
 class _Hand:
-    """A gripper's motors and the torque with which each presses; `pressing` is None while it follows setpoints."""
+    """A gripper's motors and how each presses; `pressing` is None while it follows setpoints."""
 
     motors: list[int]
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
     dampings: Array  # of each motor [N s/m or Nm s]
+    joints: Integers  # those of the motors, and of what is coupled to them
+    motor_of: Integers  # the place in `motors` of what moves each joint
+    spread: Array  # the share of its motor's torque that each joint gets
     turning: TurningFingers | None = None
     bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
@@ -108,7 +111,7 @@ class Physics:
     def _index(self) -> None:
         model, motors = self.model, self.motors
         followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
-        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        self._joints = names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
         self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
         self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
         self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
@@ -129,7 +132,6 @@ class Physics:
         data = self.data
         self._driven = Joints(self._values, self._rates, self._leader, self._ratio, self._shift)
         self._setpoints = Setpoints(self.setpoint, self.speed, self.change)
-        self._needed = np.zeros(count), np.zeros(count)
         self._moving = Moving(data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com)
 
     def _touching(self) -> Touches:
@@ -148,7 +150,7 @@ class Physics:
         robot = self.scene.robots[name]
         if robot.gripper is None:
             return None
-        tree, numbers, levers = robot.tree, [], []
+        tree, motors, levers = robot.tree, [], []
         joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
         moved = [
             j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()
@@ -156,18 +158,25 @@ class Physics:
         for joint, source in joints.items():
             closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
             shares = [abs(tree.ratio[j]) for j in moved if tree.source[j] == source]
-            numbers.append(self._number[name, joint])
+            motors.append(self._number[name, joint])
             levers.append(closing * sum(shares) / max(FINGERS, len(moved)))  # virtual work: each bears its share
         carrier = robot.links[
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
-        dampings = np.full(len(numbers), GRIP_DAMPING)
-        if not turns(robot):
-            return _Hand(numbers, np.array(levers), number, dampings)
-        turning = self._turning(name, numbers, np.sign(levers))
-        levers = np.sign(levers) * turning.arms / FINGERS
-        return _Hand(numbers, np.array(levers), number, dampings * turning.arms**2, turning)
+        hand = _Hand(motors, np.array(levers), number, np.full(len(motors), GRIP_DAMPING), *self._spread(motors))
+        if turns(robot):
+            hand.turning = turning = self._turning(name, motors, np.sign(levers))
+            hand.levers = np.sign(levers) * turning.arms / FINGERS
+            hand.dampings = hand.dampings * turning.arms**2
+        return hand
+
+    def _spread(self, motors: list[int]) -> tuple[Integers, Integers, Array]:
+        """The joints (k,) that motors move, the place of the motor of each in the list, and its share of the torque."""
+        joints = np.flatnonzero(np.isin(self._leader, motors))
+        which = np.array([motors.index(k) for k in self._leader[joints]], np.int64)
+        squares = np.bincount(which, self._ratio[joints] ** 2, len(motors))
+        return joints, which, self._ratio[joints] / squares[which]
 
     def _turning(self, name: str, motors: list[int], closing: Array) -> TurningFingers:
         """The fingers of a hand that turns, as they are when it is open."""
@@ -261,13 +270,16 @@ class Physics:
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
-        torque, standing = self._needed
-        motor_torques(joints, self._torques, data.qfrc_bias, data.qfrc_passive, torque, standing)
+        each = self._torques[self._rates]
         for hand in self._hands.values():
             if hand.pressing is not None:
-                pressed, speeds = self._levers(hand) * hand.pressing, moving.velocity[self._rates[hand.motors]]
-                torque[hand.motors] = standing[hand.motors] + pressed - hand.dampings * speeds
-        np.maximum(np.minimum(torque, self._limits), -self._limits, out=data.ctrl)
+                pressed = self._levers(hand) * hand.pressing
+                pressed -= hand.dampings * moving.velocity[self._rates[hand.motors]]
+                own = self._rates[hand.joints]
+                each[hand.joints] = (
+                    data.qfrc_bias[own] - data.qfrc_passive[own] + pressed[hand.motor_of] * hand.spread
+                )
+        self._drive(each)
         if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
             self._complete_friction()
         library.mj_step2(model, data)
@@ -287,6 +299,15 @@ class Physics:
         found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
         # A motor whose finger does not touch yet closes as before.
         return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
+
+    def _drive(self, each: Array) -> None:
+        """Motors give joints their torques, as far as they can.
+
+        What drives coupled joints reaches each by itself: a mechanism does not give way under the force of a hand, whereas
+        the coupling of the simulation would, and one finger would press what it holds off the hand's middle.
+        """
+        data, gains = self.data, self.model.actuator_gainprm[:, 0]
+        drive(self._driven, each, self._limits, gains, data.ctrl, data.qfrc_applied)
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""

@@ -34,11 +34,20 @@ def wanted_accelerations(joints, setpoints, positions, velocities, stiffness, wa
         wanted[joints.rate[k]] = ratio * setpoints.change[m] + 2.0 * stiffness * late + stiffness * stiffness * off
 
 
-@kernel  # Joints, (V,) f8 x 3 -> writes torques of motors (M,) x 2
-def motor_torques(joints, needed, bias, passive, total, standing):
-    """The torques of motors for those that are needed at all joints, and those that only keep joints where they are."""
-    total[:], standing[:] = 0.0, 0.0
+@kernel  # Joints, (K,) f8, (M,) f8, (M,) f8 -> writes control (M,) f8, some of applied (V,) f8
+def drive(joints, torques, limits, gains, control, applied):
+    """Gives joints their torques, less where a motor with all that follow it is beyond its limit.
+
+    What a motor's joint gets is its control; followers get theirs as forces that are applied.
+    """
+    motors = limits.shape[0]
+    control[:] = 0.0
     for k in range(joints.leader.shape[0]):
-        i = joints.rate[k]
-        total[joints.leader[k]] += joints.ratio[k] * needed[i]
-        standing[joints.leader[k]] += joints.ratio[k] * (bias[i] - passive[i])
+        control[joints.leader[k]] += joints.ratio[k] * torques[k]
+    for k in range(joints.leader.shape[0] - 1, -1, -1):
+        m = joints.leader[k]
+        share = limits[m] / abs(control[m]) if abs(control[m]) > limits[m] else 1.0
+        if k >= motors:
+            applied[joints.rate[k]] = share * torques[k] * gains[m]
+        else:
+            control[k] = share * torques[k]
