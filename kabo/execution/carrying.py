@@ -221,8 +221,8 @@ class Carrier:
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
-            self._log_state(part.nodes[0])
+            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0], state)
+            self._log_state(part.nodes[0], state)
             self._keep_pace(state, stops=surprise is not None)
             if surprise is not None or self.stop():
                 self._halt(surprise)
@@ -313,21 +313,21 @@ class Carrier:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
-            self._log_state(self.name)
+            if self.settings.log_rate > 0.0:
+                self._log_state(self.name, self._robot.state())
             yield
 
-    def _log_state(self, node: str) -> None:
-        state = self._robot.state()
+    def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
             self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
-        surprise = self._surprise_of_bodies(node)
+        surprise = self._surprise_of_bodies(node, self._robot.state())
         if surprise is not None:
             self._halt(surprise)
 
-    def _surprise_of_bodies(self, node: str) -> Surprise | None:
-        seen, state = self.sensor.poses(), self._robot.state()
+    def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
+        seen = self.sensor.poses()
         return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
 
     def _halt(self, surprise: Surprise | None) -> None:

@@ -65,6 +65,7 @@ class Follower:
     def follow(self, motion: Motion) -> None:
         """Begins a motion, at its beginning."""
         self.motion, self.time = motion, motion.begin
+        self._spans = [(s.begin, s.end, (s.robot, s.trajectory.joints), s) for s in motion.stretches]
         if isinstance(self._law, Change) and not self.stopping:
             self._rate = self._law.last
         self._law, self.stopping = None, False
@@ -108,9 +109,7 @@ class Follower:
         elif not self.stopping:
             self.time, rate = min(self.motion.end, self.time + self._rate * seconds), self._rate
         running = {
-            (stretch.robot, stretch.trajectory.joints): stretch
-            for stretch in self.motion.stretches
-            if stretch.begin <= self.time and stretch.end >= before
+            key: stretch for begin, end, key, stretch in self._spans if begin <= self.time and end >= before
         }
         for stretch in running.values():
             yield _sent(stretch, min(self.time, stretch.end), rate, change)

@@ -126,11 +126,11 @@ class Watch:
         """
         permitted = self.margins.of_rest(node)
         wanted = belief.poses(state.positions)
-        for name, pose in seen.items():
-            holder = belief.holder(name)
-            if holder is not None and not held:
-                continue
-            off = displacement(wanted[name], pose, self._radius[name])
+        holders = {name: belief.holder(name) for name in seen}
+        judged = [name for name, holder in holders.items() if held or holder is None]
+        radii = np.array([self._radius[name] for name in judged])
+        for name, off in zip(judged, displacements(wanted, seen, judged, radii).tolist(), strict=True):
+            holder = holders[name]
             for found in (self.measured, self._recent):
                 if found.bodies is not None:
                     found.bodies[name] = max(found.bodies.get(name, 0.0), off)
@@ -217,6 +217,21 @@ class Watch:
                 if beyond > CLOSED_ON_NOTHING * abs(closing) > 0.0:
                     found[robot] = state.positions[robot][own.planned :]
         return found
+
+
+def displacements(
+    wanted: Mapping[str, Array], found: Mapping[str, Array], names: Sequence[str], radii: Array
+) -> Array:
+    """As `displacement` (k,), of several bodies."""
+    if not names:
+        return np.zeros(0)
+    first, second = (np.stack([poses[name] for name in names]) for poses in (wanted, found))
+    shift = second[:, :3, 3] - first[:, :3, 3]
+    turn = first[:, :3, :3].transpose(0, 2, 1) @ second[:, :3, :3]
+    skew = turn - turn.transpose(0, 2, 1)
+    sine = np.sqrt(np.einsum("kij,kij->k", skew, skew) / 8.0)
+    angle = np.arctan2(sine, 0.5 * (np.einsum("kii->k", turn) - 1.0))
+    return np.asarray(np.sqrt(np.einsum("ki,ki->k", shift, shift)) + np.abs(angle) * radii)
 
 
 def displacement(wanted: Array, found: Array, radius: float) -> float:

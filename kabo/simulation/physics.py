@@ -32,6 +32,7 @@ from kabo.simulation.turning_fingers import (
 
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
+IDENTITY = np.eye(4)
 TOUCHING = 0.0  # [m]: contacts with a greater gap carry no force
 
 
@@ -124,6 +125,11 @@ class Physics:
         count = len(motors)
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
+        self._own = {}  # of each robot, where its joints are among positions and velocities
+        for name, own in self.scene.robots.items():
+            mine = [self._number[name, joint] for joint in own.joint_names]
+            self._own[name] = self._values[mine], self._rates[mine]
+        self._numbers: dict[str, int] = {}  # of bodies of the model
         self._expected = {
             name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
         }
@@ -328,13 +334,11 @@ class Physics:
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""
-        joints = self.scene.robots[robot].joint_names
-        return tuple(self.data.qpos[self._values[[self._number[robot, joint] for joint in joints]]].tolist())
+        return tuple(self.data.qpos[self._own[robot][0]].tolist())
 
     def velocities(self, robot: str) -> tuple[float, ...]:
         """The velocities of a robot's joints, as they are."""
-        joints = self.scene.robots[robot].joint_names
-        return tuple(self.data.qvel[self._rates[[self._number[robot, joint] for joint in joints]]].tolist())
+        return tuple(self.data.qvel[self._own[robot][1]].tolist())
 
     def pose(self, thing: str) -> Array:
         """The pose (4, 4) of a body or `robot.link` in the world, as it is."""
@@ -349,8 +353,11 @@ class Physics:
         if self._stale:  # a step leaves places as they were before it
             self._mujoco.mj_kinematics(self.model, self.data)
             self._stale = False
-        found, pose = self.data.body(body), np.eye(4)
-        pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
+        number = self._numbers.get(body)
+        if number is None:
+            number = self._numbers[body] = self.model.body(body).id
+        pose = IDENTITY.copy()
+        pose[:3, :3], pose[:3, 3] = self.data.xmat[number].reshape(3, 3), self.data.xpos[number]
         return pose
 
     def expected_mass(self, body: str) -> float:
@@ -371,12 +378,11 @@ class Physics:
 
     def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
         """What touches now, deeper than a depth [m]."""
-        data = self.data
-        for number in range(data.ncon):
-            contact = data.contact[number]
-            if contact.dist < -deeper:
-                first, second = sorted((self._thing[contact.geom1], self._thing[contact.geom2]))
-                yield Contact((first, second), float(-contact.dist))
+        found = self.data.contact
+        for number in np.flatnonzero(found.dist < -deeper):
+            one, other = found.geom[number]
+            first, second = sorted((self._thing[one], self._thing[other]))
+            yield Contact((first, second), float(-found.dist[number]))
 
     def displace(self, body: str, offset: Array) -> None:
         """Moves a body by an offset (3,) [m], as somebody who pushes it."""
