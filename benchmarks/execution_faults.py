@@ -245,7 +245,8 @@ def told(each: Judged) -> str:
     )
     first = f"{fault.problem} {fault.kind} {fault.seed} ({drawn}): {each.end} after {each.lasted:.1f} s, came {each.came}"
     rest = [
-        f"solvable {each.solvable}, answers {each.answers}, touched {each.early} before, {each.contacts} after; {each.told}",
+        f"solvable {each.solvable}, answers {each.answers}; {each.told}",
+        f"touched {each.early} before, {each.contacts} after",
         *each.stops,
         each.reason,
     ]
