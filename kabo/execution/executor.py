@@ -95,6 +95,7 @@ class _Executor(Carrier):
         self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
         self.recoveries = 0
         self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
+        self.answered: Surprise | None = None  # the last of these
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
@@ -145,12 +146,12 @@ class _Executor(Carrier):
         if self.recovery is None or stopped.surprise is None or self.recoveries >= self.settings.most_recoveries:
             raise stopped
         self.recoveries += 1
-        if (
-            self.recovered.count(done := (len(self.followed) + len(self.history), stopped.surprise.thing))
-            >= MOST_ALIKE
-        ):
-            raise Stopped(f"{stopped}, again and again", stopped.surprise)
-        self.recovered.append(done)
+        if stopped.surprise is not self.answered:  # after a way out of a node it is still the same
+            self.answered = stopped.surprise
+            now = len(self.followed) + len(self.history), stopped.surprise.thing
+            if self.recovered.count(now) >= MOST_ALIKE:
+                raise Stopped(f"{stopped}, again and again", stopped.surprise)
+            self.recovered.append(now)
         kind, plan = self._answer(stopped)
         try:
             if kind in ("finish", "undo"):
