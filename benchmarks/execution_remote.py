@@ -93,8 +93,9 @@ def serve(endpoint: str, *more: str) -> "subprocess.Popen[str]":
 
 
 def drive(endpoint: str, plan: Plan, told: Callable[[dict[str, Any]], None] | None = None) -> Any:
-    """Carries the plan out."""
+    """Carries the plan out; a process of high priority first pays back what the kernel has granted its start."""
     scene = kabo.load_scene(PROBLEM)
+    time.sleep(1.5)
     with ZenohRobot(client_config([endpoint]), scene, patience_s=30.0) as robot:
         return execute(plan, scene, robot, KnownTruth(poses=robot.poses), log=Log(listener=told))
 
