@@ -76,7 +76,7 @@ def test_a_drawn_arm_stands_and_keeps_to_a_trajectory(
     assert robot.doubts == ()
     robot.follow(Motion((Stretch("n0", 0, "arm", trajectory),), (), ("n0",), 0.0, trajectory.duration))
     errors = []
-    while (state := robot.state()).moving:
+    while robot.state().moving:
         robot.wait(0.001)
         wanted = trajectory.at(min(robot.state().motion_time, trajectory.duration))
         errors.append(np.abs(np.array(robot.state().positions["arm"]) - wanted).max())
