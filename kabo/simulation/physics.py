@@ -291,6 +291,11 @@ class Physics:
         library.mj_step2(model, data)
         self._stale = True
 
+    def is_exhausted(self, robot: str, joint: str) -> bool:
+        """Whether a motor gives all that it can."""
+        number = self._number[robot, joint]
+        return bool(abs(self.data.ctrl[number]) >= self._limits[number])
+
     def _levers(self, hand: _Hand) -> Array:
         """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
         if hand.turning is None or not hand.bodies:
