@@ -61,9 +61,16 @@ def speed(options: argparse.Namespace) -> Table:
             run = execute(plan, scene, robot, KnownTruth(poses=robot.poses))
             factors.append((robot.physics.time - clock) / (process_time() - begun))
         model = robot.physics.model
-        sizes = {"arms": len(scene.robots), "bodies": int(model.nbody), "geoms": int(model.ngeom), "dof": int(model.nv)}
+        sizes = {
+            "arms": len(scene.robots),
+            "bodies": int(model.nbody),
+            "geoms": int(model.ngeom),
+            "dof": int(model.nv),
+        }
         alone = _alone(robot)
-        table.add(problem.name, **sizes, goal=run is not None and run.reached_goal, factor=max(factors), mujoco=alone)
+        table.add(
+            problem.name, **sizes, goal=run is not None and run.reached_goal, factor=max(factors), mujoco=alone
+        )
     return table
 
 
@@ -151,7 +158,9 @@ def repair(options: argparse.Namespace) -> Table:
         figures = {kind: percentile(each, 0.5) for kind, each in sorted(seconds.items())}
         least = {f"{kind}_most": max(each) for kind, each in sorted(seconds.items())}
         count = sum(map(len, seconds.values()))
-        table.add(problem.name, answers=count, **figures, **least, of_fresh=percentile(ratios, 0.5) if ratios else None)
+        table.add(
+            problem.name, answers=count, **figures, **least, of_fresh=percentile(ratios, 0.5) if ratios else None
+        )
     return table
 
 

@@ -112,7 +112,7 @@ class Physics:
     def _index(self) -> None:
         model, motors = self.model, self.motors
         followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
-        self._joints = names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
         self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
         self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
         self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
