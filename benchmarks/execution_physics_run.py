@@ -267,7 +267,7 @@ def _judge(branch: Branch, run: Run, plan: Plan, scene: Scene, robot: MeasuredRo
         deepest = max(robot.contacts, key=lambda pair: robot.contacts[pair])
         branch.reason = f"{' and '.join(deepest)} touch, {1000 * robot.contacts[deepest]:.2g} mm deep"
     if not run.reached_goal:
-        branch.reason = "; ".join(robot.unsteady) or run.reason
+        branch.reason = "; ".join(robot.doubts) or run.reason
     wanted = state_after(plan, run.history).geometry
     if wanted is None:
         branch.goal = run.reached_goal

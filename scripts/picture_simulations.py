@@ -1,6 +1,6 @@
 """Draws the scene of each domain as the simulator has it, settled under gravity.
 
-    python -m scripts.picture_simulations
+python -m scripts.picture_simulations
 """
 
 from pathlib import Path

@@ -12,7 +12,7 @@ from kabo.cli.filming import Filming, add_filming
 from kabo.cli.limits import add_limits
 from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
-from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
 from kabo.cli.truth import add_truth, truth_of
 from kabo.errors import Diagnostic, InputError
 
@@ -46,6 +46,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         metavar="M",
         help="how far robots may be off their paths, in metres: a plan with less proven clearance is refused",
+    )
+    parser.add_argument(
+        "--delay",
+        type=bounded(0.0, 1.0, "s"),
+        default=0.0,
+        metavar="S",
+        help="how late robots follow what they are sent, in seconds: motions are slower where that is too far off the path; "
+        "simulated robots are so late",
     )
     parser.add_argument("--despite-margins", action="store_true", help="carry it out nevertheless")
     parser.add_argument(
@@ -108,6 +116,7 @@ def run(options: argparse.Namespace) -> int:
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
             tracking_error=options.tracking_error,
+            delay=options.delay,
             despite_margins=options.despite_margins,
             log_rate=_log_rate(options, filming),
         )
@@ -191,12 +200,13 @@ def _robot(
     start = rooms.Belief.at_start(scene, plan.start).state
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":
-        return rooms.KinematicRobot(scene, start, rate=options.rate), None
+        return rooms.KinematicRobot(scene, start, rate=options.rate, delay=options.delay), None
     judge = rooms.ContactJudge(scene)
-    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
-    for sentence in robot.unsteady:
-        tell(sentence)
+    rate, delay = options.rate, options.delay
+    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=rate, masses=hidden.masses, delay=delay)
     robot.judge = judge.look
+    for doubt in robot.doubts:
+        warn(f"in the simulation {doubt}")
     return robot, judge
 
 

@@ -1,7 +1,7 @@
 """The clock of a motion: it runs at a rate of one, is slowed down and sped up again, and comes to a stop.
 
-A rate goes from one value to another by the quintic law with two vanishing derivatives at both ends [K 6.1.3]. A stop may be
-asked for while the rate is being changed: then the rate is the product of both laws.
+A rate goes from one value to another by the quintic law with two vanishing derivatives at both ends [K 6.1.3]. A stop may
+be asked for while the rate is being changed: then the rate is the product of both laws.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,6 @@ class Change:
         after = np.maximum(seconds - self.delay - self.lasts, 0.0)
         passed: Array = self.first * seconds + (self.last - self.first) * (changed + after)
         return passed
-
 
 
 @dataclass(frozen=True)

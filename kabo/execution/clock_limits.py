@@ -1,8 +1,8 @@
 """Bounds of what a joint does while the rate of the clock changes: at all times, not only at those that are looked at.
 
 With q of the trajectory and s the rate of its clock, the acceleration is a = q'' s² + q' s' and the jerk is
-j = q''' s³ + 3 q'' s s' + q' s''. Between two times that are h apart, a is at most h/2 of the greatest jerk above its values
-there, and j, inside a piece of the trajectory, h/2 of the greatest derivative of j.
+j = q''' s³ + 3 q'' s s' + q' s''. Between two times that are h apart, a is at most h/2 of the greatest jerk above its
+values there, and j, inside a piece of the trajectory, h/2 of the greatest derivative of j.
 """
 
 import numpy as np
@@ -13,7 +13,11 @@ from kabo.motion import MotionLimits, Trajectory
 
 STEP = 2.5e-4  # [s] between times that are looked at
 SIDE = 1e-9  # [s] before a border of pieces: the piece before counts
-SLOPES = 15.0 / 8.0, 10.0 / np.sqrt(3.0), 60.0  # the greatest derivatives of the quintic law from 0 to 1 in a second
+SLOPES = (
+    15.0 / 8.0,
+    10.0 / np.sqrt(3.0),
+    60.0,
+)  # the greatest derivatives of the quintic law from 0 to 1 in a second
 
 
 def keeps_limits(trajectory: Trajectory, limits: MotionLimits, change: Change, start: float) -> bool:

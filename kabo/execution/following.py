@@ -22,7 +22,9 @@ from kabo.scene import Scene, motion_limits
 
 STOP_TIMES = tuple(0.02 * 1.25**k for k in range(24))  # [s], tried in turn: 20 ms to 3.4 s
 STOP_DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4)  # [s] before slowing down begins
-CHANGE_TIMES = tuple(0.05 * 1.5**k for k in range(8))  # [s], within which the rate goes to another one: 50 ms to 0.85 s
+CHANGE_TIMES = tuple(
+    0.05 * 1.5**k for k in range(8)
+)  # [s], within which the rate goes to another one: 50 ms to 0.85 s
 CHECKED_RATE = 1000.0  # [Hz], at which a stop is checked against the limits
 TOLERANCE = 1e-9
 HASTY = np.linspace(0.05, 0.95, 19)  # shares of a stop at which it is seen at once that it exceeds limits
@@ -63,6 +65,7 @@ class Follower:
     def follow(self, motion: Motion) -> None:
         """Begins a motion, at its beginning."""
         self.motion, self.time = motion, motion.begin
+        self._spans = [(s.begin, s.end, (s.robot, s.trajectory.joints), s) for s in motion.stretches]
         if isinstance(self._law, Change) and not self.stopping:
             self._rate = self._law.last
         self._law, self.stopping = None, False
@@ -106,9 +109,7 @@ class Follower:
         elif not self.stopping:
             self.time, rate = min(self.motion.end, self.time + self._rate * seconds), self._rate
         running = {
-            (stretch.robot, stretch.trajectory.joints): stretch
-            for stretch in self.motion.stretches
-            if stretch.begin <= self.time and stretch.end >= before
+            key: stretch for begin, end, key, stretch in self._spans if begin <= self.time and end >= before
         }
         for stretch in running.values():
             yield _sent(stretch, min(self.time, stretch.end), rate, change)

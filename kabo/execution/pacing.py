@@ -1,12 +1,13 @@
 """Slows down the clock of a motion where robots would be farther off their path than is proven to be free.
 
 A robot that follows late by L seconds is off by L v where its links move at v: at half the rate of the clock by half as
-much. L is stated by its maker, or found from how far it is off now; what it is off at rest, no clock changes. The rate is such
-that what is foreseen within the next second is a share of the proven clearance.
+much. L is stated by its maker, or found from how far it is off now; what it is off at rest, no clock changes. The rate is
+such that what is foreseen within the next second is a share of the proven clearance.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
@@ -17,12 +18,12 @@ from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.margins import Margins
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
-from kabo.scene import Scene
+from kabo.scene import Robot
 
 SHARE = 0.6  # of the proven clearance, that may be foreseen
 NOTICED = 0.25  # share of the proven clearance, below which nothing is asked about the reason
-LEAST, STEP = 0.1, 0.05  # rates: the slowest, and between two rates
-SLOWER, FASTER = 0.9, 1.2  # ratio to the rate now, beyond which the rate is changed
+LEAST, STEP = 0.02, 0.9  # rates: the slowest, and the ratio of one to the one before
+SLOWER, FASTER = 0.91, 1.2  # ratio to the rate now, beyond which the rate is changed
 FORESEEN = 1.0  # [s] on the clock of the motion
 CELL = 0.02  # [s]
 RECENT = 0.06  # [s] within which a robot that is late was as fast as it is off now
@@ -49,23 +50,25 @@ class Pacer:
     """Says at which rate the clock of a motion runs, in one run with all its plans.
 
     Args:
-        scene: the scene.
+        robots: of the scene.
         delay: how late robots follow, as their maker says [s].
     """
 
-    scene: Scene
+    robots: Mapping[str, Robot]
     delay: float = 0.0
     rate: float = 1.0  # that was asked for last
     late: dict[str, float] = field(default_factory=dict)  # how late robots are found to follow [s]
 
-    def begin(self, motion: Motion, belief: Belief, margins: Margins, standing: Mapping[str, float]) -> Pace | None:
+    def begin(
+        self, motion: Motion, belief: Belief, margins: Margins, standing: Mapping[str, float]
+    ) -> Pace | None:
         """The rate with which a motion begins, if it is another one than that of the motion before.
 
         Args:
             motion: it. belief: where all is before it. margins: of the plan.
             standing: how far robots are off now, at rest [m].
         """
-        self.motion, self.belief, self.margins = motion, belief.state.robots, margins
+        self.motion, self.planned, self.margins = motion, belief.state.robots, margins
         self.standing = standing
         self._fast: dict[str, tuple[Array, Array]] | None = None
         self._before: RobotState | None = None
@@ -82,7 +85,9 @@ class Pacer:
             known = self.late.get(name)
             if own.off < NOTICED * own.permitted and known is None:
                 continue
-            moved = self._speeds[name][0][self._cell(state.motion_time - RECENT) : self._cell(state.motion_time) + 1]
+            moved = self._speeds[name][0][
+                self._cell(state.motion_time - RECENT) : self._cell(state.motion_time) + 1
+            ]
             speed = float(moved.max(initial=0.0)) * rate
             if speed < MOVES:
                 continue
@@ -94,15 +99,15 @@ class Pacer:
     def wanted(self, time: float) -> Pace | None:
         """The rate from a time of the motion on, if it is worth a change."""
         least, reason = 1.0, "robots are near enough to their paths at full speed"
-        for name in self.scene.robots:
+        for name in self.robots:
             late = max(self.delay, self.late.get(name, 0.0))
             if late > 0.0:
                 rate, text = self._rate_of(name, late, time)
                 least, reason = (rate, text) if rate < least else (least, reason)
-        rate = 1.0 if least >= 1.0 else max(LEAST, STEP * int(least / STEP))
-        if SLOWER * self.rate <= rate <= FASTER * self.rate and not rate == 1.0 > self.rate:
+        rate = 1.0 if least >= 1.0 else max(LEAST, STEP ** ceil(log(max(least, LEAST)) / log(STEP)))
+        if SLOWER * self.rate < rate < FASTER * self.rate and not rate == 1.0 > self.rate:
             return None
-        return Pace(round(rate, 9), reason)
+        return Pace(round(rate, 3), reason)
 
     def _rate_of(self, name: str, late: float, time: float) -> tuple[float, str]:
         speeds, permitted = self._speeds[name]
@@ -121,16 +126,16 @@ class Pacer:
 
     @property
     def _speeds(self) -> Mapping[str, tuple[Array, Array]]:
-        """By robot, for each cell of the motion's clock: the speed of its fastest link [m/s] and the proven clearance [m]."""
+        """By robot, for each cell of the motion's clock: the speed of its fastest link [m/s], the proven clearance [m]."""
         if self._fast is None:
-            self._fast = {name: self._along(name) for name in self.scene.robots}
+            self._fast = {name: self._along(name) for name in self.robots}
         return self._fast
 
     def _along(self, name: str) -> tuple[Array, Array]:
-        motion, robot = self.motion, self.scene.robots[name]
+        motion, robot = self.motion, self.robots[name]
         count = max(1, int(np.ceil((motion.end - motion.begin) / CELL)))
         times = motion.begin + CELL * np.arange(count + 1)
-        rows, permitted = np.tile(np.array(self.belief[name]), (count + 1, 1)), np.full(count, np.inf)
+        rows, permitted = np.tile(np.array(self.planned[name]), (count + 1, 1)), np.full(count, np.inf)
         for each in (own for own in motion.stretches if own.robot == name):
             begun = times >= each.begin - CELL
             columns = [robot.joint_names.index(joint) for joint in each.trajectory.joints]

@@ -33,7 +33,9 @@ def simulated_drawing(
 
 def _touching(scene: Scene, solid: Solid, settings: PhysicsSettings) -> Solid:
     """A solid as it touches: as it is, if all of it is primitive shapes."""
-    hulls = [s.corners for s in contact_shapes(scene, solid.name, settings.contact_precision) if s.corners is not None]
+    hulls = [
+        s.corners for s in contact_shapes(scene, solid.name, settings.contact_precision) if s.corners is not None
+    ]
     if not hulls:
         return solid
     faces, count = [], 0

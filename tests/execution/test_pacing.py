@@ -91,7 +91,9 @@ def test_a_motion_begins_at_the_rate_that_was_asked_for_before(motion: Motion, s
         follower.pace(0.0)
 
 
-def late_run(plan: Plan, scene: Scene, delay: float, stated: float = 0.0) -> tuple[object, list[dict[str, object]]]:
+def late_run(
+    plan: Plan, scene: Scene, delay: float, stated: float = 0.0
+) -> tuple[object, list[dict[str, object]]]:
     robot = KinematicRobot(scene, delay=delay)
     settings = ExecutionSettings(delay=stated)
     run = execute(plan, scene, robot, KnownTruth(poses=robot.poses), settings)

@@ -31,7 +31,7 @@ def test_fingers_that_are_coupled_stay_so_under_the_force_of_the_hand(scene: Sce
 
 def test_a_body_that_falls_over_by_itself_is_told() -> None:
     robot = SimulatedRobot(kabo.load_scene(DOMAINS / "inspection" / "three_boxes.yaml"))
-    (told,) = robot.unsteady
+    (told,) = robot.doubts
     assert told.startswith("panel does not stay where it is put: gravity has moved it by")
 
 
