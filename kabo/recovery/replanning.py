@@ -71,7 +71,7 @@ class Replanner:
         report = verify_plan(self.scene.description, plan, scene=self.scene)
         if not report.ok:
             return Answer("none", None, f"the way {where} is not proven: {report.findings[0].message}")
-        return Answer(kind, plan, f"the way {where} is proven")
+        return Answer(kind, plan, f"the way {where} is proven", report)
 
     def _onward(self, interruption: Interruption) -> Answer:
         state = interruption.state
@@ -95,5 +95,7 @@ class Replanner:
         if not report.ok:
             return Answer("none", None, f"the new plan is not proven: {report.findings[0].message}")
         if self.memo.continued:
-            return Answer("repair", result.plan, "the same actions are proven from where everything is now")
-        return Answer("replan", result.plan, "other actions are proven from where everything is now")
+            return Answer(
+                "repair", result.plan, "the same actions are proven from where everything is now", report
+            )
+        return Answer("replan", result.plan, "other actions are proven from where everything is now", report)
