@@ -12,11 +12,14 @@ from functools import cached_property
 from math import inf
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
 from kabo.plan import Plan, ProvenGap, topological_order
 from kabo.verify import Report
 
+FEW_CLAIMS = 24  # of a pair in a stretch, of which all are kept
+ROUNDING = 1e-9  # share of a gap
 _Key = tuple[str, str, bool, bool]  # two things, and of which of them directions count
 
 
@@ -189,6 +192,7 @@ class Margins:
         checked = None if report is None else report.certificate
         self.gaps = checked.gaps if report is not None and report.ok and checked is not None else None
         self._tolerances: dict[str, Tolerance] = {}
+        self._essential: dict[int, tuple[tuple[Array, float], ...]] = {}
 
     def of_segment(self, node: str, segment: int) -> float:
         """The least proven distance between what moves in a segment and all else [m]; 0 if nothing is proven."""
@@ -314,13 +318,20 @@ class Margins:
             found[name] = own
         return found
 
+    def _claims(self, number: int) -> tuple[tuple[Array, float], ...]:
+        """The claims of a gap that count; its least gap along no axis if there are none."""
+        gap = (self.gaps or ())[number]
+        if number not in self._essential:
+            self._essential[number] = essential(gap.claims) if gap.claims else ((np.zeros(3), gap.least),)
+        return self._essential[number]
+
     def _made(self, rows: Iterable[tuple[_Key, Collection[int]]], moves: bool) -> Tolerance:
         gaps = self.gaps or ()
         made: list[tuple[tuple[str, str], str, Array, float, tuple[bool, bool], tuple[str, ...]]] = []
         for (first, second, a, b), numbers in rows:
             for number in sorted(numbers):
                 gap = gaps[number]
-                claims = gap.claims if (a or b) and gap.claims else ((np.zeros(3), gap.least),)
+                claims = self._claims(number) if a or b else ((np.zeros(3), gap.least),)
                 directed = (a, b) if gap.claims else (False, False)
                 for axis, size in claims:
                     made.append(((first, second), gap.node, axis, size, directed, robots_of(gap)))
@@ -330,6 +341,29 @@ class Margins:
         return Tolerance(
             self.near, moves, names, nodes, np.array(axes), np.array(sizes), np.array(directed), robots
         )
+
+
+def essential(claims: tuple[tuple[Array, float], ...]) -> tuple[tuple[Array, float], ...]:
+    """The claims (u, g) that imply all others, for any displacement d with u · d + c <= g and any c >= 0.
+
+    They are the corners of the hull of all u / g and the origin: another u / g is a sum of shares of these, together at
+    most 1, so that its g is at least the mean of theirs by these shares; and as |u| = 1, c counts there no less.
+    """
+    least: dict[bytes, tuple[Array, float]] = {}
+    for axis, gap in claims:
+        known = least.get(axis.tobytes())
+        if known is None or gap < known[1]:
+            least[axis.tobytes()] = axis, gap
+    claims = tuple(least.values())
+    if len(claims) <= FEW_CLAIMS:
+        return claims
+    points = np.array([axis / gap for axis, gap in claims])
+    try:
+        kept = ConvexHull(np.vstack([points, np.zeros(3)])).vertices
+    except QhullError:  # all in a plane
+        return claims
+    # What is closer to the hull than rounding is not a corner of it.
+    return tuple((claims[k][0], (1.0 - ROUNDING) * claims[k][1]) for k in sorted(kept) if k < len(claims))
 
 
 def robots_of(gap: ProvenGap) -> tuple[str, ...]:
