@@ -34,7 +34,7 @@ CLEARANCES = {
     "examples/two_cans": (0.003,),
 }
 SURE = 1e-7  # [rad or m] by which a mutant's piece is off at its end: a hundred times what is accepted
-MUTATED = ("stacked/n2", "assembly/gearbox", "force_sensing/n2", "two_cans")
+MUTATED = ("stacked/n2", "force_sensing/n2", "assembly/gearbox", "two_cans")
 
 
 def distances(options: argparse.Namespace) -> Table:
@@ -95,19 +95,19 @@ def asked_row(plan: Plan, report: kabo.Report, size: float) -> dict[str, Any]:
 
 
 def mutants(options: argparse.Namespace) -> Table:
-    """Plans with a coefficient that is wrong."""
-    table, each = Table("Mutants of coefficients"), -(-options.mutants // len(MUTATED))
-    for name in MUTATED:
+    """Plans with a coefficient that is wrong, without certificates, which would be wrong for another reason, too."""
+    names = [name for name in MUTATED if not options.only or any(word in name for word in options.only)]
+    table, each = Table("Mutants of coefficients"), -(-options.mutants // max(1, len(names)))
+    for name in names:
         problem = kabo.load_problem(dict(problems())[name])
         scene, plan = kabo.load_scene(problem.scene), kabo.solve(problem, workers=1).plan
         assert plan is not None and kabo.verify(problem, plan, scene=scene).ok
-        counts = {"mutants": 0, "refused": 0, "with the certificate": 0}
+        counts = {"mutants": 0, "refused": 0}
         least, accepted = np.inf, []
         for number, (mutant, off) in enumerate(spoilt(plan, each)):
             counts["mutants"] += 1
             alone = kabo.verify(problem, replace(mutant, certificate=None), scene=scene)
             counts["refused"] += not alone.ok
-            counts["with the certificate"] += not kabo.verify(problem, mutant, scene=scene).ok
             least = min(least, off)
             accepted += [str(number)] if alone.ok else []
         table.add(name, **counts, **{"least change": float(least), "accepted": " ".join(accepted) or "none"})

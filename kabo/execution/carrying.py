@@ -109,7 +109,8 @@ class Carrier:
             self._require_margins()
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
-            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, self._errors())
+            errors = {} if self.settings.despite_margins else self._errors()
+            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors)
 
     def _errors(self) -> dict[str, float]:
         """The stated tracking error of each robot [m]."""

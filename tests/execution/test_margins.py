@@ -53,7 +53,7 @@ def beside(plan: Plan, body: str, gap: float, node: str | None = None, **more: o
     """A link of the arm passes by a body that stands: the link is ahead along x."""
     where = plan.root if node is None else node
     segments = tuple(range(len(plan.nodes[where].motion)))
-    made = ProvenGap(where, segments, (), ("mobile.palm", body), (ARM, None), True, gap, ((X, gap),))
+    made = ProvenGap(where, segments, (), ("mobile.gripper_base", body), (ARM, None), True, gap, ((X, gap),))
     return replace(made, **more)  # type: ignore[arg-type]
 
 
@@ -113,13 +113,13 @@ def test_what_comes_near_only_before_a_node_limits_nothing_after_it(
     after = stacked_plan.nodes[stacked_plan.root].next
     first, second = margins.rest(stacked_plan.root), margins.rest(str(after))
     assert first is not None and second is not None
-    assert first.radius("o1").least == 0.002 and first.radius("o1").other == "mobile.palm"
+    assert first.radius("o1").least == 0.002 and first.radius("o1").other == "mobile.gripper_base"
     assert second.radius("o1").least == second.near
     found = {(each.node, each.body): each for each in body_margins(margins, stacked_scene.movable)}
     assert found[stacked_plan.root, "o1"].radius == 0.002
     assert found[stacked_plan.root, "o1"].along[:2] == (0.002, second.near)
     rows = table_of(margins, list(found.values()))
-    assert any("o1" in row and "mobile.palm at n0" in row and " 2.0 " in row for row in rows)
+    assert any("o1" in row and "mobile.gripper_base at n0" in row and " 2.0 " in row for row in rows)
 
 
 def test_directions_count_only_until_a_hand_takes_the_body(stacked_plan: Plan, report: Report) -> None:
@@ -172,13 +172,13 @@ def test_a_tracking_error_counts_where_its_robot_moves_things_nearer(
     in_hand = beside(stacked_plan, "o1", 0.002, names=("mobile.left_finger", "o1"), hands=(HAND, HAND))
     assert run_with(stacked_plan, stacked_scene, near, {}, tracking_error=0.001).reached_goal
     with pytest.raises(
-        InputError, match="2 mm is proven between mobile.palm and o1 in n0, and robots are up to 3 mm"
+        InputError, match="2 mm is proven between mobile.gripper_base and o1 in n0, and robots are up to 3 mm"
     ):
         run_with(stacked_plan, stacked_scene, near, {}, tracking_error=0.003)
     assert run_with(stacked_plan, stacked_scene, near, {}, tracking_error=0.003, despite_margins=True).reached_goal
     assert run_with(stacked_plan, stacked_scene, near, {}, tracking_error={"other": 0.003}).reached_goal
     assert run_with(stacked_plan, stacked_scene, with_gaps(report, in_hand), {}, tracking_error=0.003).reached_goal
-    two = beside(stacked_plan, "o1", 0.005, names=("mobile.palm", "mobile.base_link"), hands=(HAND, ARM))
+    two = beside(stacked_plan, "o1", 0.005, names=("mobile.gripper_base", "mobile.base_link"), hands=(HAND, ARM))
     with pytest.raises(InputError, match="up to 6 mm off"):  # both ends of the pair may be off
         run_with(stacked_plan, stacked_scene, with_gaps(report, two), {}, tracking_error=0.003)
 
