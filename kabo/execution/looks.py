@@ -52,8 +52,9 @@ class Seen:
     """What is known of a body's place after some looks: how far it is off, and by how much that may err [m]."""
 
     displaced: Displacement
-    looks: int
-    error: float
+    size: float
+    looks: int = 1
+    error: float = 0.0
 
     def with_error(self, sign: float) -> Displacement:
         """The displacement if the error makes it larger (1) or smaller (-1)."""
@@ -80,7 +81,8 @@ class Looks:
             radius: of the body about its origin [m].
         """
         if self.noise is None:
-            return Seen(displacement_of(wanted, pose, radius), 1, 0.0)
+            found = displacement_of(wanted, pose, radius)
+            return Seen(found, found.size)
         mean = self._means.get(name)
         key = held_by or ""
         if mean is None or mean.key != key or (not key and not np.allclose(mean.wanted, wanted, atol=1e-6)):
@@ -91,7 +93,8 @@ class Looks:
         self._add(mean, np.concatenate([shift, turn]))
         angle = float(np.linalg.norm(mean.off[3:]))
         shift = frame @ mean.off[:3]
-        return Seen(Displacement(shift, angle * radius), mean.count, self.noise.bound(radius, mean.count))
+        found = Displacement(shift, angle * radius)
+        return Seen(found, found.size, mean.count, self.noise.bound(radius, mean.count))
 
     def _add(self, mean: _Mean, off: Array) -> None:
         """Adds a look to the mean, which begins anew if the last looks say that the body was moved."""

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
+from kabo.errors import Diagnostic, InputError
 from kabo.plan import Plan, ProvenGap, topological_order
 from kabo.verify import Report
 
@@ -118,7 +119,7 @@ class Tolerance:
             found[name] = Slack(least) if row < 0 else Slack(least, self._other(row, name), self.nodes[row])
         return found
 
-    @property
+    @cached_property
     def least(self) -> float:
         """The least gap of all pairs [m]."""
         return min(self.near, float(self.gaps.min(initial=inf)))
@@ -234,6 +235,24 @@ class Margins:
         if worst is None and self._rest[self.plan.root] < inf and self.near < together:
             return Lacking(self.near, together)
         return worst
+
+    def require(self, errors: Mapping[str, float]) -> None:
+        """Checks that robots have the clearance that they need.
+
+        Args:
+            errors: how far each may be off its path [m].
+
+        Raises:
+            InputError: less is proven somewhere.
+        """
+        lacking = self.lacking(errors)
+        if lacking is None:
+            return
+        needed = f"{1000 * lacking.needed:.2g} mm"
+        text = f"a clearance of {1000 * lacking.proven:.2g} mm is proven{lacking.where}"
+        text += f", and robots are up to {needed} off their paths"
+        hint = f"plan with --clearance {1000 * lacking.needed:.2g}mm, or carry it out --despite-margins"
+        raise InputError([Diagnostic("plan", 1, 1, text, hint)])
 
     # ----------------------------------------------------------------------------------------------- by pair
     def rest(self, node: str) -> Tolerance | None:
