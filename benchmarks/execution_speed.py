@@ -7,7 +7,7 @@ solve of the state that was answered, and the plan of the state with nothing kep
 """
 
 import argparse
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -16,7 +16,6 @@ import numpy as np
 from table import ROOT, Table, percentile
 
 import kabo
-from kabo.arrays import Array
 from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run, execute
 from kabo.plan import Plan
 from kabo.recovery import Replanner
@@ -104,24 +103,27 @@ def _ended(run: Run, robot: SimulatedRobot) -> dict[str, Any]:
     return {"goal": run.reached_goal, "stops": stops, **more, "seconds": robot.physics.time}
 
 
-class _Pushed(KnownTruth):
-    """Sees one body shifted along the horizontal, from a time on."""
+class _Pushed(KinematicRobot):
+    """Somebody pushes a body along the horizontal, at a time or later, as soon as it stands."""
 
-    def __init__(self, robot: KinematicRobot, body: str, offset: tuple[float, float], since: float) -> None:
-        super().__init__(poses=robot.poses)
-        self.robot, self.body, self.offset, self.since = robot, body, offset, since
+    def __init__(self, scene: Scene, body: str, offset: tuple[float, float], since: float) -> None:
+        super().__init__(scene)
+        self.body, self.offset, self.since = body, offset, since
 
-    def poses(self) -> Mapping[str, Array]:
-        found = {name: pose.copy() for name, pose in super().poses().items()}
-        if self.robot.time >= self.since:
-            found[self.body][:2, 3] += self.offset
-        return found
+    def wait(self, seconds: float) -> None:
+        super().wait(seconds)
+        own = self.world.objects[self.body]
+        if self.time >= self.since and own.parent == "world":
+            x, y, z = own.position
+            moved = replace(own, position=(x + self.offset[0], y + self.offset[1], z))
+            self.world, self.since = self.world.replace({self.body: moved}), np.inf
 
 
 class _Timed(Replanner):
     """Keeps the seconds of each answer, and what was asked."""
 
-    def __post_init__(self) -> None:
+    def __init__(self, *given: Any, **more: Any) -> None:
+        super().__init__(*given, **more)
         self.asked: list[tuple[Interruption, Answer, float]] = []
 
     def answer(self, interruption: Interruption) -> Answer:
@@ -140,10 +142,9 @@ def repair(options: argparse.Namespace) -> Table:
         ratios: list[float] = []
         for body in sorted(scene.movable)[:2]:
             for offset, since in zip(PUSHES, SINCE, strict=True):
-                robot = KinematicRobot(scene)
+                robot = _Pushed(scene, body, offset, since)
                 recovery = _Timed(problem, scene, memo=kabo.Memo.of_plan(problem, plan))
-                sensor = _Pushed(robot, body, offset, since)
-                execute(plan, scene, robot, sensor, recovery=recovery)
+                execute(plan, scene, robot, KnownTruth(poses=robot.poses), recovery=recovery)
                 for asked, answer, took in recovery.asked:
                     seconds.setdefault(answer.kind, []).append(took)
                     if answer.kind in ("repair", "replan"):

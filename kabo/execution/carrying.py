@@ -221,7 +221,9 @@ class Carrier:
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0], state)
+            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(
+                part.nodes[0], state
+            )
             self._log_state(part.nodes[0], state)
             self._keep_pace(state, stops=surprise is not None)
             if surprise is not None or self.stop():
