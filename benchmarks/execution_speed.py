@@ -1,9 +1,8 @@
 """How fast is carrying out? Sections `speed`, `late` and `repair` of benchmarks/execution.py; seconds are of the processor.
 
 `speed`: simulated seconds in one second at 1 kHz, watching at 100 Hz and the judge of contacts included, at best of some
-runs; the same but with every 10 ms looked at by nobody; and the share of MuJoCo alone. `late`: runs of robots that follow late, or of
-which one motor has half its torque, unknown to the executor. `repair`: answers after one body was pushed, beside a fresh
-solve of the state that was answered, and the plan of the state with nothing kept, which has to be the same bytes.
+runs, beside the steps of MuJoCo alone. `late`: runs of robots that follow late, or of which one motor has half its torque,
+unknown to the executor. `repair`: answers after one body was pushed, beside a fresh solve of the state that was answered.
 """
 
 import argparse
@@ -20,7 +19,7 @@ from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run
 from kabo.plan import Plan
 from kabo.recovery import Replanner
 from kabo.scene import Scene
-from kabo.simulation import ContactJudge, SimulatedRobot
+from kabo.simulation import ContactJudge, Physics, SimulatedRobot
 
 PROBLEMS = (
     "domains/stacked/n2.yaml",
@@ -32,6 +31,7 @@ PROBLEMS = (
 )
 PUSHES = ((0.02, 0.01), (-0.015, 0.02))  # [m]
 SINCE = (0.0, 2.0)  # [s]
+WEAK = 1, 2  # motors: of a shoulder and an elbow, which bear most
 DELAYS = (0.01, 0.02, 0.04)  # [s]
 
 
@@ -60,9 +60,16 @@ def speed(options: argparse.Namespace) -> Table:
             run = execute(plan, scene, robot, KnownTruth(poses=robot.poses))
             factors.append((robot.physics.time - clock) / (process_time() - begun))
         model = robot.physics.model
-        sizes = {"arms": len(scene.robots), "bodies": int(model.nbody), "geoms": int(model.ngeom), "dof": int(model.nv)}
+        sizes = {
+            "arms": len(scene.robots),
+            "bodies": int(model.nbody),
+            "geoms": int(model.ngeom),
+            "dof": int(model.nv),
+        }
         alone = _alone(robot)
-        table.add(problem.name, **sizes, goal=run is not None and run.reached_goal, factor=max(factors), mujoco=alone)
+        table.add(
+            problem.name, **sizes, goal=run is not None and run.reached_goal, factor=max(factors), mujoco=alone
+        )
     return table
 
 
@@ -83,13 +90,29 @@ def late(options: argparse.Namespace) -> Table:
     for path in _paths(options):
         problem, scene, plan = _solved(path)
         for delay in DELAYS:
-            run, robot = _late_run(problem, scene, plan, delay)
+            run, robot = _disturbed(problem, scene, plan, delay=delay)
             table.add(f"{problem.name}, {1000 * delay:g} ms late", **_ended(run, robot))
+        for number in WEAK:
+            weak = _Weak(number)
+            run, robot = _disturbed(problem, scene, plan, disturb=weak)
+            table.add(f"{problem.name}, {weak.name} has half its torque", **_ended(run, robot))
     return table
 
 
-def _late_run(problem: Any, scene: Scene, plan: Plan, delay: float) -> tuple[Run, SimulatedRobot]:
-    robot = SimulatedRobot(scene, delay=delay)
+class _Weak:
+    """Half the torque of one motor, from a second on."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.name = number, ""
+
+    def __call__(self, physics: Physics) -> None:
+        if not self.name and physics.time > 1.0:
+            self.name = physics.motors[self.number].name
+            physics.model.actuator_gainprm[self.number, 0] *= 0.5
+
+
+def _disturbed(problem: Any, scene: Scene, plan: Plan, **how: Any) -> tuple[Run, SimulatedRobot]:
+    robot = SimulatedRobot(scene, **how)
     memo = kabo.Memo.of_plan(problem, plan)
     recovery = Replanner(problem, scene, memo=memo)
     return execute(plan, scene, robot, KnownTruth(poses=robot.poses), recovery=recovery), robot
@@ -152,7 +175,9 @@ def repair(options: argparse.Namespace) -> Table:
         figures = {kind: percentile(each, 0.5) for kind, each in sorted(seconds.items())}
         least = {f"{kind}_most": max(each) for kind, each in sorted(seconds.items())}
         count = sum(map(len, seconds.values()))
-        table.add(problem.name, answers=count, **figures, **least, of_fresh=percentile(ratios, 0.5) if ratios else None)
+        table.add(
+            problem.name, answers=count, **figures, **least, of_fresh=percentile(ratios, 0.5) if ratios else None
+        )
     return table
 
 

@@ -58,7 +58,7 @@ class Gripper:
 def _finger(
     name: str, parent: str, kind: str, place: str, axis: str, box: str, limits: str, mimic: str = ""
 ) -> str:
-    coupled = f"<mimic joint='{mimic.split()[0]}' multiplier='{mimic.split()[1]}'/>" if mimic else ""
+    coupled = f"<mimic joint='{mimic.split(maxsplit=1)[0]}' multiplier='{mimic.split()[1]}'/>" if mimic else ""
     return f"""<link name="{name}">{box}</link>
   <joint name="{name}_joint" type="{kind}"><parent link="{parent}"/><child link="{name}"/><origin xyz="{place}"/>
     <axis xyz="{axis}"/><limit {limits} velocity="1" effort="200"/>{coupled}</joint>
