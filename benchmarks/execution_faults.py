@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 from execution_faults_made import KINDS, SENSING, Disturbance, Fault, FaultySensor
-from execution_faults_omniscient import solvable, without_sensors
+from execution_faults_omniscient import SECONDS, solvable, without_sensors
 from execution_faults_watched import Watcher
 from table import ROOT, Table, finish, percentile
 
@@ -51,7 +51,7 @@ LONGEST = 400.0  # [s] of simulated time; a run that lasts longer never ends
 PLACED, TURNED = 3e-3, np.deg2rad(1.0)
 STANDS = 0.02  # [rad/s or m/s]
 AFTERWARDS = 0.5  # [s] that robots have to stand still, after the end
-SETTINGS = ExecutionSettings(log_rate=100.0)  # the watcher reads what is logged
+SETTINGS = ExecutionSettings(log_rate=50.0)  # the watcher reads what is logged
 
 
 @dataclass
@@ -132,7 +132,7 @@ def _run(fault: Fault, found: Judged) -> None:
             before.update(judge.faults)
 
     sensor = FaultySensor(disturbance, seed=fault.seed, poses=robot.poses)
-    recovery = TimedReplanner(problem, scene, memo=replace(memo)).begin(found, plan, disturbance)
+    recovery = TimedReplanner(problem, scene, {"timeout": SECONDS}, replace(memo)).begin(found, plan, disturbance)
     log = Log(listener=noticed)
     late = lambda: robot.physics.time > LONGEST  # noqa: E731
     run = execute(plan, scene, robot, sensor, SETTINGS, log=log, stop=late, recovery=recovery)
@@ -245,7 +245,8 @@ def told(each: Judged) -> str:
     )
     first = f"{fault.problem} {fault.kind} {fault.seed} ({drawn}): {each.end} after {each.lasted:.1f} s, came {each.came}"
     rest = [
-        f"solvable {each.solvable}, answers {each.answers}, touched {each.early} before, {each.contacts} after; {each.told}",
+        f"solvable {each.solvable}, answers {each.answers}; {each.told}",
+        f"touched {each.early} before, {each.contacts} after",
         *each.stops,
         each.reason,
     ]

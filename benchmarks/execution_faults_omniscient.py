@@ -21,7 +21,7 @@ from kabo.plan.state import changed
 from kabo.recovery.relations import event_of, relations
 from kabo.scene import Scene, attachment, beginning_at, world_T
 
-SECONDS = 10.0  # of each state
+SECONDS = 20.0  # of each state
 
 
 def solvable(problem: Problem, scene: Scene, interruption: Interruption, poses: Mapping[str, Array]) -> str | None:

@@ -242,7 +242,7 @@ class Watcher:
 
     def _least(self, proven: Mapping[tuple[str, int], float]) -> float:
         """The least proven clearance of what may still come, from the nodes of the motion on."""
-        names, waiting = set(), list(self.nodes[:1])
+        names, waiting = set(), self.nodes[:1] or [self.plan.root]
         while waiting:
             name = waiting.pop()
             if name not in names:

@@ -77,13 +77,13 @@ def one(urdf: str, seed: int) -> dict[str, Any]:
         made = process_time() - began
     own, physics = scene.robots["arm"], robot.physics
     sag = max(abs(a - b) for a, b in zip(physics.configuration("arm"), scene.start.robots["arm"], strict=True))
-    touching = {contact.things for contact in physics.contacts(1e-4)}
+    touching = {" and ".join(contact.things) for contact in physics.contacts(1e-4)}
     row = {
         "joints": len(own.joint_names),
         "moved": len(own.planned_joints),
         "model": made,
         "sag": 1000.0 * sag,
-        "touching": len(touching),
+        "touching": ", ".join(sorted(touching)),
     }
     errors, seconds, used, moved = [], 0.0, 0.0, 0
     last: Any = "start"
@@ -113,16 +113,17 @@ def one(urdf: str, seed: int) -> dict[str, Any]:
 
 
 def goals(scene: Any, seed: int) -> Any:
-    """Configurations of the planned joints (n,) within half of their limits, one after the other."""
+    """Configurations of the planned joints (n,): anywhere within the limits at first, later ones nearer to the start."""
     import numpy as np
 
     from kabo.streams import stream_key, uniforms
 
     tree, count = scene.robots["arm"].tree, scene.robots["arm"].planned
     low, high = np.maximum(tree.lower[:count], -3.0), np.minimum(tree.upper[:count], 3.0)
+    home = np.array(scene.start.robots["arm"][:count])
     drawn = uniforms(stream_key("robots in physics", seed), 0, DRAWN, count)
-    for row in low + (0.05 + 0.9 * drawn) * (high - low):
-        yield row.tolist()
+    for number, row in enumerate(low + (0.05 + 0.9 * drawn) * (high - low)):
+        yield (home + (1.0 - number / DRAWN) * (row - home)).tolist()
 
 
 def followed(robot: Any, trajectory: Any) -> list[float]:

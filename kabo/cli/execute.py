@@ -12,7 +12,7 @@ from kabo.cli.filming import Filming, add_filming
 from kabo.cli.limits import add_limits
 from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
-from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
 from kabo.cli.truth import add_truth, truth_of
 from kabo.errors import Diagnostic, InputError
 
@@ -205,6 +205,8 @@ def _robot(
     rate, delay = options.rate, options.delay
     robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=rate, masses=hidden.masses, delay=delay)
     robot.judge = judge.look
+    for doubt in robot.doubts:
+        warn(f"in the simulation {doubt}")
     return robot, judge
 
 

@@ -112,7 +112,7 @@ class Physics:
     def _index(self) -> None:
         model, motors = self.model, self.motors
         followers = [(k, *other) for k, motor in enumerate(motors) for other in motor.followers]
-        self._joints = names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
+        names = [motor.name for motor in motors] + [name for _, name, _, _ in followers]
         self._values = np.array([model.joint(name).qposadr[0] for name in names], np.int64)
         self._rates = np.array([model.joint(name).dofadr[0] for name in names], np.int64)
         self._leader = np.array([*range(len(motors)), *(k for k, *_ in followers)], np.int64)
@@ -290,6 +290,11 @@ class Physics:
             self._complete_friction()
         library.mj_step2(model, data)
         self._stale = True
+
+    def is_exhausted(self, robot: str, joint: str) -> bool:
+        """Whether a motor gives all that it can."""
+        number = self._number[robot, joint]
+        return bool(abs(self.data.ctrl[number]) >= self._limits[number])
 
     def _levers(self, hand: _Hand) -> Array:
         """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""

@@ -1,7 +1,7 @@
 """The robots of a scene in physics, as the executor drives them, with what sensors would measure of them."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,10 +14,12 @@ from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import inverse
+from kabo.simulation.judging import DEEP
 from kabo.simulation.physics import Physics
 from kabo.simulation.settings import USUAL, PhysicsSettings
 
 JUDGED_EACH = 5  # time steps
+SAGGED = 0.01  # [rad or m] by which a joint that its motor cannot hold has given way
 STILL = 0.003  # [rad/s or m/s] below which a hand stands
 SETTLING = 0.5  # [s] for which gravity acts before anything is done
 
@@ -62,6 +64,21 @@ class SimulatedRobot:
         self._share = 1.0  # of the way from there to the setpoints that motors have gone
         self._steps = 0
         self.wait(SETTLING)
+        self.doubts = tuple(self._doubts((start or scene.start).robots))
+
+    def _doubts(self, start: Mapping[str, tuple[float, ...]]) -> Iterator[str]:
+        """Sentences about what makes the simulation unlike the robots: what touches at the start, weak motors."""
+        scene, physics = self.scene, self.physics
+        for contact in physics.contacts(DEEP):
+            links = [thing for thing in contact.things if "." in thing]
+            if len(links) == 2 and not scene.never_collide(*links):
+                deep = f"{1000.0 * contact.depth:.2g} mm"
+                yield f"{links[0]} and {links[1]} overlap by {deep} at the start: contact shapes bridge hollows"
+        for name in scene.robots:
+            joints = scene.robots[name].joint_names
+            for joint, is_at, was in zip(joints, physics.configuration(name), start[name], strict=True):
+                if abs(is_at - was) > SAGGED and physics.is_exhausted(name, joint):
+                    yield f"the motor of {name}.{joint} is too weak for what it bears, by the effort in its URDF"
 
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""
