@@ -1,10 +1,10 @@
 """How do plans do that are carried out? Sections, each in a module of its own.
 
-    python benchmarks/execution.py [worlds robots speed late repair ...] [--problems FILE ...] [--worlds N]
-        [--robots NAME ...] [--output FILE]
+    python benchmarks/execution.py [worlds robots speed late repair ...] [--problems FILE ...] [--output FILE]
 
 `worlds`: the mean number of actions in worlds that are drawn, beside the mean over all worlds that `kabo verify` reports.
-`robots`: those of example-robot-data in physics, at rest and along random motions.
+`robots`: those of example-robot-data in physics, at rest and along random motions. `speed`, `late` and `repair`: how fast
+physics and answers are, and what becomes of late or weak robots.
 """
 
 import argparse
