@@ -2,17 +2,18 @@
 
 import argparse
 from contextlib import ExitStack, nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from kabo import service
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import bounded, natural, output_file
+from kabo.cli.argument_types import bounded, output_file
+from kabo.cli.filming import Filming, add_filming
 from kabo.cli.limits import add_limits
 from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
-from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
+from kabo.cli.truth import add_truth, truth_of
 from kabo.errors import Diagnostic, InputError
 
 NAME = "execute"
@@ -38,29 +39,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="setpoints a second (default: 1000)",
     )
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of what sensors find (default: 0)")
-    parser.add_argument(
-        "--truth",
-        action="append",
-        default=[],
-        metavar="FORMULA=OUTCOME",
-        help="what a sensor finds, in place of the seed; may be given several times",
-    )
-    parser.add_argument(
-        "--sensors", type=Path, metavar="FILE", help="what answers the questions of the plan, and how well"
-    )
-    parser.add_argument(
-        "--truth-file",
-        type=Path,
-        metavar="FILE",
-        help="what is true and neither plan nor controller knows: masses, places, answers",
-    )
+    add_truth(parser)
     parser.add_argument(
         "--tracking-error",
         type=bounded(0.0, 1.0, "m"),
         default=0.0,
         metavar="M",
         help="how far robots may be off their paths, in metres: a plan with less proven clearance is refused",
+    )
+    parser.add_argument(
+        "--delay",
+        type=bounded(0.0, 1.0, "s"),
+        default=0.0,
+        metavar="S",
+        help="how late robots follow what they are sent, in seconds: motions are slower where that is too far off the path; "
+        "simulated robots are so late",
     )
     parser.add_argument("--despite-margins", action="store_true", help="carry it out nevertheless")
     parser.add_argument(
@@ -73,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--recover",
         action=argparse.BooleanOptionalAction,
         default=True,
-        help="after a surprise go on, if a plan from where everything is now is proven (default: yes, but not over zenoh)",
+        help="after a surprise go on, if a plan from where everything is now is proven (default: yes)",
     )
     parser.add_argument(
         "--state", type=output_file, metavar="FILE", help="the state at the end, for kabo replan, as JSON"
@@ -95,6 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write a page for a browser that shows the run: errors, clearances, decisions, the true state and the plan",
     )
+    add_filming(parser)
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda _: True)
@@ -102,8 +96,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Carries out the plan; the exit code is 7 if it stopped before a goal."""
-    truth = dict(map(_pair, options.truth))
     with clean_standard_output():
+        filming = Filming(options)
         if options.verify:
             report = rooms.verify_file(options.problem, options.plan, domain=options.domain)
             if not report.ok:
@@ -111,24 +105,32 @@ def run(options: argparse.Namespace) -> int:
                 return exit_codes.VERIFICATION_FAILED
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
-        sensors, hidden = _files(options, plan, truth)
+        sensors, hidden = truth_of(options, options.problem, options.domain)
+        if sensors is not None:
+            rooms.require_answers(plan, sensors)
+        if options.on == "zenoh" and options.truth_file is not None:
+            text = "what is true there, only the robot server knows"
+            raise InputError([Diagnostic("--truth-file", 1, 1, text, "give it to `kabo simulate --serve`")])
         opened = ExitStack()
         robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened)
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
             tracking_error=options.tracking_error,
+            delay=options.delay,
             despite_margins=options.despite_margins,
-            log_rate=0.0 if options.output is None and options.page is None else options.log_rate,
+            log_rate=_log_rate(options, filming),
         )
-        recovery = _recovery(options, plan, scene) if options.recover and options.on != "zenoh" else None
+        recovery = _recovery(options, plan, scene) if options.recover else None
         with opened, interruptible() as stop:
-            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery)
+            seen = filming.listener(robot)
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery, seen)
         if options.state is not None:
             found.state.save(options.state)
         if options.page is not None:
             chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
             made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
             rooms.write_atomically(options.page, rooms.page_of(made))
+        filming.draw(scene)
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))
@@ -139,10 +141,16 @@ def run(options: argparse.Namespace) -> int:
     return exit_codes.DONE if found.reached_goal else exit_codes.STOPPED
 
 
+def _log_rate(options: argparse.Namespace, filming: Filming) -> float:
+    """How often the log says where everything is [Hz]: as often as whoever reads it needs."""
+    read = options.output is not None or options.page is not None
+    return max(options.log_rate if read else 0.0, filming.log_rate)
+
+
 def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
-    plan, scene, robot, sensor, settings, stop, recovery = given
+    plan, scene, robot, sensor, settings, stop, recovery, listener = given
     with nullcontext() if options.output is None else options.output.open("w", encoding="utf-8") as file:
-        log = rooms.Log(file)
+        log = rooms.Log(file, listener)
         if isinstance(sensor, rooms.BoundSensors):
             sensor.log = log
         return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery)
@@ -158,22 +166,6 @@ def _recovery(options: argparse.Namespace, plan: "rooms.Plan", scene: "rooms.Sce
     return rooms.Replanner(problem, scene, chosen, rooms.Memo.of_plan(problem, plan))
 
 
-def _files(
-    options: argparse.Namespace, plan: "rooms.Plan", answers: dict[str, str]
-) -> tuple["rooms.SensorsDescription | None", "rooms.TruthDescription"]:
-    """The sensors, if there is a file of them, and what is true: by its file, and by the answers of the command."""
-    if options.sensors is None and options.truth_file is None:
-        return None, rooms.TruthDescription(answers=answers)
-    problem = rooms.load_problem(options.problem, options.domain)
-    sensors = None if options.sensors is None else rooms.load_sensors(options.sensors, problem)
-    if sensors is not None:
-        rooms.require_answers(plan, sensors)
-    if options.truth_file is None:
-        return sensors, rooms.TruthDescription(answers=answers)
-    hidden = rooms.load_truth(options.truth_file, problem)
-    return sensors, replace(hidden, answers={**hidden.answers, **answers})
-
-
 def _sensor(
     options: argparse.Namespace,
     robot: Any,
@@ -182,7 +174,9 @@ def _sensor(
 ) -> Any:
     if sensors is None:
         return rooms.KnownTruth(hidden.answers, options.seed, dict if robot is None else robot.poses)
-    if robot is None or options.on == "zenoh":  # a robot server sees bodies, and has no other instruments
+    if robot is not None and options.on == "zenoh":
+        return rooms.RemoteSensors(sensors, robot)
+    if robot is None:
         instruments: Any = rooms.NoInstruments()
     elif options.on == "kinematic":
         instruments = rooms.KinematicInstruments(robot, hidden)
@@ -206,19 +200,14 @@ def _robot(
     start = rooms.Belief.at_start(scene, plan.start).state
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":
-        return rooms.KinematicRobot(scene, start, rate=options.rate), None
+        return rooms.KinematicRobot(scene, start, rate=options.rate, delay=options.delay), None
     judge = rooms.ContactJudge(scene)
-    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
+    rate, delay = options.rate, options.delay
+    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=rate, masses=hidden.masses, delay=delay)
     robot.judge = judge.look
+    for doubt in robot.doubts:
+        warn(f"in the simulation {doubt}")
     return robot, judge
-
-
-def _pair(text: str) -> tuple[str, str]:
-    formula, sign, outcome = text.rpartition("=")
-    if not sign or not formula.strip() or not outcome.strip():
-        hint = "write --truth 'empty(bottle_1)=true'"
-        raise InputError([Diagnostic("--truth", 1, 1, f"{text!r} is no formula with its outcome", hint)])
-    return formula.strip(), outcome.strip()
 
 
 def _told(found: "rooms.Run", faults: dict[tuple[str, str], float]) -> str:

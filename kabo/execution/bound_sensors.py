@@ -56,7 +56,7 @@ class BoundSensors:
             return None
         if binding.outcomes is not None:
             return self._decide(binding, binding.outcomes).outcome
-        return self._look(binding)
+        return self.look(binding)
 
     def poses(self) -> Mapping[str, Array]:
         """The bodies that are seen now."""
@@ -64,19 +64,20 @@ class BoundSensors:
 
     def _decide(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> Decision:
         wrong, error, most = binding.wrong, binding.error, binding.looks
-        found = decide(lambda _: self._answer(binding, outcomes), outcomes, wrong, error, most)
+        found = decide(lambda _: self.answer(binding, outcomes), outcomes, wrong, error, most)
         self.decisions[binding.asked] = found
         if self.log is not None:
             more = {"outcome": found.outcome, "looks": found.looks, "error": float(f"{found.error:.3g}")}
             self.log.add(self.instruments.time, "looked", asked=binding.asked, **more)
         return found
 
-    def _answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
+    def answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
         """The answer of one look."""
-        found = answer_of(binding, self._look(binding))
+        found = answer_of(binding, self.look(binding))
         return found if found in outcomes else None
 
-    def _look(self, binding: SensorBinding) -> Reading:
+    def look(self, binding: SensorBinding) -> Reading:
+        """What is read for a binding, once."""
         self._looks += 1
         return self.instruments.read(binding.measurement)
 

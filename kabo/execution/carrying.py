@@ -16,7 +16,8 @@ from kabo.execution.interruptions import Executed
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
-from kabo.execution.protocols import Robot, Sensor
+from kabo.execution.pacing import Pace, Pacer
+from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
@@ -43,6 +44,7 @@ class ExecutionSettings:
             less proven clearance somewhere is refused.
         despite_margins: whether such a plan is carried out nevertheless.
         log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
+        delay: how late robots follow what is sent, as their maker says [s].
         most_recoveries: how often a run goes on after a surprise.
     """
 
@@ -51,6 +53,7 @@ class ExecutionSettings:
     despite_margins: bool = False
     log_rate: float = 0.0
     most_recoveries: int = 20
+    delay: float = 0.0
 
 
 USUAL = ExecutionSettings()
@@ -81,6 +84,7 @@ class Carrier:
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
+        self.pacer = Pacer({} if scene is None else scene.robots, settings.delay)
         self.states = StateLog(log, settings.log_rate)
         self._begin(plan)
 
@@ -96,6 +100,7 @@ class Carrier:
         self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
+        self.part: Motion | None = None  # what is followed
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
@@ -208,25 +213,51 @@ class Carrier:
         robot, waiting = self.robot, list(part.actions)
         self.watch.begin()
         self._act(waiting, part.begin)
-        self.under_way = list(part.stretches)
+        self.under_way, self.part = list(part.stretches), part
         robot.follow(part)
         self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
+        self._begin_pace(part)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
-            self._log_state(part.nodes[0])
+            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(
+                part.nodes[0], state
+            )
+            self._log_state(part.nodes[0], state)
+            self._keep_pace(state, stops=surprise is not None)
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
-        self.under_way = self._finished(self.under_way, part.end)
+        self.under_way, self.part = self._finished(self.under_way, part.end), None
         measured = self.watch.measured
         self._enter(
-            "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
+            "followed",
+            tracking=measured.tracking,
+            permitted=_finite(measured.permitted),
+            share=_finite(measured.share),
+            bodies=measured.bodies,
         )
         self._act(waiting, part.end)
         self._check_grasps()
+
+    def _begin_pace(self, part: Motion) -> None:
+        """A motion begins slowly if robots would get too far off its path."""
+        standing = self.watch.standing(self._robot.state(), self.belief)
+        self._set_pace(self.pacer.begin(part, self.belief, self.margins, standing))
+
+    def _keep_pace(self, state: RobotState, *, stops: bool) -> None:
+        """Slows down the clock before robots are too far off their paths, or goes back to full speed."""
+        self.pacer.learn(state, self.watch.off)
+        if not stops:
+            self._set_pace(self.pacer.wanted(state.motion_time))
+
+    def _set_pace(self, wanted: Pace | None) -> None:
+        if wanted is None or not isinstance(self.robot, PacedRobot):
+            return
+        if self.robot.pace(wanted.rate):
+            self.pacer.rate = wanted.rate
+            self._enter("pace", rate=wanted.rate, reason=wanted.reason)
 
     def _finished(self, stretches: list[Stretch], time: float) -> list[Stretch]:
         """The stretches that have not ended by then; robots are believed to be at the ends of the others."""
@@ -284,21 +315,21 @@ class Carrier:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
-            self._log_state(self.name)
+            if self.settings.log_rate > 0.0:
+                self._log_state(self.name, self._robot.state())
             yield
 
-    def _log_state(self, node: str) -> None:
-        state = self._robot.state()
+    def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
             self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
-        surprise = self._surprise_of_bodies(node)
+        surprise = self._surprise_of_bodies(node, self._robot.state())
         if surprise is not None:
             self._halt(surprise)
 
-    def _surprise_of_bodies(self, node: str) -> Surprise | None:
-        seen, state = self.sensor.poses(), self._robot.state()
+    def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
+        seen = self.sensor.poses()
         return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
 
     def _halt(self, surprise: Surprise | None) -> None:
@@ -311,8 +342,12 @@ class Carrier:
         self._enter("stopping", reason=reason)
         self._robot.stop()
         for _ in self._looks(STOPS_WITHIN):
-            if not self._robot.state().moving:
+            state = self._robot.state()
+            if not state.moving:
                 break
+            if self.part is not None:  # how late robots are is often seen only now
+                self.pacer.learn(state, self.watch.distances(self.part, state, self.belief))
+        self.part = None
         self._stand(self._robot.state().motion_time)
         raise Stopped(reason, surprise)
 

@@ -116,10 +116,28 @@ class _Executor(Carrier):
 
     def _walk(self) -> None:
         """Carries out the plan to its goal."""
+        self._require_begin()
         while (node := self.plan.nodes[self.name]).kind != "goal":
             if self.stop():
                 raise Stopped("it was asked to stop")
             self.name = self._after(node)
+
+    def _require_begin(self) -> None:
+        """Checks that robots stand where the plan begins; if not, nothing of it is proven.
+
+        Raises:
+            Stopped: a robot stands elsewhere.
+        """
+        if self.robot is None or self.scene is None or not self.plan.nodes[self.name].motion:
+            return
+        state = self.robot.state()
+        if not self.followed and not self.history and self.plan.start is not None:
+            held = {self.belief.holder(body) for body in self.scene.movable}
+            for name in sorted(set(state.pressing) - held):
+                raise Stopped(f"the hand of {name} presses already, and the plan does not know what it holds")
+        surprise = self.watch.elsewhere(state, self.belief, self.name)
+        if surprise is not None:
+            raise Stopped(surprise.sentence, surprise)
 
     def _ended(self, reached_goal: bool, reason: str, surprise: Surprise | None) -> Run:
         history = (*self.followed, *self.history)
@@ -133,8 +151,10 @@ class _Executor(Carrier):
         """
         if self.scene is None or self.robot is None:
             return state_after(self.plan, self.history), ()
-        empty = self.watch.empty_hands(self.robot.state(), self.belief)
-        change, lost = observed(self.scene, self.plan, self.belief, self.sensor.poses(), empty, exact=exact)
+        measured = self.robot.state()
+        belief = self.watch.corrected(measured, self.belief)
+        empty = self.watch.empty_hands(measured, belief)
+        change, lost = observed(self.scene, self.plan, belief, self.sensor.poses(), empty, exact=exact)
         return state_after(self.plan, self.history, robots=change.robots, objects=change.objects), lost
 
     def _recover(self, stopped: Stopped) -> None:

@@ -43,12 +43,14 @@ class SimulatedSensors(BoundSensors):
         self.truth, self.seed = truth or TruthDescription(), seed
         self._pictures = 0
         self._next_picture = 0.0  # [s]
+        self._picture: tuple[float, Mapping[str, Array]] = (-1.0, {})  # the last one, and when it was taken [s]
 
-    def _look(self, binding: SensorBinding) -> Reading:
+    def look(self, binding: SensorBinding) -> Reading:
+        """What is read for a binding, once, with the noise of a weight."""
         if binding.measurement.kind == "told":
             self._looks += 1
             return self._told(binding)
-        found = super()._look(binding)
+        found = super().look(binding)
         if binding.measurement.kind == "weight" and isinstance(found, float):
             found += self.sensors.weight_noise * float(self._normal("weight", binding.asked, self._looks, 1)[0])
         return found
@@ -62,9 +64,9 @@ class SimulatedSensors(BoundSensors):
         drawn = float(self._uniform("truth", binding.asked, 0, 1)[0])
         return binding.outcomes[int(drawn * len(binding.outcomes))]
 
-    def _answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
+    def answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
         """The answer of one look, or another one, as often as the sensor is wrong."""
-        found = super()._answer(binding, outcomes)
+        found = super().answer(binding, outcomes)
         others = [each for each in outcomes if each != found]
         if found is None or not others or binding.wrong == 0.0:
             return found
@@ -78,12 +80,13 @@ class SimulatedSensors(BoundSensors):
             return self.instruments.poses()
         now = self.instruments.time
         if now < self._next_picture - SAME_TIME:
-            return {}
+            return self._picture[1] if now <= self._picture[0] + SAME_TIME else {}
         self._next_picture = ceil(now * camera.rate + SAME_TIME) / camera.rate
         self._pictures += 1
         true = self.instruments.poses()
         seen = {name: self._seen(camera, name, true[name]) for name in camera.bodies if name in true}
-        return {name: pose for name, pose in seen.items() if pose is not None}
+        self._picture = now, {name: pose for name, pose in seen.items() if pose is not None}
+        return self._picture[1]
 
     def _seen(self, camera: CameraDescription, body: str, pose: Array) -> Array | None:
         """The pose of a body in the picture of now; None if it is overlooked."""

@@ -18,7 +18,7 @@ RUNS = (
     "construction_set --seeds 1 --output out.json",
     "execution worlds --problems domains/doors/n3.yaml --worlds 20 --output out.json",
     "execution_faults --runs 1 --workers 1 --output out.json",
-    "execution_remote --runs 1 -o out.json",
+    "execution_remote --runs 1 --whole 1 -o out.json",
     "exploration bar --small --output out",
     "exploration line string budget reach speed journal worlds --small --seeds 1 --output out",
     "geometry predicates --scene generated --configurations 8 --output out",

@@ -54,7 +54,10 @@ def test_a_message_arrives_on_the_key_that_the_bridge_maps(moving: Plan) -> None
         subscriber = session.declare_subscriber("**")
         put_trajectory(session, "/arm_controller/joint_trajectory", message, namespace="/robot_1")
         put_trajectory(session, "/arm_controller/joint_trajectory", message)
-        sample, other = subscriber.recv(), subscriber.recv()  # the reader's queue: a callback runs in its own thread
+        sample, other = (
+            subscriber.recv(),
+            subscriber.recv(),
+        )  # the reader's queue: a callback runs in its own thread
     assert str(sample.key_expr) == "robot_1/arm_controller/joint_trajectory"
     assert str(other.key_expr) == "arm_controller/joint_trajectory"
     read = readers.message_of_rosbags(sample.payload.to_bytes(), "trajectory_msgs/msg/JointTrajectory")

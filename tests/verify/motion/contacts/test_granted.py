@@ -38,7 +38,11 @@ def test_what_is_pushed_into_its_support_and_dragged_is_caught(counter, deep):
     """The plan on which the verifier was wrong: 1.5 mm into the table, and 20 cm along it."""
     low = LOW - deep
     told = with_path(counter, "take", LIFT, at(-0.3, LOW), at(-0.3, low), at(-0.1, low), at(-0.3, HIGH))
-    found(told, "lets mug and table touch by the lift of the grasp top, but the motion that lifts mug", counter.node("take"))
+    found(
+        told,
+        "lets mug and table touch by the lift of the grasp top, but the motion that lifts mug",
+        counter.node("take"),
+    )
     found(told, "mug and table collide", counter.node("take"))
 
 
@@ -90,7 +94,9 @@ def test_a_statement_that_the_scene_does_not_bear_out_is_caught(counter, grant):
         grants=(*others, grant),
     )
     found(
-        verify_plan(counter.problem, plan), r"lets \w.* touch by (the mate|the grasp|the lift of|a grasp)", counter.node("take")
+        verify_plan(counter.problem, plan),
+        r"lets \w.* touch by (the mate|the grasp|the lift of|a grasp)",
+        counter.node("take"),
     )
 
 
