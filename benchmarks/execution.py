@@ -1,17 +1,21 @@
 """How do plans do that are carried out? Sections, each in a module of its own.
 
-    python benchmarks/execution.py [worlds ...] [--problems FILE ...] [--worlds N] [--output FILE]
+    python benchmarks/execution.py [worlds robots speed late repair ...] [--problems FILE ...] [--worlds N]
+        [--robots NAME ...] [--output FILE]
 
 `worlds`: the mean number of actions in worlds that are drawn, beside the mean over all worlds that `kabo verify` reports.
+`robots`: those of example-robot-data in physics, at rest and along random motions.
 """
 
 import argparse
 from pathlib import Path
 
+from execution_robots import robots
+from execution_speed import late, repair, speed
 from execution_worlds import worlds
 from table import finish
 
-SECTIONS = {"worlds": worlds}
+SECTIONS = {"worlds": worlds, "robots": robots, "speed": speed, "late": late, "repair": repair}
 
 
 def main() -> None:
@@ -21,7 +25,12 @@ def main() -> None:
     parser.add_argument(
         "--problems", nargs="*", type=Path, help="problem files, from the repository on (default: of each section)"
     )
+    parser.add_argument("--rounds", type=int, default=3, help="of `speed`, of which the best counts")
     parser.add_argument("--worlds", type=int, default=10_000, help="that are drawn for each problem")
+    parser.add_argument(
+        "--robots", nargs="*", default=[], metavar="NAME", help="of benchmarks/robots.py (default: all)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of random motions")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()
     finish([SECTIONS[name](options) for name in options.sections], options.output, worlds=options.worlds)

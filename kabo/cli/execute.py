@@ -8,10 +8,11 @@ from typing import Any
 from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file
+from kabo.cli.filming import Filming, add_filming
 from kabo.cli.limits import add_limits
 from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
-from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell
+from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
 from kabo.cli.truth import add_truth, truth_of
 from kabo.errors import Diagnostic, InputError
 
@@ -46,6 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="how far robots may be off their paths, in metres: a plan with less proven clearance is refused",
     )
+    parser.add_argument(
+        "--delay",
+        type=bounded(0.0, 1.0, "s"),
+        default=0.0,
+        metavar="S",
+        help="how late robots follow what they are sent, in seconds: motions are slower where that is too far off the path; "
+        "simulated robots are so late",
+    )
     parser.add_argument("--despite-margins", action="store_true", help="carry it out nevertheless")
     parser.add_argument(
         "--verify",
@@ -79,6 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write a page for a browser that shows the run: errors, clearances, decisions, the true state and the plan",
     )
+    add_filming(parser)
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda _: True)
@@ -87,6 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Carries out the plan; the exit code is 7 if it stopped before a goal."""
     with clean_standard_output():
+        filming = Filming(options)
         if options.verify:
             report = rooms.verify_file(options.problem, options.plan, domain=options.domain)
             if not report.ok:
@@ -105,18 +116,21 @@ def run(options: argparse.Namespace) -> int:
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
             tracking_error=options.tracking_error,
+            delay=options.delay,
             despite_margins=options.despite_margins,
-            log_rate=0.0 if options.output is None and options.page is None else options.log_rate,
+            log_rate=_log_rate(options, filming),
         )
         recovery = _recovery(options, plan, scene) if options.recover else None
         with opened, interruptible() as stop:
-            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery)
+            seen = filming.listener(robot)
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery, seen)
         if options.state is not None:
             found.state.save(options.state)
         if options.page is not None:
             chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
             made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
             rooms.write_atomically(options.page, rooms.page_of(made))
+        filming.draw(scene)
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))
@@ -127,10 +141,16 @@ def run(options: argparse.Namespace) -> int:
     return exit_codes.DONE if found.reached_goal else exit_codes.STOPPED
 
 
+def _log_rate(options: argparse.Namespace, filming: Filming) -> float:
+    """How often the log says where everything is [Hz]: as often as whoever reads it needs."""
+    read = options.output is not None or options.page is not None
+    return max(options.log_rate if read else 0.0, filming.log_rate)
+
+
 def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
-    plan, scene, robot, sensor, settings, stop, recovery = given
+    plan, scene, robot, sensor, settings, stop, recovery, listener = given
     with nullcontext() if options.output is None else options.output.open("w", encoding="utf-8") as file:
-        log = rooms.Log(file)
+        log = rooms.Log(file, listener)
         if isinstance(sensor, rooms.BoundSensors):
             sensor.log = log
         return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery)
@@ -180,10 +200,13 @@ def _robot(
     start = rooms.Belief.at_start(scene, plan.start).state
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":
-        return rooms.KinematicRobot(scene, start, rate=options.rate), None
+        return rooms.KinematicRobot(scene, start, rate=options.rate, delay=options.delay), None
     judge = rooms.ContactJudge(scene)
-    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
+    rate, delay = options.rate, options.delay
+    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=rate, masses=hidden.masses, delay=delay)
     robot.judge = judge.look
+    for doubt in robot.doubts:
+        warn(f"in the simulation {doubt}")
     return robot, judge
 
 

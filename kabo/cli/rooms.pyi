@@ -56,11 +56,15 @@ from kabo.motion_plans import NoMotionError as NoMotionError
 from kabo.motion_plans import find_motion as find_motion
 from kabo.pictures import PictureWishes as PictureWishes
 from kabo.pictures import ViewWishes as ViewWishes
+from kabo.pictures import Witness as Witness
 from kabo.pictures import bound_picture as bound_picture
 from kabo.pictures import parts_picture as parts_picture
 from kabo.pictures import picture_of_file as picture_of_file
+from kabo.pictures import require_empty as require_empty
 from kabo.pictures import require_pictures as require_pictures
 from kabo.pictures import robot_picture as robot_picture
+from kabo.pictures import run_animation as run_animation
+from kabo.pictures import write_run_frames as write_run_frames
 from kabo.plan import READABLE_FORMATS as READABLE_FORMATS
 from kabo.plan import Plan as Plan
 from kabo.plan import describe as describe

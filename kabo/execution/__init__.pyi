@@ -17,6 +17,7 @@ from kabo.execution.motions import Motion as Motion
 from kabo.execution.motions import Stretch as Stretch
 from kabo.execution.motions import motion_of as motion_of
 from kabo.execution.motions import parts_of as parts_of
+from kabo.execution.protocols import PacedRobot as PacedRobot
 from kabo.execution.protocols import Robot as Robot
 from kabo.execution.protocols import RobotFailed as RobotFailed
 from kabo.execution.protocols import RobotState as RobotState

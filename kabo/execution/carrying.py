@@ -16,7 +16,8 @@ from kabo.execution.interruptions import Executed
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
-from kabo.execution.protocols import Robot, Sensor
+from kabo.execution.pacing import Pace, Pacer
+from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
@@ -26,7 +27,10 @@ _T = TypeVar("_T")
 
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
 STOPS_WITHIN = 30.0  # [s]
-ASKED, ASKED_EACH = 5, 0.2  # how often a sensor that is silent is asked, and after how long again [s]
+ASKED, ASKED_EACH = (
+    15,
+    0.2,
+)  # how often a sensor is asked that is silent, or contradicts, and after how long again [s]
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
@@ -40,6 +44,7 @@ class ExecutionSettings:
             less proven clearance somewhere is refused.
         despite_margins: whether such a plan is carried out nevertheless.
         log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
+        delay: how late robots follow what is sent, as their maker says [s].
         most_recoveries: how often a run goes on after a surprise.
     """
 
@@ -48,6 +53,7 @@ class ExecutionSettings:
     despite_margins: bool = False
     log_rate: float = 0.0
     most_recoveries: int = 20
+    delay: float = 0.0
 
 
 USUAL = ExecutionSettings()
@@ -78,6 +84,7 @@ class Carrier:
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
+        self.pacer = Pacer({} if scene is None else scene.robots, settings.delay)
         self.states = StateLog(log, settings.log_rate)
         self._begin(plan)
 
@@ -93,6 +100,7 @@ class Carrier:
         self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
+        self.part: Motion | None = None  # what is followed
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
@@ -148,7 +156,7 @@ class Carrier:
         for term in node.delivers:
             outcomes = self.decided_later.get(term)
             ask = self.sensor.value if outcomes is None else partial(self.sensor.resolve, outcomes=outcomes)
-            value = self._asked(partial(ask, term))
+            value = self._asked(partial(ask, term), outcomes)
             if outcomes is not None and value is not None:
                 self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
@@ -159,7 +167,7 @@ class Carrier:
         outcomes = tuple(node.branches)
         found = self.known.get(node.on) if node.kind == "branch" else None
         if found is None:
-            found = self._asked(partial(self.sensor.resolve, node.on, outcomes))
+            found = self._asked(partial(self.sensor.resolve, node.on, outcomes), outcomes)
         self._enter("sensing", node=self.name, formula=node.on, outcome=found)
         if found is None:
             raise Stopped(f"{self.name}: {node.on} was not measured")
@@ -168,12 +176,14 @@ class Carrier:
         self.known[node.on] = found
         return found
 
-    def _asked(self, sensor: Callable[[], _T | None]) -> _T | None:
-        """What a sensor says; one that is silent is asked again, a few times."""
+    def _asked(self, sensor: Callable[[], _T | None], outcomes: tuple[str, ...] | None) -> _T | None:
+        """What a sensor says; one that is silent, or says none of the possible outcomes, is asked again, a few times."""
         for number in range(ASKED):
-            if (found := sensor()) is not None or number == ASKED - 1:
+            found = sensor()
+            possible = found is not None and (outcomes is None or found in outcomes)
+            if possible or number == ASKED - 1:
                 return found
-            self._enter("silent", node=self.name, asked=number + 1)
+            self._enter("silent", node=self.name, asked=number + 1, **({} if found is None else {"said": found}))
             for _ in self._looks(ASKED_EACH) if self.robot is not None else ():
                 pass
         return None
@@ -203,25 +213,51 @@ class Carrier:
         robot, waiting = self.robot, list(part.actions)
         self.watch.begin()
         self._act(waiting, part.begin)
-        self.under_way = list(part.stretches)
+        self.under_way, self.part = list(part.stretches), part
         robot.follow(part)
         self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
+        self._begin_pace(part)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
-            self._log_state(part.nodes[0])
+            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(
+                part.nodes[0], state
+            )
+            self._log_state(part.nodes[0], state)
+            self._keep_pace(state, stops=surprise is not None)
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
-        self.under_way = self._finished(self.under_way, part.end)
+        self.under_way, self.part = self._finished(self.under_way, part.end), None
         measured = self.watch.measured
         self._enter(
-            "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
+            "followed",
+            tracking=measured.tracking,
+            permitted=_finite(measured.permitted),
+            share=_finite(measured.share),
+            bodies=measured.bodies,
         )
         self._act(waiting, part.end)
         self._check_grasps()
+
+    def _begin_pace(self, part: Motion) -> None:
+        """A motion begins slowly if robots would get too far off its path."""
+        standing = self.watch.standing(self._robot.state(), self.belief)
+        self._set_pace(self.pacer.begin(part, self.belief, self.margins, standing))
+
+    def _keep_pace(self, state: RobotState, *, stops: bool) -> None:
+        """Slows down the clock before robots are too far off their paths, or goes back to full speed."""
+        self.pacer.learn(state, self.watch.off)
+        if not stops:
+            self._set_pace(self.pacer.wanted(state.motion_time))
+
+    def _set_pace(self, wanted: Pace | None) -> None:
+        if wanted is None or not isinstance(self.robot, PacedRobot):
+            return
+        if self.robot.pace(wanted.rate):
+            self.pacer.rate = wanted.rate
+            self._enter("pace", rate=wanted.rate, reason=wanted.reason)
 
     def _finished(self, stretches: list[Stretch], time: float) -> list[Stretch]:
         """The stretches that have not ended by then; robots are believed to be at the ends of the others."""
@@ -279,21 +315,21 @@ class Carrier:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
-            self._log_state(self.name)
+            if self.settings.log_rate > 0.0:
+                self._log_state(self.name, self._robot.state())
             yield
 
-    def _log_state(self, node: str) -> None:
-        state = self._robot.state()
+    def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
             self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
-        surprise = self._surprise_of_bodies(node)
+        surprise = self._surprise_of_bodies(node, self._robot.state())
         if surprise is not None:
             self._halt(surprise)
 
-    def _surprise_of_bodies(self, node: str) -> Surprise | None:
-        seen, state = self.sensor.poses(), self._robot.state()
+    def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
+        seen = self.sensor.poses()
         return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
 
     def _halt(self, surprise: Surprise | None) -> None:
@@ -306,8 +342,12 @@ class Carrier:
         self._enter("stopping", reason=reason)
         self._robot.stop()
         for _ in self._looks(STOPS_WITHIN):
-            if not self._robot.state().moving:
+            state = self._robot.state()
+            if not state.moving:
                 break
+            if self.part is not None:  # how late robots are is often seen only now
+                self.pacer.learn(state, self.watch.distances(self.part, state, self.belief))
+        self.part = None
         self._stand(self._robot.state().motion_time)
         raise Stopped(reason, surprise)
 

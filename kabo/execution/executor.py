@@ -12,7 +12,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import InputError
 from kabo.execution.carrying import SETTLED_AFTER, USUAL, Carrier, ExecutionSettings, Stopped
-from kabo.execution.interruptions import Interruption, Recovery, observed
+from kabo.execution.interruptions import Interruption, Recovery, hand_within_limits, observed
 from kabo.execution.log import Log
 from kabo.execution.margins import Margins
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
@@ -95,6 +95,7 @@ class _Executor(Carrier):
         self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
         self.recoveries = 0
         self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
+        self.answered: Surprise | None = None  # the last of these
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
@@ -143,14 +144,17 @@ class _Executor(Carrier):
         return Run(reached_goal, reason, self.name, history, self._state()[0], surprise, self.log)
 
     # ------------------------------------------------------------------------------------------------- surprises
-    def _state(self) -> tuple[State, tuple[tuple[str, str], ...]]:
-        """What was done and where everything is, as it is observed; and what hands do not hold any more."""
+    def _state(self, *, exact: bool = False) -> tuple[State, tuple[tuple[str, str], ...]]:
+        """What was done and where everything is, as it is observed; and what hands do not hold any more.
+
+        `exact`: small errors stay in.
+        """
         if self.scene is None or self.robot is None:
             return state_after(self.plan, self.history), ()
         measured = self.robot.state()
         belief = self.watch.corrected(measured, self.belief)
         empty = self.watch.empty_hands(measured, belief)
-        change, lost = observed(self.scene, self.plan, belief, self.sensor.poses(), empty)
+        change, lost = observed(self.scene, self.plan, belief, self.sensor.poses(), empty, exact=exact)
         return state_after(self.plan, self.history, robots=change.robots, objects=change.objects), lost
 
     def _recover(self, stopped: Stopped) -> None:
@@ -162,16 +166,16 @@ class _Executor(Carrier):
         if self.recovery is None or stopped.surprise is None or self.recoveries >= self.settings.most_recoveries:
             raise stopped
         self.recoveries += 1
-        if (
-            self.recovered.count(done := (len(self.followed) + len(self.history), stopped.surprise.thing))
-            >= MOST_ALIKE
-        ):
-            raise Stopped(f"{stopped}, again and again", stopped.surprise)
-        self.recovered.append(done)
+        if stopped.surprise is not self.answered:  # after a way out of a node it is still the same
+            self.answered = stopped.surprise
+            now = len(self.followed) + len(self.history), stopped.surprise.thing
+            if self.recovered.count(now) >= MOST_ALIKE:
+                raise Stopped(f"{stopped}, again and again", stopped.surprise)
+            self.recovered.append(now)
         kind, plan = self._answer(stopped)
         try:
             if kind in ("finish", "undo"):
-                self._detour(plan, done=kind == "finish")
+                stopped = self._detour(plan, done=kind == "finish") or stopped
             else:
                 self.followed += self.history
                 self._begin(plan)
@@ -193,9 +197,12 @@ class _Executor(Carrier):
             raise Stopped(
                 str(stopped) if stopped.surprise.kind == "gone" else f"{stopped}; {surprise.sentence}", surprise
             )
-        state, lost = self._state()
-        for body, robot in lost:
-            self._robot.release(robot, (body,))
+        again = len(self.recovered) > 1 and self.recovered[-1] in self.recovered[:-1]
+        state, lost = self._state(exact=again)  # what was taken out may be what surprised
+        if lost:
+            self._let_go_of(lost)
+            self._come_to_rest(stopped)
+            state, _ = self._state(exact=again)
         expected = state_after(self.plan, self.history).geometry
         answer = self.recovery.answer(
             Interruption(self.plan, state, tuple(self.executed), lost, surprise, expected)
@@ -204,6 +211,16 @@ class _Executor(Carrier):
         if answer.plan is None:
             raise Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
         return answer.kind, answer.plan
+
+    def _let_go_of(self, lost: tuple[tuple[str, str], ...]) -> None:
+        """Hands press no more on what they do not hold as planned: it stays, or falls from where it is."""
+        measured = self._robot.state().positions
+        for body, robot in lost:
+            self._robot.release(robot, (body,))
+            own = self.watch.scene.robots[robot]
+            hand = hand_within_limits(own, measured[robot][own.planned :])
+            self.belief.move(robot, own.gripper_joints, np.array([hand[joint] for joint in own.gripper_joints]))
+            self.belief.let_go(body)
 
     def _come_to_rest(self, stopped: Stopped) -> None:
         """Waits until no body moves that is seen, and robots are where they were sent; not for ever.
@@ -233,16 +250,25 @@ class _Executor(Carrier):
         """Whether a body is not seen, and it is not yet time to say that it is gone."""
         return any(name not in seen for name in self.seen_at) and self._gone() is None
 
-    def _detour(self, way: Plan, *, done: bool) -> None:
-        """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began."""
+    def _detour(self, way: Plan, *, done: bool) -> Stopped | None:
+        """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began.
+
+        Returns:
+            the surprise that has ended the way before; then the node is given up where the robots stand.
+        """
         plan, name, history = self.plan, self.name, self.history
         try:
             self._follow_way(way)
+        except Stopped as stopped:
+            if stopped.surprise is None:
+                raise
+            return stopped
         finally:  # what was done is told by the plan, whatever becomes of the way
             self.plan, self.name, self.history, self.executed = plan, name, history, []
             self.margins = self.watch.margins = Margins(plan)
         if done:
             self.name = self._left(name)
+        return None
 
     def _follow_way(self, way: Plan, *, again: bool = True) -> None:
         """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""

@@ -109,8 +109,10 @@ def _hand_actions(name: str, motion: Sequence[Segment], offset: float, scene: Sc
             opens = set(segment.joints) & set(scene.robots[segment.robot].gripper_joints)
             yield HandAction(begin if opens else end, "release", segment.robot, name, number, (), segment.detach)
             yield HandAction(end, "detach", segment.robot, name, number, (), segment.detach)
-        if segment.attach:
+        if any(parent.partition(".")[0] == segment.robot for _, parent in segment.attach):
             yield HandAction(end, "grip", segment.robot, name, number, segment.attach)
+        elif segment.attach and not segment.detach:  # one part is joined to another: no hand presses
+            yield HandAction(end, "detach", segment.robot, name, number)
 
 
 def parts_of(motion: Motion) -> list[Motion]:

@@ -4,17 +4,19 @@ A robot may be as far from its path as the segment's proven clearance, a body as
 of the rest of the plan: up to there the proofs hold. Nothing is a surprise that is within.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
+from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.margins import Margins
 from kabo.execution.motions import Motion
+from kabo.execution.pacing import Off
 from kabo.execution.protocols import RobotState
-from kabo.scene import Scene, link_poses
+from kabo.scene import Scene
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
 AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
@@ -38,6 +40,7 @@ class Measured:
 
     tracking: float = 0.0
     permitted: float = float("inf")
+    share: float = 0.0  # the greatest one of what was permitted at the same time
     bodies: dict[str, float] | None = None
 
 
@@ -55,6 +58,7 @@ class Watch:
         self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
         self._recent = Measured(bodies={})  # since it was taken
+        self.off: dict[str, Off] = {}  # of robots, at the last look
         self._radius = {
             name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
         }
@@ -70,31 +74,45 @@ class Watch:
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven."""
-        for name in self.scene.robots:
-            running = [each for each in motion.at(state.motion_time) if each.robot == name]
-            permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
-            planned = dict(zip(self.scene.robots[name].joint_names, belief.state.robots[name], strict=True))
-            for each in running:
-                planned |= dict(
-                    zip(each.trajectory.joints, each.trajectory.at(state.motion_time).tolist(), strict=True)
-                )
-            off = self._off_path(name, state.positions[name], tuple(planned.values()))
+        self.off = self.distances(motion, state, belief)
+        for name, (off, permitted) in self.off.items():
             for found in (self.measured, self._recent):
                 found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
+                found.share = max(
+                    found.share, 0.0 if off <= 0.0 else off / permitted if permitted > 0.0 else np.inf
+                )
             if off > permitted:
                 text = (
                     f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
                 )
-                return Surprise("tracking", text, name, off, float(permitted))
+                return Surprise("tracking", text, name, off, permitted)
         return None
 
-    def _off_path(self, name: str, actual: tuple[float, ...], planned: tuple[float, ...]) -> float:
+    def distances(self, motion: Motion, state: RobotState, belief: Belief) -> dict[str, Off]:
+        """How far each robot is off its path, and how far it may be; infinitely if it stands by the plan."""
+        found = {}
+        for name, robot in self.scene.robots.items():
+            running = [each for each in motion.at(state.motion_time) if each.robot == name]
+            permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
+            planned = list(belief.state.robots[name])
+            for each in running:
+                values = each.trajectory.at(state.motion_time).tolist()
+                for joint, value in zip(each.trajectory.joints, values, strict=True):
+                    planned[robot.joint_names.index(joint)] = value
+            found[name] = Off(self._off_path(name, state.positions[name], planned), float(permitted))
+        return found
+
+    def _off_path(self, name: str, actual: Sequence[float], planned: Sequence[float]) -> float:
         """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""
         robot = self.scene.robots[name]
         true, wanted = list(actual), list(planned)
         true[robot.planned :] = wanted[robot.planned :]
-        first, second = link_poses(robot, true), link_poses(robot, wanted)
-        return max(float(np.linalg.norm(first[link][:3, 3] - second[link][:3, 3])) for link in first)
+        return LinkOrigins.of(robot).farthest(true, wanted)
+
+    def standing(self, state: RobotState, belief: Belief) -> dict[str, float]:
+        """How far each robot is from where it should stand [m]."""
+        robots = belief.state.robots
+        return {name: self._off_path(name, state.positions[name], robots[name]) for name in self.scene.robots}
 
     def bodies(
         self, seen: Mapping[str, Array], state: RobotState, belief: Belief, node: str, *, held: bool = True
@@ -108,11 +126,11 @@ class Watch:
         """
         permitted = self.margins.of_rest(node)
         wanted = belief.poses(state.positions)
-        for name, pose in seen.items():
-            holder = belief.holder(name)
-            if holder is not None and not held:
-                continue
-            off = displacement(wanted[name], pose, self._radius[name])
+        holders = {name: belief.holder(name) for name in seen}
+        judged = [name for name, holder in holders.items() if held or holder is None]
+        radii = np.array([self._radius[name] for name in judged])
+        for name, off in zip(judged, displacements(wanted, seen, judged, radii).tolist(), strict=True):
+            holder = holders[name]
             for found in (self.measured, self._recent):
                 if found.bodies is not None:
                     found.bodies[name] = max(found.bodies.get(name, 0.0), off)
@@ -199,6 +217,21 @@ class Watch:
                 if beyond > CLOSED_ON_NOTHING * abs(closing) > 0.0:
                     found[robot] = state.positions[robot][own.planned :]
         return found
+
+
+def displacements(
+    wanted: Mapping[str, Array], found: Mapping[str, Array], names: Sequence[str], radii: Array
+) -> Array:
+    """As `displacement` (k,), of several bodies."""
+    if not names:
+        return np.zeros(0)
+    first, second = (np.stack([poses[name] for name in names]) for poses in (wanted, found))
+    shift = second[:, :3, 3] - first[:, :3, 3]
+    turn = first[:, :3, :3].transpose(0, 2, 1) @ second[:, :3, :3]
+    skew = turn - turn.transpose(0, 2, 1)
+    sine = np.sqrt(np.einsum("kij,kij->k", skew, skew) / 8.0)
+    angle = np.arctan2(sine, 0.5 * (np.einsum("kii->k", turn) - 1.0))
+    return np.asarray(np.sqrt(np.einsum("ki,ki->k", shift, shift)) + np.abs(angle) * radii)
 
 
 def displacement(wanted: Array, found: Array, radius: float) -> float:

@@ -6,4 +6,8 @@ from kabo.pictures.graphs import plan_svg as plan_svg
 from kabo.pictures.meshes import bound_picture as bound_picture
 from kabo.pictures.meshes import parts_picture as parts_picture
 from kabo.pictures.robots import robot_picture as robot_picture
+from kabo.pictures.run_frames import Witness as Witness
+from kabo.pictures.runs import require_empty as require_empty
+from kabo.pictures.runs import run_animation as run_animation
+from kabo.pictures.runs import write_run_frames as write_run_frames
 from kabo.pictures.views import ViewWishes as ViewWishes

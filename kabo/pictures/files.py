@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from kabo.errors import Diagnostic, InputError
-from kabo.language import load_problem, load_scene_description
+from kabo.language import is_imported, load_problem, load_scene_description
 from kabo.meshes import Mesh, load_mesh, require_solid
 from kabo.meshes.reading import FORMATS
 from kabo.pictures.drawing import Drawing
@@ -15,6 +15,7 @@ from kabo.pictures.graphs import plan_svg
 from kabo.pictures.meshes import bound_picture, mesh_drawing
 from kabo.pictures.panels import png, titled
 from kabo.pictures.plans import animation, at_node, film_strip
+from kabo.pictures.runs import run_animation, run_strip
 from kabo.pictures.samples import samples_drawing
 from kabo.pictures.scenes import scene_drawing
 from kabo.pictures.sweeps import sweep_drawing
@@ -25,6 +26,7 @@ from kabo.task_plans import plan_of_report
 from kabo.viewer.content.files import given_file, problem_of_plan
 from kabo.viewer.content.plan.boxes import in_order_of_parameters
 from kabo.viewer.content.plan.faults import require_drawable
+from kabo.viewer.content.run_view import is_log, read_log
 
 ENDINGS = (".png", ".svg", ".gif")
 
@@ -34,7 +36,7 @@ class PictureWishes:
     """What is drawn of a file; None where the file says enough.
 
     Args:
-        problem: of a plan that lies elsewhere. domain: of a problem in PDDL or PKS. scene: of a task.
+        problem: of a plan that lies elsewhere, or of a run. domain: of a problem in PDDL or PKS. scene: of a task.
         branch: outcomes of a plan, separated by commas, or a node. at: a node of a plan, after which the scene is
             drawn. sweep: a node, or `node:segment`. samples: `ROBOT:OBJECT.GRASP`. solution: of a report; None: the
         cheapest.
@@ -69,10 +71,10 @@ def require_pictures(name: str) -> None:
 
 
 def picture_of_file(path: Path, ending: str, wishes: PictureWishes) -> bytes:
-    """The bytes of a picture of a scene, a problem, a task's scene, a plan, a solution of a report, or a mesh.
+    """The bytes of a picture of a scene, a problem, a task's scene, a plan, a run, a solution of a report, or a mesh.
 
     Args:
-        path: the file. ending: of the picture: .png; for plans .svg (the graph) and .gif (a branch), too.
+        path: the file. ending: of the picture: .png; for plans .svg (the graph) and .gif (a branch), for runs .gif, too.
         wishes: what is drawn of it.
 
     Raises:
@@ -88,6 +90,10 @@ def picture_of_file(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     if path.suffix.lower() in (".urdf", ".xacro"):
         hint = f"make a scene of it: kabo robot {path} -o scene.yaml --picture FILE.png"
         raise _refusal(str(path), "a robot's file is no scene", hint)
+    if is_log(path):
+        _only(wishes, "a log of a run", ())
+        _require_ending(ending, "a log of a run", (".png", ".gif"))
+        return _of_run(path, ending, wishes)
     given = given_file(path)
     if given.kind == "plan":
         _only(wishes, "a plan", ("branch", "at", "sweep"))
@@ -150,6 +156,16 @@ def _of_report(path: Path, ending: str, wishes: PictureWishes) -> bytes:
     require_pictures(str(path))
     _, plan, scene, _ = plan_of_report(path, wishes.scene, wishes.solution, certificate=False)
     return _of_motion(plan, scene, ending, wishes, str(path))
+
+
+def _of_run(path: Path, ending: str, wishes: PictureWishes) -> bytes:
+    """The film strip or the animation of a run, from its log."""
+    if wishes.problem is None:
+        raise _refusal(str(path), "a log does not say of which scene it is", "name its problem: --problem FILE")
+    kind = "problem" if is_imported(wishes.problem) else given_file(wishes.problem).kind
+    scene, records = _scene_of(wishes.problem, kind, wishes), read_log(path)
+    draw = run_animation if ending == ".gif" else run_strip
+    return draw(records, scene, path.name, wishes.view)
 
 
 def _of_plan(path: Path, ending: str, wishes: PictureWishes) -> bytes:
@@ -225,7 +241,7 @@ def _only(wishes: PictureWishes, what: str, fitting: tuple[str, ...]) -> None:
 
 def _require_ending(ending: str, what: str, endings: tuple[str, ...]) -> None:
     if ending not in endings:
-        hint = "end it with .png; only plans are drawn as .svg (the graph) and .gif (a branch)"
+        hint = "end it with .png; plans are also drawn as .svg (the graph) and .gif (a branch), runs as .gif"
         raise _refusal("-o", f"{what} is not drawn as {ending}", hint)
 
 

@@ -39,6 +39,13 @@ def grid(panels: Sequence[Pixels], columns: int) -> Pixels:
     return sheet
 
 
+def spread(count: int, most: int) -> list[int]:
+    """Numbers below `count`, no more than `most`, the first and the last among them."""
+    if count <= most:
+        return list(range(count))
+    return sorted({round(k * (count - 1) / (most - 1)) for k in range(most)})
+
+
 def framed(pixels: Pixels) -> Pixels:
     """The picture with a thin line around it."""
     found: Pixels = pixels.copy()

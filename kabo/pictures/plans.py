@@ -11,7 +11,7 @@ from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.phases import phase
 from kabo.pictures.drawing import Drawing, Label
 from kabo.pictures.film import Film, Frame, described
-from kabo.pictures.panels import captioned, framed, gif, grid, png, titled
+from kabo.pictures.panels import captioned, framed, gif, grid, png, spread, titled
 from kabo.pictures.rendering import Stage
 from kabo.pictures.scenes import poses_in, scene_drawing
 from kabo.pictures.views import View, ViewWishes, chosen_view, taken
@@ -32,7 +32,7 @@ def film_strip(plan: Plan, scene: Scene, branch: str | None, wishes: ViewWishes,
     """
     film = _film(plan, scene, branch, file)
     frames = list(film.key_frames())
-    kept = _spread(len(frames), MAX_PANELS)
+    kept = spread(len(frames), MAX_PANELS)
     columns = _columns(len(kept))
     stage, view = _staged(film, frames, wishes, STRIP_WIDTH // columns)
     panels = []
@@ -117,7 +117,7 @@ def _staged(film: Film, frames: Sequence[Frame], wishes: ViewWishes, width: int)
     points = [_points(drawing, film, frame) for frame in frames]
     halfway = [film.at(name, film.duration(name) / 2.0) for name in film.moving]
     points += [drawing.moved(poses_in(film.scene, state)).points for state in halfway]
-    shown = [poses_in(film.scene, frames[k].state) for k in _spread(len(frames), MAX_LOOKS)]
+    shown = [poses_in(film.scene, frames[k].state) for k in spread(len(frames), MAX_LOOKS)]
     return stage, chosen_view(stage, np.concatenate(points), wishes, width, shown)
 
 
@@ -151,13 +151,6 @@ def _columns(count: int) -> int:
     if count in (1, 2, 4):
         return min(count, 2)
     return min(COLUMNS, key=lambda columns: -count % columns)
-
-
-def _spread(count: int, most: int) -> list[int]:
-    """Numbers below `count`, no more than `most`, the first and the last among them."""
-    if count <= most:
-        return list(range(count))
-    return sorted({round(k * (count - 1) / (most - 1)) for k in range(most)})
 
 
 def _branch_text(film: Film) -> str:

@@ -10,6 +10,7 @@ from kabo.errors import KaboError
 from kabo.meshes import Mesh, hull_of
 from kabo.scene import Body, Robot
 from kabo.scene.transforms import inverse
+from kabo.simulation.bearable import PointMasses, bearable_share
 from kabo.simulation.contact_shapes import volume_of
 from kabo.simulation.settings import PhysicsSettings
 
@@ -92,16 +93,17 @@ def mass_of_body(body: Body, settings: PhysicsSettings) -> Mass:
 def masses_of_joints(robot: Robot, settings: PhysicsSettings) -> list[Mass]:
     """What each joint of the tree carries without another joint between, in the joint's frame, whose z is its axis.
 
-    Of joints whose URDF has no inertia, the mass of the links' shapes.
+    Of joints whose URDF has no inertia, the mass of the links' shapes; lighter, where motors could not carry that.
     """
     found: list[Mass] = []
-    turns = _turns(robot)
+    turns, guessed = _turns(robot), []
     for joint in range(robot.model.njoints):
         given = robot.model.inertias[joint]
         if given.mass > 0.0 and joint in turns:
             own = Mass(float(given.mass), np.asarray(given.lever), np.asarray(given.inertia))
             found.append(own.moved(turns[joint]).usable())
             continue
+        guessed.append(joint)
         shaped = [
             mass.moved(link.joint_T_link)
             for link in robot.links.values()
@@ -113,6 +115,16 @@ def masses_of_joints(robot: Robot, settings: PhysicsSettings) -> list[Mass]:
         for each in shaped[1:]:
             total = total.joined(each)
         found.append(total.usable())
+    if not guessed:
+        return found
+    points = PointMasses(
+        np.array([each.mass for each in found]),
+        np.array([each.centre for each in found]),
+        np.isin(np.arange(len(found)), guessed),
+    )
+    share = bearable_share(robot, points)
+    for joint in guessed if share < 1.0 else ():
+        found[joint] = found[joint].with_mass(share * found[joint].mass).usable()
     return found
 
 

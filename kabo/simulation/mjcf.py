@@ -18,9 +18,11 @@ from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Robot, Scene, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
+from kabo.simulation.bearable import movable_inertia
 from kabo.simulation.contact_shapes import contact_shapes
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
 from kabo.simulation.settings import USUAL, PhysicsSettings
+from kabo.simulation.turning_fingers import arm_of
 
 FARTHEST_TURN = 6.0  # [rad]: joints with wider limits turn without end
 COLOURS = {"link": "0.62 0.64 0.68 1", "movable": "0.85 0.45 0.2 1", "fixed": "0.5 0.66 0.5 1"}
@@ -142,7 +144,10 @@ class _Writer:
         low, high = sorted((ratio * tree.lower[source] + shift, ratio * tree.upper[source] + shift))
         if high - low < 2.0 * FARTHEST_TURN or not revolute:
             tag.set("range", _numbers([low, high]))
-        tag.set("armature", f"{self.settings.rotor_inertia:g}")
+        inertia = min(self.settings.rotor_inertia, movable_inertia(robot, joint))
+        if revolute and robot.joint_names[source] in robot.gripper_joints:
+            inertia *= arm_of(robot, joint) ** 2  # of fingers as heavy as those that slide
+        tag.set("armature", f"{inertia:g}")
 
     def _motors(self, robot: Robot) -> None:
         """A motor for each value of a configuration, and couplings for the joints that share it."""
@@ -159,6 +164,7 @@ class _Writer:
                     couple = SubElement(self.equalities, "joint", joint1=other, joint2=name)
                     couple.set("polycoef", _numbers([shift, ratio, 0, 0, 0]))
                     couple.set("solref", "0.004 1")
+                    couple.set("solimp", "0.99 0.999 0.001")
                     followers.append((other, ratio, shift))
             given = float(robot.model.effortLimit[robot.model.joints[leader].idx_v])
             effort = given if 0.0 < given < 1e6 else None

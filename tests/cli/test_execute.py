@@ -147,3 +147,36 @@ def test_a_plan_without_trajectories_is_refused(tmp_path: Path, capsys: pytest.C
     replace(plan, nodes=nodes).save(file)
     assert main(["execute", str(scene), str(file), "--no-verify"]) == exit_codes.BAD_INPUT
     assert "has no trajectory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--video", "run.mp4"], "does not end with .gif"),
+        (["--video", "nowhere/run.gif"], "no file in a folder that exists"),
+        (["--frame-rate", "10"], "it is of --video and --frames"),
+        (["--frames", ".", "--frame-rate", "0"], "'0' is not"),
+        (["--frames", ".", "--frame-rate", "99"], "'99' is not a number from 0.1 to 50 Hz"),
+        (["--frames", "."], "it holds something"),
+        (["--frames", "nowhere/frames"], "there is no folder"),
+        (["--video", "run.gif"], "nothing moves in this plan"),
+    ],
+)
+def test_pictures_of_a_run_that_cannot_be_are_refused_before_anything_moves(
+    plan: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: list[str],
+    says: str,
+) -> None:
+    pytest.importorskip("pyvista")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "something").write_text("")
+    try:
+        code = main(["execute", str(DOORS), str(plan), *options])
+    except SystemExit as ended:
+        code = int(str(ended.code))
+    assert code == exit_codes.BAD_INPUT
+    assert says in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["something"]

@@ -106,7 +106,7 @@ def test_samples_of_a_grasp_that_is_not_there_are_refused(scene):
     ("ending", "wishes", "said"),
     [
         (".svg", {}, "a scene is not drawn as .svg"),
-        (".gif", {}, "only plans are drawn"),
+        (".gif", {}, "plans are also drawn"),
         (".jpg", {}, "end it with .png, .svg, .gif"),
         (".png", {"sweep": "n1"}, "--sweep"),
         (".png", {"branch": "true"}, "this is for a plan, and a scene was given"),

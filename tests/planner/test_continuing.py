@@ -242,3 +242,24 @@ def test_states_that_cannot_be_are_refused_by_name(change, text) -> None:  # typ
         start = replace(start, objects={**start.objects, **change(start.objects)})
     with pytest.raises(InputError, match=text):
         kabo.solve(problem, start=State((), start))
+
+
+def test_only_worlds_count_that_agree_with_what_was_observed() -> None:
+    problem = kabo.load_problem(DOMAINS / "bartender" / "four_bottles.yaml")
+    plan = kabo.solve(problem, geometry="none").plan
+    assert plan is not None
+    history: list[tuple[str, str | None]] = []
+    name, counts = plan.root, []
+    while plan.nodes[name].kind != "goal":
+        node = plan.nodes[name]
+        outcome = next(iter(node.branches), None)
+        history.append((name, outcome))
+        name = str(node.next) if outcome is None else node.branches[outcome]
+        start = kabo.after(problem, plan, history)
+        rest = kabo.solve(problem, start=start, geometry="none").plan
+        assert rest is not None
+        worlds = kabo.verify(problem, rest, start=start, knowledge_only=True).worlds
+        assert worlds is not None and worlds.exhaustive
+        if outcome is not None:
+            counts.append(worlds.worlds)
+    assert counts == [8, 4, 2, 1]
