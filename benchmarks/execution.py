@@ -7,13 +7,14 @@
 """
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 from execution_robots import robots
 from execution_worlds import worlds
-from table import finish
+from table import Table, finish
 
-SECTIONS = {"worlds": worlds, "robots": robots}
+SECTIONS: dict[str, Callable[[argparse.Namespace], Table | list[Table]]] = {"worlds": worlds, "robots": robots}
 
 
 def main() -> None:
@@ -30,7 +31,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of random motions")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()
-    finish([SECTIONS[name](options) for name in options.sections], options.output, worlds=options.worlds)
+    tables: list[Table] = []
+    for name in options.sections:
+        made = SECTIONS[name](options)
+        tables += made if isinstance(made, list) else [made]
+    finish(tables, options.output, worlds=options.worlds, robots=options.robots, seed=options.seed)
 
 
 if __name__ == "__main__":
