@@ -11,7 +11,7 @@ from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
-from kabo.scene import Scene
+from kabo.scene import Scene, motion_limits
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import inverse
 from kabo.simulation.judging import DEEP
@@ -81,6 +81,19 @@ class SimulatedRobot:
             for joint, is_at, was in zip(joints, physics.configuration(name), start[name], strict=True):
                 if abs(is_at - was) > SAGGED and physics.is_exhausted(name, joint):
                     yield f"the motor of {name}.{joint} is too weak for what it bears, by the effort in its URDF"
+            yield from self._hasty(name)
+
+    def _hasty(self, name: str) -> Iterator[str]:
+        """Sentences about the planned joints that plans accelerate harder than their motors can."""
+        own = self.scene.robots[name]
+        limits = motion_limits(own, own.planned_joints).acceleration.tolist()
+        for joint, limit in zip(own.planned_joints, limits, strict=True):
+            share = self.physics.needed(name, joint, limit)
+            if share > 1.0:
+                yield (
+                    f"the motor of {name}.{joint} needs {share:.2g} times its effort where plans accelerate most "
+                    f"({limit:.3g} rad/s² or m/s²): give the joint a limit of acceleration in the scene"
+                )
 
     def _moved_by_gravity(self, before: Mapping[str, Array]) -> Iterator[str]:
         """A sentence about each body that does not stay where it is put, with nobody touching it."""

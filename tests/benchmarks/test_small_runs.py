@@ -29,6 +29,7 @@ RUNS = (
     "inverse_kinematics --poses 5 --output out.json",
     "kernel --scene generated --configurations 8 --segments 3 --output out.json",
     "knowledge --only unix-1 doors-3 --repeat 1 --output out.json",
+    "margins --only stacked/n2 --mutants 6 --output out.json",
     "motion_law --motions 1 --rounds 1 --output out.json",
     "motion --only stacked/n2 --rounds 1 --quality fast --output out.json",
     "promises --only start-up bartender --seeds 1 --verify 1 --output out.json",
