@@ -118,6 +118,8 @@ class Replanner:
             state = replace(state, done=(*state.done, event))
         options: SolveOptions = {"timeout": TIMEOUT}
         options.update(self.options)
+        if self.memo.scene is None and self.memo.problem is self.problem:
+            self.memo.scene = self.scene
         try:
             result = solve(self.problem, start=state, memo=self.memo, **options)
         except InputError as error:
