@@ -311,7 +311,8 @@ class Physics:
         """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
         if hand.turning is None or not hand.bodies:
             return hand.levers
-        fingers, touching = {finger.body for finger in hand.turning.fingers}, {}
+        fingers = {finger.body for finger in hand.turning.fingers}
+        touching: dict[int, list[tuple[Array, Array]]] = {}
         for contact in self.data.contact:
             pair = {int(self._touches.body[contact.geom1]), int(self._touches.body[contact.geom2])}
             if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:
