@@ -133,7 +133,8 @@ def run(options: argparse.Namespace) -> int:
             chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
             made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
             rooms.write_atomically(options.page, rooms.page_of(made))
-        filming.draw(scene)
+        if scene is not None:
+            filming.draw(scene)
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))

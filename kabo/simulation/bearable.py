@@ -1,15 +1,18 @@
 """How heavy guessed links may be: a robot that its maker's motors could not hold is guessed too heavy."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.arrays import Array
 from kabo.scene import REVOLUTE, Robot, motion_limits
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.streams import stream_key, uniforms
 
+Flags = NDArray[np.bool_]
+Integers = NDArray[np.signedinteger[Any]]
 GRAVITY = 9.81  # [m/s²]
 LARGEST_EFFORT = 1e6  # [N or Nm], from which on a limit means none
 BORNE = 0.7  # of a motor's effort, which masses may need at most
@@ -25,7 +28,7 @@ class PointMasses:
 
     masses: Array
     centres: Array
-    guessed: Array
+    guessed: Flags
 
 
 def bearable_share(robot: Robot, carried: PointMasses) -> float:
@@ -74,7 +77,7 @@ def _poses(robot: Robot, q: Array) -> Array:
     return found
 
 
-def _beyond(parent: Sequence[int], joint: int) -> list[int]:
+def _beyond(parent: Integers, joint: int) -> list[int]:
     found = [joint]
     for other in range(joint + 1, len(parent)):
         if int(parent[other]) in found:

@@ -150,8 +150,8 @@ class Physics:
         if not turns(robot):
             return _Hand(numbers, np.array(levers), number, dampings)
         turning = self._turning(name, numbers, np.sign(levers))
-        levers = np.sign(levers) * turning.arms / FINGERS
-        return _Hand(numbers, np.array(levers), number, dampings * turning.arms**2, turning)
+        pulls = np.sign(levers) * turning.arms / FINGERS
+        return _Hand(numbers, np.asarray(pulls), number, dampings * turning.arms**2, turning)
 
     def _turning(self, name: str, motors: list[int], closing: Array) -> TurningFingers:
         """The fingers of a hand that turns, as they are when it is open."""
@@ -286,7 +286,8 @@ class Physics:
         """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
         if hand.turning is None or not hand.bodies:
             return hand.levers
-        fingers, touching = {finger.body for finger in hand.turning.fingers}, {}
+        fingers = {finger.body for finger in hand.turning.fingers}
+        touching: dict[int, list[tuple[Array, Array]]] = {}
         for contact in self.data.contact:
             pair = {int(self._bodies[contact.geom1]), int(self._bodies[contact.geom2])}
             if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:
