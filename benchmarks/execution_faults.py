@@ -1,7 +1,9 @@
 """Runs in physics that are disturbed: does each end at its goal, or in a safe stop with a reason?
 
 Everything is drawn from the seed: the kind of a fault, when it comes, how large it is, which body or joint it meets. A run
-is judged by the simulator's own state, by its contacts (`ContactJudge`), and by a watcher that replays its log. In the
+is judged by the simulator's own state, by its contacts (`ContactJudge`), and by an independent watcher that replays its log
+(`execution_faults_watched.py`). Runs that stop are compared with an omniscient replanner, which knows the true state of the
+world (`execution_faults_omniscient.py`): `solvable` are those that reached the goal, or for which it finds a plan. In the
 first table `goal` are runs at whose end every body that the last plan has moved is within 3 mm and 1 degree of its place,
 and `near` those at whose end one of them is farther away, though within what is proven to be free; `stop` are stops after
 which all robots stand. `wrong` is everything else, and has to be 0.
@@ -17,16 +19,20 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
+from math import gcd, inf
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
 from execution_faults_made import KINDS, SENSING, Disturbance, Fault, FaultySensor
+from execution_faults_omniscient import SECONDS, solvable, without_sensors
+from execution_faults_watched import Watcher
 from table import ROOT, Table, finish, percentile
 
 import kabo
-from kabo.execution import Answer, Interruption, Log, Margins, Run, execute
+from kabo.arrays import Array
+from kabo.execution import Answer, ExecutionSettings, Interruption, Log, Margins, Run, Surprise, execute
 from kabo.plan import Plan, state_after
 from kabo.recovery import Replanner
 from kabo.scene import Scene, beginning_at, world_T
@@ -45,6 +51,7 @@ LONGEST = 400.0  # [s] of simulated time; a run that lasts longer never ends
 PLACED, TURNED = 3e-3, np.deg2rad(1.0)
 STANDS = 0.02  # [rad/s or m/s]
 AFTERWARDS = 0.5  # [s] that robots have to stand still, after the end
+SETTINGS = ExecutionSettings(log_rate=50.0)  # the watcher reads what is logged
 
 
 @dataclass
@@ -63,6 +70,7 @@ class Judged:
     lasted: float = 0.0  # [s] of simulated time
     told: list[str] = field(default_factory=list)  # by the watcher
     stops: list[str] = field(default_factory=list)  # why, with the answers' reasons
+    solvable: str | None = None  # from which state an omniscient replanner finds a plan
 
 
 @lru_cache
@@ -76,19 +84,25 @@ def solved(name: str) -> tuple[Any, Scene, Plan, kabo.Memo]:
 
 
 class TimedReplanner(Replanner):
-    """Counts answers and the processor's seconds; keeps the plan that is carried out."""
+    """Counts answers and the processor's seconds; keeps the plans that are carried out, and where it was asked first."""
 
-    def begin(self, judged: Judged, plan: Plan) -> "TimedReplanner":
+    def begin(self, judged: Judged, plan: Plan, disturbance: Disturbance) -> "TimedReplanner":
         """Counts for a run."""
-        self.judged, self.plan = judged, plan
+        self.judged, self.plan, self.disturbance = judged, plan, disturbance
+        self.plans: list[tuple[str, Plan]] = [("first", plan)]
+        self.first: tuple[Interruption, dict[str, Array]] | None = None  # after the fault, with true poses
         return self
 
     def answer(self, interruption: Interruption) -> Answer:
         """The answer, timed."""
+        if self.first is None and self.disturbance.came and self.disturbance.robot is not None:
+            self.first = interruption, dict(self.disturbance.robot.poses())
         began = process_time()
         found = super().answer(interruption)
         self.judged.seconds.append(process_time() - began)
         self.judged.answers.append(found.kind)
+        if found.plan is not None:
+            self.plans.append((found.kind, found.plan))
         if found.plan is not None and found.kind in ("repair", "replan"):
             self.plan = found.plan
         return found
@@ -118,20 +132,34 @@ def _run(fault: Fault, found: Judged) -> None:
             before.update(judge.faults)
 
     sensor = FaultySensor(disturbance, seed=fault.seed, poses=robot.poses)
-    recovery = TimedReplanner(problem, scene, memo=replace(memo, answers=dict(memo.answers))).begin(found, plan)
+    recovery = TimedReplanner(problem, scene, {"timeout": SECONDS}, replace(memo)).begin(found, plan, disturbance)
     log = Log(listener=noticed)
-    run = execute(
-        plan, scene, robot, sensor, log=log, stop=lambda: robot.physics.time > LONGEST, recovery=recovery
-    )
+    late = lambda: robot.physics.time > LONGEST  # noqa: E731
+    run = execute(plan, scene, robot, sensor, SETTINGS, log=log, stop=late, recovery=recovery)
     found.came, found.least = disturbance.came, Margins(plan).of_rest(plan.root)
     found.lasted, found.reason = robot.physics.time, run.reason
     stopped = any(True for _ in log.of("stopping"))
     found.early = [" and ".join(pair) for pair in (before if stopped else judge.faults)]
     found.contacts = [" and ".join(pair) for pair in judge.faults if pair not in before] if stopped else []
-    found.told = list(watcher(log))
+    found.told = Watcher(scene, recovery.plans).replay(log.records)
     found.stops = [each["reason"] for each in log.records if each["event"] in ("stopping", "answer")]
     robot.wait(AFTERWARDS)
     found.end = _end(run, recovery.plan, scene, robot, found)
+    if found.end in ("goal", "near"):
+        found.solvable = "reached"
+    elif found.came:
+        found.solvable = _solvable(problem, scene, run, recovery, sensor)
+
+
+def _solvable(problem: Any, scene: Scene, run: Run, recovery: TimedReplanner, sensor: FaultySensor) -> str | None:
+    """From which state an omniscient replanner would go on."""
+    if recovery.first is None:  # the run ended at once
+        surprise = run.surprise or Surprise("sensor", run.reason, "", 0.0, 0.0)
+        there = Interruption(recovery.plan, run.state, (), (), surprise, run.state.geometry)
+        assert recovery.disturbance.robot is not None
+        recovery.first = there, dict(recovery.disturbance.robot.poses())
+    known = without_sensors(problem) if sensor.broken else problem
+    return solvable(known, scene, *recovery.first)
 
 
 def _end(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot, found: Judged) -> str:
@@ -157,7 +185,8 @@ def _end(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot, found: Judge
 
 def _farthest(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot) -> tuple[str, float, float] | None:
     """The body that is farthest from where the last plan has put it, if one is too far [m], and what was proven."""
-    tail = run.history[len(plan.done or ()) :]
+    roots = [number for number, (node, _) in enumerate(run.history) if node == plan.root]
+    tail = run.history[roots[-1] :] if roots else ()  # a plan is followed to its end, and comes to its root once
     state = state_after(plan, tail).geometry
     if state is None:
         return None
@@ -171,24 +200,6 @@ def _farthest(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot) -> tupl
         if (off > PLACED or np.arccos(cosine) > TURNED) and (worst is None or off > worst[1]):
             worst = name, off, least
     return worst
-
-
-def watcher(log: Log) -> list[str]:
-    """What is wrong in a log, by itself: nothing may move after a stop before an answer, nor beyond what is proven."""
-    wrong, waiting = [], False
-    for record in log.records:
-        event = record["event"]
-        if event == "stopping":
-            waiting = True
-        elif event == "answer":
-            waiting = record["kind"] == "none"
-        elif event in ("moving", "gripping", "goal") and waiting:
-            wrong.append(f"{event} at {record['time']:g} s without an answer to the stop before")
-        elif event == "followed" and record["permitted"] is not None and record["tracking"] > record["permitted"]:
-            wrong.append(f"at {record['time']:g} s a robot was farther off its path than is proven")
-    if log.records[-1]["event"] not in ("goal", "stopped"):
-        wrong.append("the log does not end with the goal or a stop")
-    return wrong
 
 
 def drawn(runs: int, seed: int, only: str | None = None, problem: str | None = None) -> list[Fault]:
@@ -207,14 +218,24 @@ def senses() -> Sequence[str]:
     return ("bartender", "force_sensing_n2")
 
 
-def faults(runs: int = 600, seed: int = 1, workers: int = 2, **which: str | None) -> list[Table]:
-    """The tables: ends by kind, ends by problem, answers, stops with their reasons."""
-    asked = sorted(drawn(runs, seed, **which), key=lambda each: each.problem)
+def faults(
+    runs: int = 600, seed: int = 1, workers: int = 2, minutes: float = inf, **which: str | None
+) -> list[Table]:
+    """The tables: ends by kind, ends by problem, answers, stops with their reasons.
+
+    Runs come in an order that mixes kinds and problems, so that those that are made within `minutes` are of all of them.
+    """
+    asked, began = drawn(runs, seed, **which), perf_counter()
+    step = next(k for k in range(int(0.618 * len(asked)), 2 * len(asked) + 2) if gcd(k, len(asked)) == 1)
+    asked = [asked[step * k % len(asked)] for k in range(len(asked))]
+    made = []
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        made = []
-        for each in pool.imap(judged, asked, chunksize=max(1, len(asked) // (4 * workers))):
+        for each in pool.imap(judged, asked):
             made.append(each)
             print(told(each), flush=True)
+            if perf_counter() - began > 60.0 * minutes:
+                break
+        pool.terminate()
     return [*_ends(made), _answers(made), _reasons(made)]
 
 
@@ -225,7 +246,12 @@ def told(each: Judged) -> str:
         f"share {fault.share:.2f}, {1000 * fault.size:.1f} mm, choice {fault.choice:.2f}, lasts {fault.lasts:.2f}"
     )
     first = f"{fault.problem} {fault.kind} {fault.seed} ({drawn}): {each.end} after {each.lasted:.1f} s, came {each.came}"
-    rest = [f"touched {each.early} before, {each.contacts} after; {each.told}", *each.stops, each.reason]
+    rest = [
+        f"solvable {each.solvable}, answers {each.answers}; {each.told}",
+        f"touched {each.early} before, {each.contacts} after",
+        *each.stops,
+        each.reason,
+    ]
     return "\n    ".join([first, *rest])
 
 
@@ -238,8 +264,10 @@ def _ends(made: list[Judged]) -> list[Table]:
             own = [each for each in made if name in (asdict(each.fault)[key], "all")]
             count = Counter(each.end for each in own)
             answers = Counter(kind for each in own for kind in each.answers)
-            ends = {end: count[end] for end in ("goal", "near", "stop", "wrong")}
+            ends: dict[str, Any] = {end: count[end] for end in ("goal", "near", "stop", "wrong")}
             kinds = {kind: answers[kind] for kind in ("finish", "undo", "repair", "replan", "none")}
+            ends["solvable"] = able = sum(each.solvable is not None for each in own)
+            ends["of these"] = (count["goal"] + count["near"]) / able if able else None
             touched = sum(len(each.contacts) for each in own)
             came = sum(each.came for each in own)
             table.add(name, runs=len(own), came=came, **ends, contacts=touched, **kinds)
@@ -266,7 +294,13 @@ def _reasons(made: list[Judged]) -> Table:
     for each in made:
         if each.end in ("stop", "wrong") or each.contacts:
             name = f"{each.fault.problem} {each.fault.kind} {each.fault.seed}"
-            table.add(name, end=each.end, contacts=", ".join(each.contacts) or None, reason=each.reason.strip())
+            table.add(
+                name,
+                end=each.end,
+                solvable=each.solvable,
+                contacts=", ".join(each.contacts) or None,
+                reason=each.reason.strip(),
+            )
     return table
 
 
@@ -276,12 +310,13 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=600)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--minutes", type=float, default=inf, help="after which no run begins any more")
     parser.add_argument("--only", choices=KINDS)
     parser.add_argument("--problem", choices=PROBLEMS)
     parser.add_argument("--output", type=Path)
     given = parser.parse_args()
-    tables = faults(given.runs, given.seed, given.workers, only=given.only, problem=given.problem)
-    finish(tables, given.output, runs=given.runs, seed=given.seed)
+    tables = faults(given.runs, given.seed, given.workers, given.minutes, only=given.only, problem=given.problem)
+    finish(tables, given.output, runs=given.runs, seed=given.seed, minutes=given.minutes)
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ SENSING = ("sensor contradicts", "sensor silent")
 BEFORE = 0.3  # [s]: gravity has settled by then, and the run has not begun
 LATE = 0.02  # [s]
 FAR = 30.0  # [m]
+FOREVER = 10**9  # looks
 BRAKES = 1e5  # [N s/m or N m s/rad]
 OUTWARDS = -40.0  # [N]
 
@@ -196,24 +197,27 @@ class Disturbance:
 
 
 class FaultySensor(KnownTruth):
-    """Says the truth, but for the fault; a silent sensor is silent from its time on, for a few looks or for ever."""
+    """Says the truth, but for the fault: for a few looks, or in half of the runs for ever."""
 
     def __init__(self, disturbance: Disturbance, seed: int, poses: Callable[[], Mapping[str, Array]]) -> None:
         super().__init__(seed=seed, poses=poses)
         self.disturbance = disturbance
-        self.silent = int(12 * disturbance.fault.lasts)
+        broken = disturbance.fault.kind in SENSING and disturbance.fault.choice < 0.5
+        self.looks = FOREVER if broken else 1 + int(12 * disturbance.fault.lasts)  # that fail
 
     def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
         """The outcome, or none, or another one."""
         disturbance = self.disturbance
-        if disturbance.fault.kind == "sensor contradicts":
+        if disturbance.fault.kind in SENSING and self.looks > 0:
             disturbance.came = True
-            return "contradicting"
-        if disturbance.fault.kind == "sensor silent" and self.silent > 0:
-            disturbance.came = True
-            self.silent -= 1
-            return None
+            self.looks -= 1
+            return None if disturbance.fault.kind == "sensor silent" else "contradicting"
         return super().resolve(formula, outcomes)
+
+    @property
+    def broken(self) -> bool:
+        """Whether it fails for ever."""
+        return self.looks > FOREVER // 2
 
     def poses(self) -> Mapping[str, Array]:
         """The poses of what is there."""

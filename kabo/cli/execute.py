@@ -2,19 +2,19 @@
 
 import argparse
 from contextlib import ExitStack, nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from kabo import service
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import bounded, natural, output_file
+from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.filming import Filming, add_filming
 from kabo.cli.limits import add_limits
 from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
-from kabo.errors import Diagnostic, InputError
+from kabo.cli.truth import add_truth, truth_of
+from kabo.errors import Diagnostic, InputError, did_you_mean
 
 NAME = "execute"
 HELP = "carry out a plan: follow its motions, sense, branch, watch; ends at the goal or in a safe stop with its reason"
@@ -39,29 +39,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="setpoints a second (default: 1000)",
     )
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of what sensors find (default: 0)")
-    parser.add_argument(
-        "--truth",
-        action="append",
-        default=[],
-        metavar="FORMULA=OUTCOME",
-        help="what a sensor finds, in place of the seed; may be given several times",
-    )
-    parser.add_argument(
-        "--sensors", type=Path, metavar="FILE", help="what answers the questions of the plan, and how well"
-    )
-    parser.add_argument(
-        "--truth-file",
-        type=Path,
-        metavar="FILE",
-        help="what is true and neither plan nor controller knows: masses, places, answers",
-    )
+    add_truth(parser)
     parser.add_argument(
         "--tracking-error",
-        type=bounded(0.0, 1.0, "m"),
-        default=0.0,
-        metavar="M",
+        type=_error,
+        action="append",
+        default=[],
+        metavar="[ROBOT=]M",
         help="how far robots may be off their paths, in metres: a plan with less proven clearance is refused",
+    )
+    parser.add_argument(
+        "--delay",
+        type=bounded(0.0, 1.0, "s"),
+        default=0.0,
+        metavar="S",
+        help="how late robots follow what they are sent, in seconds: motions are slower where that is too far off; "
+        "simulated robots are so late",
     )
     parser.add_argument("--despite-margins", action="store_true", help="carry it out nevertheless")
     parser.add_argument(
@@ -74,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--recover",
         action=argparse.BooleanOptionalAction,
         default=True,
-        help="after a surprise go on, if a plan from where everything is now is proven (default: yes, but not over zenoh)",
+        help="after a surprise go on, if a plan from where everything is now is proven (default: yes)",
     )
     parser.add_argument(
         "--state", type=output_file, metavar="FILE", help="the state at the end, for kabo replan, as JSON"
@@ -104,7 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Carries out the plan; the exit code is 7 if it stopped before a goal."""
-    truth = dict(map(_pair, options.truth))
+    report = None
     with clean_standard_output():
         filming = Filming(options)
         if options.verify:
@@ -114,19 +107,25 @@ def run(options: argparse.Namespace) -> int:
                 return exit_codes.VERIFICATION_FAILED
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
-        sensors, hidden = _files(options, plan, truth)
+        sensors, hidden = truth_of(options, options.problem, options.domain)
+        if sensors is not None:
+            rooms.require_answers(plan, sensors)
+        if options.on == "zenoh" and options.truth_file is not None:
+            text = "what is true there, only the robot server knows"
+            raise InputError([Diagnostic("--truth-file", 1, 1, text, "give it to `kabo simulate --serve`")])
         opened = ExitStack()
         robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened)
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
-            tracking_error=options.tracking_error,
+            tracking_error=_errors(options, scene),
+            delay=options.delay,
             despite_margins=options.despite_margins,
             log_rate=_log_rate(options, filming),
         )
-        recovery = _recovery(options, plan, scene) if options.recover and options.on != "zenoh" else None
+        recovery = _recovery(options, plan, scene) if options.recover else None
         with opened, interruptible() as stop:
             seen = filming.listener(robot)
-            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery, seen)
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery, report, seen)
         if options.state is not None:
             found.state.save(options.state)
         if options.page is not None:
@@ -152,12 +151,29 @@ def _log_rate(options: argparse.Namespace, filming: Filming) -> float:
 
 
 def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
-    plan, scene, robot, sensor, settings, stop, recovery, listener = given
+    plan, scene, robot, sensor, settings, stop, recovery, report, listener = given
     with nullcontext() if options.output is None else options.output.open("w", encoding="utf-8") as file:
         log = rooms.Log(file, listener)
         if isinstance(sensor, rooms.BoundSensors):
             sensor.log = log
-        return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery)
+        return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery, report)
+
+
+def _error(text: str) -> tuple[str | None, float]:
+    """A tracking error [m], and of which robot it is; None: of all."""
+    robot, sign, value = text.rpartition("=")
+    return (robot.strip() if sign else None), bounded(0.0, 1.0, "m")(value)
+
+
+def _errors(options: argparse.Namespace, scene: "rooms.Scene | None") -> dict[str, float]:
+    """The tracking error of each robot [m]; what is said of one goes before what is said of all."""
+    robots = () if scene is None else tuple(scene.robots)
+    stated: dict[str | None, float] = dict(options.tracking_error)
+    for name in stated:
+        if name is not None and name not in robots:
+            hint = did_you_mean(name, robots)
+            raise InputError([Diagnostic("--tracking-error", 1, 1, f'the scene has no robot "{name}"', hint)])
+    return {name: stated.get(name, stated.get(None, 0.0)) for name in robots}
 
 
 def _recovery(options: argparse.Namespace, plan: "rooms.Plan", scene: "rooms.Scene | None") -> Any:
@@ -170,22 +186,6 @@ def _recovery(options: argparse.Namespace, plan: "rooms.Plan", scene: "rooms.Sce
     return rooms.Replanner(problem, scene, chosen, rooms.Memo.of_plan(problem, plan))
 
 
-def _files(
-    options: argparse.Namespace, plan: "rooms.Plan", answers: dict[str, str]
-) -> tuple["rooms.SensorsDescription | None", "rooms.TruthDescription"]:
-    """The sensors, if there is a file of them, and what is true: by its file, and by the answers of the command."""
-    if options.sensors is None and options.truth_file is None:
-        return None, rooms.TruthDescription(answers=answers)
-    problem = rooms.load_problem(options.problem, options.domain)
-    sensors = None if options.sensors is None else rooms.load_sensors(options.sensors, problem)
-    if sensors is not None:
-        rooms.require_answers(plan, sensors)
-    if options.truth_file is None:
-        return sensors, rooms.TruthDescription(answers=answers)
-    hidden = rooms.load_truth(options.truth_file, problem)
-    return sensors, replace(hidden, answers={**hidden.answers, **answers})
-
-
 def _sensor(
     options: argparse.Namespace,
     robot: Any,
@@ -194,7 +194,9 @@ def _sensor(
 ) -> Any:
     if sensors is None:
         return rooms.KnownTruth(hidden.answers, options.seed, dict if robot is None else robot.poses)
-    if robot is None or options.on == "zenoh":  # a robot server sees bodies, and has no other instruments
+    if robot is not None and options.on == "zenoh":
+        return rooms.RemoteSensors(sensors, robot)
+    if robot is None:
         instruments: Any = rooms.NoInstruments()
     elif options.on == "kinematic":
         instruments = rooms.KinematicInstruments(robot, hidden)
@@ -218,21 +220,14 @@ def _robot(
     start = rooms.Belief.at_start(scene, plan.start).state
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":
-        return rooms.KinematicRobot(scene, start, rate=options.rate), None
+        return rooms.KinematicRobot(scene, start, rate=options.rate, delay=options.delay), None
     judge = rooms.ContactJudge(scene)
-    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=options.rate, masses=hidden.masses)
+    rate, delay = options.rate, options.delay
+    robot = rooms.SimulatedRobot(scene, physics_of(options), start, rate=rate, masses=hidden.masses, delay=delay)
     robot.judge = judge.look
     for doubt in robot.doubts:
         warn(f"in the simulation {doubt}")
     return robot, judge
-
-
-def _pair(text: str) -> tuple[str, str]:
-    formula, sign, outcome = text.rpartition("=")
-    if not sign or not formula.strip() or not outcome.strip():
-        hint = "write --truth 'empty(bottle_1)=true'"
-        raise InputError([Diagnostic("--truth", 1, 1, f"{text!r} is no formula with its outcome", hint)])
-    return formula.strip(), outcome.strip()
 
 
 def _told(found: "rooms.Run", faults: dict[tuple[str, str], float]) -> str:

@@ -11,6 +11,7 @@ from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import answer, clean_standard_output, tell
+from kabo.cli.truth import add_truth, truth_of
 
 NAME = "simulate"
 HELP = "write a scene as a model of physics (MJCF), or serve its robots to `kabo execute --on zenoh`"
@@ -48,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="with --serve: robots stop if a client gives no sign of life for so many seconds (default: 0.035)",
     )
+    add_truth(parser)
     add_physics(parser)
     add_limits(parser)
     parser.set_defaults(needs_kernels=lambda _: True)
@@ -126,15 +128,15 @@ def _serve(options: argparse.Namespace) -> int:
     """Is a robot server until Ctrl-C, SIGTERM or the limit of time."""
     with clean_standard_output():
         scene = rooms.load_scene(options.scene)
-        robot: Any = (
-            rooms.KinematicRobot(scene) if options.kinematic else rooms.SimulatedRobot(scene, physics_of(options))
-        )
+        robot, sensors = _served(options, scene)
         ended = threading.Event()
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: ended.set())
         settings = rooms.RobotServerSettings(options.silence, options.speed)
         config = service.server_config(endpoints_of(options), [], options.config)
-        server = rooms.RobotServer(config, robot, scene, settings, lambda sentence: tell(f"kabo: {sentence}"))
+        server = rooms.RobotServer(
+            config, robot, scene, settings, lambda sentence: tell(f"kabo: {sentence}"), sensors
+        )
         tell(f"kabo: {server.name} serves {', '.join(scene.robots)}; Ctrl-C ends it")
         options.surrounding.rest()
         left = options.surrounding.left(options.timeout)
@@ -148,3 +150,22 @@ def _serve(options: argparse.Namespace) -> int:
                 until.cancel()
             server.close()
     return exit_codes.DONE
+
+
+def _served(options: argparse.Namespace, scene: "rooms.Scene") -> tuple[Any, "rooms.ServedSimulation | None"]:
+    """The robot in a world where all is as the truth says, and its sensors, if there is a file of them."""
+    sensors, hidden = truth_of(options, options.scene, None)
+    start = rooms.true_start(scene, scene.start, hidden, options.seed)
+    robot: Any
+    if options.kinematic:
+        robot = rooms.KinematicRobot(scene, start)
+    else:
+        robot = rooms.SimulatedRobot(scene, physics_of(options), start, masses=hidden.masses)
+    if sensors is None:
+        return robot, None
+    instruments: Any
+    if options.kinematic:
+        instruments = rooms.KinematicInstruments(robot, hidden)
+    else:
+        instruments = rooms.PhysicsInstruments(robot, sensors)
+    return robot, rooms.ServedSimulation(rooms.SimulatedSensors(sensors, instruments, hidden, options.seed))

@@ -1,3 +1,5 @@
+from kabo.execution.body_margins import BodyMargin as BodyMargin
+from kabo.execution.body_margins import body_margins as body_margins
 from kabo.execution.bound_sensors import BoundSensors as BoundSensors
 from kabo.execution.bound_sensors import Instruments as Instruments
 from kabo.execution.bound_sensors import require_answers as require_answers
@@ -11,12 +13,16 @@ from kabo.execution.interruptions import Interruption as Interruption
 from kabo.execution.interruptions import Recovery as Recovery
 from kabo.execution.kinematic import KinematicRobot as KinematicRobot
 from kabo.execution.log import Log as Log
+from kabo.execution.looks import PoseNoise as PoseNoise
+from kabo.execution.margins import Displacement as Displacement
 from kabo.execution.margins import Margins as Margins
+from kabo.execution.margins import Tolerance as Tolerance
 from kabo.execution.motions import SAME_TIME as SAME_TIME
 from kabo.execution.motions import Motion as Motion
 from kabo.execution.motions import Stretch as Stretch
 from kabo.execution.motions import motion_of as motion_of
 from kabo.execution.motions import parts_of as parts_of
+from kabo.execution.protocols import PacedRobot as PacedRobot
 from kabo.execution.protocols import Robot as Robot
 from kabo.execution.protocols import RobotFailed as RobotFailed
 from kabo.execution.protocols import RobotState as RobotState

@@ -5,9 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.kinematics import joint_poses
 from kabo.plan import Segment, StateChange
-from kabo.scene import Scene, attachment, with_change, world_T
+from kabo.scene import Attachment, Scene, attachment, with_change, world_T
 from kabo.scene.state import GeometricState
+from kabo.scene.transforms import transform, unflat
 
 
 class Belief:
@@ -15,6 +17,7 @@ class Belief:
 
     def __init__(self, scene: Scene, state: GeometricState) -> None:
         self.scene, self.state = scene, state
+        self._places: dict[str, tuple[Attachment, Array]] = {}  # attachments as matrices
 
     @classmethod
     def at_start(cls, scene: Scene, start: StateChange | None) -> "Belief":
@@ -61,5 +64,34 @@ class Belief:
 
     def poses(self, robots: Mapping[str, tuple[float, ...]] | None = None) -> dict[str, Array]:
         """The poses (4, 4) of all movable bodies, with robots where they are said to be."""
-        state = self.state if robots is None else self.state.replace(dict(robots))
-        return {name: world_T(self.scene, state, name) for name in self.scene.movable}
+        configurations = self.state.robots if robots is None else {**self.state.robots, **robots}
+        found: dict[str, Array] = {}
+        for name in self.scene.movable:
+            self._put(name, configurations, found)
+        return {name: found[name] for name in self.scene.movable}
+
+    def _put(self, name: str, configurations: Mapping[str, tuple[float, ...]], found: dict[str, Array]) -> None:
+        """Adds the pose of a body, and of those to which it is attached."""
+        if name in found:
+            return
+        own = self.state.objects[name]
+        known = self._places.get(name)
+        if known is None or known[0] is not own:
+            known = self._places[name] = own, transform(own.position, own.quaternion)
+        if own.parent == "world":
+            found[name] = known[1]
+            return
+        if own.parent in self.state.objects:
+            self._put(own.parent, configurations, found)
+        elif own.parent not in found:
+            found[own.parent] = self._carrier(own.parent, configurations)
+        found[name] = found[own.parent] @ known[1]
+
+    def _carrier(self, name: str, configurations: Mapping[str, tuple[float, ...]]) -> Array:
+        """The pose of a `robot.link`, or of what stands."""
+        robot, dot, link = name.partition(".")
+        if not dot or robot not in self.scene.robots:
+            return world_T(self.scene, self.state, name)
+        own = self.scene.robots[robot]
+        joint = joint_poses(own.tree, own.links[link].joint, np.array([configurations[robot]]))
+        return np.asarray(unflat(joint[0]) @ own.links[link].joint_T_link)

@@ -6,6 +6,7 @@ from typing import Protocol
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.execution.log import Log
+from kabo.execution.looks import PoseNoise
 from kabo.execution.sequential import Decision, decide
 from kabo.language import Measurement, SensorBinding, SensorsDescription
 from kabo.plan import Plan
@@ -41,6 +42,13 @@ class BoundSensors:
         self.decisions: dict[str, Decision] = {}
         self._looks = 0  # in the whole run
 
+    @property
+    def noise(self) -> PoseNoise | None:
+        """Of the camera; None if bodies are seen as they are."""
+        camera = self.sensors.camera
+        exact = camera is None or camera.position == camera.angle == 0.0
+        return None if exact or camera is None else PoseNoise(camera.position, camera.angle)
+
     def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
         """The outcome that is most probable after as many looks as the bound of the error needs."""
         binding = self.sensors.bindings.get(formula)
@@ -56,7 +64,7 @@ class BoundSensors:
             return None
         if binding.outcomes is not None:
             return self._decide(binding, binding.outcomes).outcome
-        return self._look(binding)
+        return self.look(binding)
 
     def poses(self) -> Mapping[str, Array]:
         """The bodies that are seen now."""
@@ -64,19 +72,20 @@ class BoundSensors:
 
     def _decide(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> Decision:
         wrong, error, most = binding.wrong, binding.error, binding.looks
-        found = decide(lambda _: self._answer(binding, outcomes), outcomes, wrong, error, most)
+        found = decide(lambda _: self.answer(binding, outcomes), outcomes, wrong, error, most)
         self.decisions[binding.asked] = found
         if self.log is not None:
             more = {"outcome": found.outcome, "looks": found.looks, "error": float(f"{found.error:.3g}")}
             self.log.add(self.instruments.time, "looked", asked=binding.asked, **more)
         return found
 
-    def _answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
+    def answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
         """The answer of one look."""
-        found = answer_of(binding, self._look(binding))
+        found = answer_of(binding, self.look(binding))
         return found if found in outcomes else None
 
-    def _look(self, binding: SensorBinding) -> Reading:
+    def look(self, binding: SensorBinding) -> Reading:
+        """What is read for a binding, once."""
         self._looks += 1
         return self.instruments.read(binding.measurement)
 

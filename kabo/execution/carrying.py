@@ -3,30 +3,35 @@
 What no proof covers ends in a planned stop, and in the exception `Stopped`; `executor.py` says whether the run goes on.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from typing import TypeVar
 
+from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.fitting import require_fit
 from kabo.execution.interruptions import Executed
 from kabo.execution.log import Log
+from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
-from kabo.execution.protocols import Robot, Sensor
+from kabo.execution.pacing import Pace, Pacer
+from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
 from kabo.scene import Scene
+from kabo.verify import Report
 
 _T = TypeVar("_T")
 
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
 STOPS_WITHIN = 30.0  # [s]
-ASKED, ASKED_EACH = 5, 0.2  # how often a sensor that is silent is asked, and after how long again [s]
+ASKED, ASKED_EACH = 15, 0.2  # how often a sensor is asked that is silent or contradicts; after how long again [s]
+MOST_PERIODS = 10  # of the watch for each look that may be needed, since a camera is slower than the watch
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
@@ -36,18 +41,20 @@ class ExecutionSettings:
 
     Attributes:
         watch_rate: how often measurements are compared with the plan [Hz], 100 or more on hardware.
-        tracking_error: how far any point of a robot may be off its path, as its maker says [m]; a plan that has
-            less proven clearance somewhere is refused.
+        tracking_error: how far any point of a robot may be off its path, as its maker says [m], or of each robot by
+            name; a plan that has less proven clearance where this robot moves is refused.
         despite_margins: whether such a plan is carried out nevertheless.
         log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
+        delay: how late robots follow what is sent, as their maker says [s].
         most_recoveries: how often a run goes on after a surprise.
     """
 
     watch_rate: float = 100.0
-    tracking_error: float = 0.0
+    tracking_error: float | Mapping[str, float] = 0.0
     despite_margins: bool = False
     log_rate: float = 0.0
     most_recoveries: int = 20
+    delay: float = 0.0
 
 
 USUAL = ExecutionSettings()
@@ -73,26 +80,30 @@ class Carrier:
         settings: ExecutionSettings,
         log: Log,
         stop: Callable[[], bool],
+        report: Report | None = None,
     ) -> None:
         self.scene, self.robot, self.sensor = scene, robot, sensor
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
+        self.pacer = Pacer({} if scene is None else scene.robots, settings.delay)
         self.states = StateLog(log, settings.log_rate)
-        self._begin(plan)
+        self.looks = Looks(getattr(sensor, "noise", None))
+        self._begin(plan, report)
 
-    def _begin(self, plan: Plan) -> None:
-        """Takes over a plan, which begins where everything is now.
+    def _begin(self, plan: Plan, report: Report | None) -> None:
+        """Takes over a plan, which begins where everything is now, with the report of its check if there is one.
 
         Raises:
             InputError: it does not fit the scene, or has less proven clearance than the robots' tracking error.
         """
-        self.plan, self.name, self.margins = plan, plan.root, Margins(plan)
+        self.plan, self.name, self.margins = plan, plan.root, Margins(plan, report)
         self.history: list[tuple[str, str | None]] = []
         # What a node delivers and another one branches on is looked at once: where the plan senses it.
         self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
+        self.part: Motion | None = None  # what is followed
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
@@ -103,15 +114,19 @@ class Carrier:
             self._require_margins()
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
-            self.watch = Watch(self.scene, self.margins, self.seen_at)
+            errors = {} if self.settings.despite_margins else self._errors()
+            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors)
+
+    def _errors(self) -> dict[str, float]:
+        """The stated tracking error of each robot [m]."""
+        stated, robots = self.settings.tracking_error, () if self.scene is None else self.scene.robots
+        if isinstance(stated, float | int):
+            return dict.fromkeys(robots, float(stated)) if stated else {}
+        return {name: float(stated.get(name, 0.0)) for name in robots}
 
     def _require_margins(self) -> None:
-        least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
-        if least < needed and not self.settings.despite_margins:
-            proven, off = f"{1000 * least:.2g} mm", f"{1000 * needed:.2g} mm"
-            text = f"a clearance of {proven} is proven, and robots are up to {off} off their paths"
-            hint = f"plan with --clearance {1000 * needed:.2g}mm, or carry it out --despite-margins"
-            raise InputError([Diagnostic("plan", 1, 1, text, hint)])
+        if not self.settings.despite_margins:
+            self.margins.require(self._errors())
 
     @property
     def time(self) -> float:
@@ -148,7 +163,7 @@ class Carrier:
         for term in node.delivers:
             outcomes = self.decided_later.get(term)
             ask = self.sensor.value if outcomes is None else partial(self.sensor.resolve, outcomes=outcomes)
-            value = self._asked(partial(ask, term))
+            value = self._asked(partial(ask, term), outcomes)
             if outcomes is not None and value is not None:
                 self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
@@ -159,7 +174,7 @@ class Carrier:
         outcomes = tuple(node.branches)
         found = self.known.get(node.on) if node.kind == "branch" else None
         if found is None:
-            found = self._asked(partial(self.sensor.resolve, node.on, outcomes))
+            found = self._asked(partial(self.sensor.resolve, node.on, outcomes), outcomes)
         self._enter("sensing", node=self.name, formula=node.on, outcome=found)
         if found is None:
             raise Stopped(f"{self.name}: {node.on} was not measured")
@@ -168,12 +183,14 @@ class Carrier:
         self.known[node.on] = found
         return found
 
-    def _asked(self, sensor: Callable[[], _T | None]) -> _T | None:
-        """What a sensor says; one that is silent is asked again, a few times."""
+    def _asked(self, sensor: Callable[[], _T | None], outcomes: tuple[str, ...] | None) -> _T | None:
+        """What a sensor says; one that is silent, or says none of the possible outcomes, is asked again, a few times."""
         for number in range(ASKED):
-            if (found := sensor()) is not None or number == ASKED - 1:
+            found = sensor()
+            possible = found is not None and (outcomes is None or found in outcomes)
+            if possible or number == ASKED - 1:
                 return found
-            self._enter("silent", node=self.name, asked=number + 1)
+            self._enter("silent", node=self.name, asked=number + 1, **({} if found is None else {"said": found}))
             for _ in self._looks(ASKED_EACH) if self.robot is not None else ():
                 pass
         return None
@@ -203,25 +220,51 @@ class Carrier:
         robot, waiting = self.robot, list(part.actions)
         self.watch.begin()
         self._act(waiting, part.begin)
-        self.under_way = list(part.stretches)
+        self.under_way, self.part = list(part.stretches), part
         robot.follow(part)
         self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
+        self._begin_pace(part)
         while (state := robot.state()).moving:
             self._act(waiting, state.motion_time)
             self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(part.nodes[0])
-            self._log_state(part.nodes[0])
+            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(
+                part.nodes[0], state
+            )
+            self._log_state(part.nodes[0], state)
+            self._keep_pace(state, stops=surprise is not None)
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
-        self.under_way = self._finished(self.under_way, part.end)
+        self.under_way, self.part = self._finished(self.under_way, part.end), None
         measured = self.watch.measured
         self._enter(
-            "followed", tracking=measured.tracking, permitted=_finite(measured.permitted), bodies=measured.bodies
+            "followed",
+            tracking=measured.tracking,
+            permitted=_finite(measured.permitted),
+            share=_finite(measured.share),
+            bodies=measured.bodies,
         )
         self._act(waiting, part.end)
         self._check_grasps()
+
+    def _begin_pace(self, part: Motion) -> None:
+        """A motion begins slowly if robots would get too far off its path."""
+        standing = self.watch.standing(self._robot.state(), self.belief)
+        self._set_pace(self.pacer.begin(part, self.belief, self.margins, standing))
+
+    def _keep_pace(self, state: RobotState, *, stops: bool) -> None:
+        """Slows down the clock before robots are too far off their paths, or goes back to full speed."""
+        self.pacer.learn(state, self.watch.off)
+        if not stops:
+            self._set_pace(self.pacer.wanted(state.motion_time))
+
+    def _set_pace(self, wanted: Pace | None) -> None:
+        if wanted is None or not isinstance(self.robot, PacedRobot):
+            return
+        if self.robot.pace(wanted.rate):
+            self.pacer.rate = wanted.rate
+            self._enter("pace", rate=wanted.rate, reason=wanted.reason)
 
     def _finished(self, stretches: list[Stretch], time: float) -> list[Stretch]:
         """The stretches that have not ended by then; robots are believed to be at the ends of the others."""
@@ -279,22 +322,42 @@ class Carrier:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
-            self._log_state(self.name)
+            if self.settings.log_rate > 0.0:
+                self._log_state(self.name, self._robot.state())
             yield
 
-    def _log_state(self, node: str) -> None:
-        state = self._robot.state()
+    def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
             self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
-        surprise = self._surprise_of_bodies(node)
+        """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
+        surprise, looks = self._surprise_of_bodies(node, self._robot.state()), 0
+        while surprise is None and self.watch.undecided and looks < MOST_PERIODS * MOST_LOOKS:
+            for _ in self._looks(1.0 / self.settings.watch_rate):
+                looks += 1
+            surprise = self._surprise_of_bodies(node, self._robot.state())
+        if self.looks.noise is not None:
+            decision = "as planned" if surprise is None else surprise.kind
+            self._enter("looked", node=node, bodies=self.looks.counts(), waited=looks, outcome=decision)
         if surprise is not None:
             self._halt(surprise)
 
-    def _surprise_of_bodies(self, node: str) -> Surprise | None:
-        seen, state = self.sensor.poses(), self._robot.state()
-        return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+    def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
+        seen = self.sensor.poses()
+        found = self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+        for record in self.watch.tolerated:
+            self._enter("tolerated", **record)
+        self.watch.tolerated.clear()
+        return found
+
+    def _seen(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies; with noise, the means of looks at them."""
+        seen = self.sensor.poses()
+        if self.looks.noise is None:
+            return seen
+        self.watch.look(seen, self._robot.state(), self.belief)
+        return self.looks.poses(seen)
 
     def _halt(self, surprise: Surprise | None) -> None:
         """A planned stop.
@@ -306,8 +369,12 @@ class Carrier:
         self._enter("stopping", reason=reason)
         self._robot.stop()
         for _ in self._looks(STOPS_WITHIN):
-            if not self._robot.state().moving:
+            state = self._robot.state()
+            if not state.moving:
                 break
+            if self.part is not None:  # how late robots are is often seen only now
+                self.pacer.learn(state, self.watch.distances(self.part, state, self.belief))
+        self.part = None
         self._stand(self._robot.state().motion_time)
         raise Stopped(reason, surprise)
 

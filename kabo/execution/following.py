@@ -1,17 +1,20 @@
-"""Setpoints of a motion at the rate of a controller, on a clock that can be slowed down to a planned stop.
+"""Setpoints of a motion at the rate of a controller, on a clock that can be slowed down, also to a planned stop.
 
 The clock of the motion runs at a rate s, one by default: values are q(t), velocities q'(t) s, and so on by the chain rule.
-So what is sent is always on the proven path; a stop changes s alone, and only as fast as all limits permit.
+So what is sent is always on the proven path; a stop changes s alone, and only as fast as all limits permit. At a constant
+rate of one or less all limits are kept, also of what is held, since gravity alone keeps them.
 """
 
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.execution.clock import Change, Law, StopWhileChanging
+from kabo.execution.clock_limits import keeps_limits
 from kabo.execution.loads import STEP, LoadOnPath
 from kabo.execution.motions import Motion, Stretch
 from kabo.motion import Held, MotionLimits
@@ -19,6 +22,9 @@ from kabo.scene import Scene, motion_limits
 
 STOP_TIMES = tuple(0.02 * 1.25**k for k in range(24))  # [s], tried in turn: 20 ms to 3.4 s
 STOP_DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4)  # [s] before slowing down begins
+CHANGE_TIMES = tuple(
+    0.05 * 1.5**k for k in range(8)
+)  # [s], within which the rate goes to another one: 50 ms to 0.85 s
 CHECKED_RATE = 1000.0  # [Hz], at which a stop is checked against the limits
 TOLERANCE = 1e-9
 HASTY = np.linspace(0.05, 0.95, 19)  # shares of a stop at which it is seen at once that it exceeds limits
@@ -35,32 +41,6 @@ class Setpoint(NamedTuple):
     accelerations: Array
 
 
-@dataclass(frozen=True)
-class Stop:
-    """A stop: after `delay` seconds the clock slows down from its full rate to none, within `lasts` seconds.
-
-    Several stops at once are arrays (n, 1), of which `seconds` are (n, k).
-    """
-
-    delay: Any
-    lasts: Any
-
-    def rate(self, seconds: Array) -> tuple[Array, Array, Array]:
-        """The rate of the clock `seconds` (k,) after the stop was asked for, its first and its second derivative."""
-        u = np.clip((seconds - self.delay) / self.lasts, 0.0, 1.0)
-        value = 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
-        first = -30.0 * u * u * (1.0 - u) ** 2 / self.lasts
-        second = -60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / self.lasts**2
-        return value, first, second
-
-    def passed(self, seconds: Array) -> Array:
-        """How far the clock of the motion has come by then (k,) [s]."""
-        u = np.clip((seconds - self.delay) / self.lasts, 0.0, 1.0)
-        slowed = u - (2.5 * u**4 - 3.0 * u**5 + u**6)
-        passed: Array = np.minimum(seconds, self.delay) + self.lasts * slowed
-        return passed
-
-
 class Follower:
     """The clock of a motion, and what is sent at each of its times."""
 
@@ -70,32 +50,53 @@ class Follower:
         self.time = 0.0  # of the motion's clock [s]
         self.loads: dict[str, list[Held]] = {}  # what hands of robots hold
         self._limits: dict[tuple[str, tuple[str, ...]], MotionLimits] = {}
-        self._stop: Stop | None = None
-        self._since = self._asked_at = 0.0
+        self._rate = 1.0  # of the clock, when its law has ended
+        self._law: Law | None = None
+        self._since = self._asked_at = 0.0  # [s] since the law began, and on the clock of the motion when it did
+        self.stopping = False  # whether a stop was asked for
 
     @property
     def moving(self) -> bool:
         """Whether something is still to be sent."""
-        if self.motion is None:
-            return False
-        if self._stop is not None and self._since >= self._stop.delay + self._stop.lasts:
+        if self.motion is None or (self.stopping and self._law is None):
             return False
         return self.time < self.motion.end - TOLERANCE
 
-    @property
-    def stopping(self) -> bool:
-        """Whether a stop was asked for."""
-        return self._stop is not None
-
     def follow(self, motion: Motion) -> None:
         """Begins a motion, at its beginning."""
-        self.motion, self.time, self._stop = motion, motion.begin, None
+        self.motion, self.time = motion, motion.begin
+        self._spans = [(s.begin, s.end, (s.robot, s.trajectory.joints), s) for s in motion.stretches]
+        if isinstance(self._law, Change) and not self.stopping:
+            self._rate = self._law.last
+        self._law, self.stopping = None, False
 
     def stop(self) -> None:
         """Slows down as fast as all limits permit; where they do not, the motion goes on to its end, which is a rest."""
-        if self._stop is None and self.motion is not None and self.moving:
-            self._stop = self._fastest_stop(self.motion)
+        if not self.stopping and self.motion is not None and self.moving:
+            self._law = self._fastest_stop(self.motion)
+            self.stopping = True
             self._asked_at, self._since = self.time, 0.0
+
+    def pace(self, rate: float) -> bool:
+        """Goes to another rate of the clock, as soon as all limits permit; a motion that begins has it at once.
+
+        Args:
+            rate: above 0 and at most 1.
+
+        Returns:
+            Whether it does; not while the rate is being changed, or is by a stop, or where limits permit no change.
+        """
+        if not 0.0 < rate <= 1.0:
+            raise ValueError(f"the rate of a clock is above 0 and at most 1, not {rate}")
+        if self._law is not None or self.stopping:
+            return False
+        if self.motion is None or not self.moving or self.time == self.motion.begin:
+            self._rate = rate
+            return True
+        change = self._soonest_change(self.motion, rate)
+        if change is not None:
+            self._law, self._asked_at, self._since = change, self.time, 0.0
+        return change is not None
 
     def advance(self, seconds: float) -> Iterator[Setpoint]:
         """What is to be sent `seconds` later; at the end of the motion its end, at rest."""
@@ -103,37 +104,64 @@ class Follower:
             return
         before = self.time
         rate = change = 0.0
-        if self._stop is None:
-            self.time, rate = min(self.motion.end, self.time + seconds), 1.0
-        else:
-            self._since += seconds
-            since = np.array([self._since])
-            passed = float(self._stop.passed(since)[0])
-            self.time = min(self.motion.end, self._asked_at + passed)
-            rates = self._stop.rate(since)
-            rate, change = float(rates[0][0]), float(rates[1][0])
+        if self._law is not None:
+            rate, change = self._advance_by(self._law, self.motion, seconds)
+        elif not self.stopping:
+            self.time, rate = min(self.motion.end, self.time + self._rate * seconds), self._rate
         running = {
-            (stretch.robot, stretch.trajectory.joints): stretch
-            for stretch in self.motion.stretches
-            if stretch.begin <= self.time and stretch.end >= before
+            key: stretch for begin, end, key, stretch in self._spans if begin <= self.time and end >= before
         }
         for stretch in running.values():
             yield _sent(stretch, min(self.time, stretch.end), rate, change)
 
-    def _fastest_stop(self, motion: Motion) -> Stop:
+    def _advance_by(self, law: Law, motion: Motion, seconds: float) -> tuple[float, float]:
+        """Goes on by a law; the rate then, and its derivative."""
+        self._since += seconds
+        since = np.array([self._since])
+        self.time = min(motion.end, self._asked_at + float(law.passed(since)[0]))
+        rates = law.rate(since)
+        if self._since >= law.ends:
+            self._law = None
+            self._rate = law.last if isinstance(law, Change) and not self.stopping else self._rate
+        return float(rates[0][0]), float(rates[1][0])
+
+    # ---------------------------------------------------------------------------------------------- laws of the clock
+    def _soonest_change(self, motion: Motion, rate: float) -> Change | None:
+        """The change to a rate that ends first of those within all limits and before the end of the motion."""
+        left, loads = motion.end - self.time, self._loads_on_path(motion)
+        tried = sorted((delay + lasts, delay, lasts) for delay in STOP_DELAYS for lasts in CHANGE_TIMES)
+        for ends, delay, lasts in tried:
+            change = Change(delay, lasts, self._rate, rate)
+            if float(change.passed(np.array(ends))) >= left or not self._within_limits(motion, change, loads):
+                continue
+            met = (each for each in motion.stretches if each.end > self.time)
+            if all(keeps_limits(each.trajectory, self._limits_of(each), change, self.time) for each in met):
+                return change
+        return None
+
+    def _stop_law(self, delay: Any, lasts: Any) -> Law:
+        """The law by which the clock stands after `delay` and `lasts` seconds, or several at once."""
+        if isinstance(self._law, Change):
+            begun = replace(self._law, delay=self._law.delay - self._since)
+            return StopWhileChanging(begun, Change(delay, lasts))
+        return Change(delay, lasts, self._rate)
+
+    def _fastest_stop(self, motion: Motion) -> Law:
         """The stop that ends first of those within all limits; else none before the end of the motion."""
         left = motion.end - self.time
+        slowest = min(self._rate, self._law.last) if isinstance(self._law, Change) else self._rate
         loads = self._loads_on_path(motion)
         tried = [
             (delay + lasts, delay, lasts)
             for delay in STOP_DELAYS
             for lasts in STOP_TIMES
-            if delay + 0.5 * lasts < left
+            if slowest * (delay + 0.5 * lasts) < left
         ]
-        for ends, delay, lasts in sorted(self._not_hasty(motion, tried)):
-            if self._within_limits(motion, Stop(delay, lasts), ends, loads):
-                return Stop(delay, lasts)
-        return Stop(left + 1.0, 1.0)
+        for _, delay, lasts in sorted(self._not_hasty(motion, tried)):
+            law = self._stop_law(delay, lasts)
+            if self._within_limits(motion, law, loads):
+                return law
+        return self._stop_law(left / slowest + 1.0, 1.0)
 
     def _not_hasty(
         self, motion: Motion, tried: list[tuple[float, float, float]]
@@ -142,7 +170,7 @@ class Follower:
         if not tried:
             return []
         delays, lasts = np.array([each[1:] for each in tried]).T[:, :, None]
-        stops, seconds = Stop(delays, lasts), delays + HASTY * lasts
+        stops, seconds = self._stop_law(delays, lasts), delays + HASTY * lasts
         rate, first, second = stops.rate(seconds)
         times = self.time + stops.passed(seconds)
         fine = np.ones(len(tried), bool)
@@ -173,10 +201,11 @@ class Follower:
                 found.append(LoadOnPath.along(held, times, stretch.trajectory.at(times)))
         return found
 
-    def _within_limits(self, motion: Motion, stop: Stop, ends: float, loads: list[LoadOnPath]) -> bool:
-        seconds = np.arange(0.0, ends + 1.0 / CHECKED_RATE, 1.0 / CHECKED_RATE)
-        times = self.time + stop.passed(seconds)
-        rate, first, second = stop.rate(seconds)
+    def _within_limits(self, motion: Motion, law: Law, loads: list[LoadOnPath]) -> bool:
+        """Whether joints and what is held keep their limits, seen each millisecond until the law has ended."""
+        seconds = np.arange(0.0, law.ends + 1.0 / CHECKED_RATE, 1.0 / CHECKED_RATE)
+        times = self.time + law.passed(seconds)
+        rate, first, second = law.rate(seconds)
         for load in loads:
             inside = (times >= load.times[0]) & (times <= load.times[-1])
             if not load.held_under(times[inside], rate[inside], first[inside]):

@@ -14,6 +14,7 @@ from kabo.plan import ObjectPose, Plan, State, StateChange
 from kabo.scene import Attachment, Robot, Scene, attachment, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import transform
+from kabo.verify import Report
 
 SAME_PLACE = 5e-4  # [m]: a body so near to its place is where it should be, as far as planning is concerned
 WELL_HELD = 3e-3  # [m]: nearer to its place in a hand, a body is held as planned, as far as planning is concerned
@@ -68,11 +69,13 @@ class Answer:
             asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
         plan: what is to be carried out.
         reason: why, in a sentence.
+        report: of the check of the plan, from which margins are taken.
     """
 
     kind: Literal["finish", "undo", "repair", "replan", "none"]
     plan: Plan | None
     reason: str
+    report: Report | None = None
 
 
 class Recovery(Protocol):
@@ -83,7 +86,13 @@ class Recovery(Protocol):
 
 
 def observed(
-    scene: Scene, plan: Plan, belief: Belief, seen: Mapping[str, Array], empty: Mapping[str, Sequence[float]]
+    scene: Scene,
+    plan: Plan,
+    belief: Belief,
+    seen: Mapping[str, Array],
+    empty: Mapping[str, Sequence[float]],
+    *,
+    exact: bool = False,
 ) -> tuple[StateChange, tuple[tuple[str, str], ...]]:
     """Where everything is, and what is not held any more, with the robot that should hold it.
 
@@ -95,11 +104,12 @@ def observed(
         belief: the state by the plan.
         seen: the poses (4, 4) of bodies in the world.
         empty: hands that hold nothing although they should, with the measured values of their joints, by robot.
+        exact: whether small errors stay in: where little is proven to be free, what is taken out may be more than that.
     """
     state, wanted = belief.state, belief.poses()
     robots = {name: dict(zip(scene.robots[name].joint_names, q, strict=True)) for name, q in state.robots.items()}
     for name, values in empty.items():
-        robots[name] |= _within_limits(scene.robots[name], values)
+        robots[name] |= hand_within_limits(scene.robots[name], values)
     objects = {name: ObjectPose(own.parent, own.position, own.quaternion) for name, own in state.objects.items()}
     lost: list[tuple[str, str]] = []
     for name, pose in seen.items():
@@ -109,6 +119,8 @@ def observed(
         if holder is not None and (off > STILL_HELD or holder in empty):
             lost.append((name, holder))
             objects[name] = _placed(scene, state, "world", _standing(pose, _stands(scene, plan, name)))
+        elif exact and off > SAME_PLACE:
+            objects[name] = _placed(scene, state, own.parent, pose)
         elif holder is not None and off > WELL_HELD:
             objects[name] = _placed(scene, state, own.parent, _unturned(wanted[name], pose))
         elif holder is None and own.parent == "world":
@@ -120,7 +132,7 @@ def observed(
     return StateChange(robots, objects), tuple(lost)
 
 
-def _within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:
+def hand_within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:
     """The values of a hand's joints, within their limits: stops give way a little, and fingers that touch prove nothing."""
     low, high = robot.tree.lower[robot.planned :], robot.tree.upper[robot.planned :]
     room = AJAR * (high - low)

@@ -1,13 +1,14 @@
 """A robot that is where it is sent, at once, in a world without forces: what is gripped is fixed to the hand."""
 
+from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.execution.following import Follower
+from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
-from kabo.execution.motions import Motion
+from kabo.execution.motions import SAME_TIME, HandAction, Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, attachment, world_T
 from kabo.scene.state import GeometricState
@@ -20,22 +21,34 @@ class KinematicRobot:
         scene: the scene.
         start: where everything is at first; None: as the scene says.
         rate: setpoints a second [Hz].
+        delay: how late it follows setpoints [s].
     """
 
-    def __init__(self, scene: Scene, start: GeometricState | None = None, rate: float = 500.0) -> None:
+    def __init__(
+        self, scene: Scene, start: GeometricState | None = None, rate: float = 500.0, delay: float = 0.0
+    ) -> None:
         self.scene, self.world, self.rate = scene, start or scene.start, rate
         self.time = 0.0
         self._follower = Follower(scene)
+        self._late = round(delay * rate)  # setpoints
+        self._waiting: deque[list[Setpoint]] = deque()
+        self._behind = 0  # setpoints that are still on their way, of a motion that has ended
         self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
         self._pressing: dict[str, float] = {}
+        self._joined: list[HandAction] = []  # still to come in the motion
 
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""
         self._follower.follow(motion)
+        self._joined = [each for each in motion.actions if each.kind == "detach" and each.attach]
 
     def stop(self) -> None:
         """Slows down along the path until it stands."""
         self._follower.stop()
+
+    def pace(self, rate: float) -> bool:
+        """Goes to another rate of the motion's clock, within all limits."""
+        return self._follower.pace(rate)
 
     def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
         """Fixes bodies to the frame of the tool."""
@@ -65,21 +78,30 @@ class KinematicRobot:
         follower = self._follower
         robots, hands = dict(self.world.robots), frozenset(self.world.robots)
         return RobotState(
-            self.time, follower.time, follower.moving, robots, dict(self._velocities), dict(self._pressing), hands
+            self.time, follower.time, self._moving, robots, dict(self._velocities), dict(self._pressing), hands
         )
+
+    @property
+    def _moving(self) -> bool:
+        return self._follower.moving or self._behind > 0
 
     def wait(self, seconds: float) -> None:
         """Goes on along the motion."""
         for _ in range(max(1, round(seconds * self.rate))):
             self.time += 1.0 / self.rate
             self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
-            for sent in self._follower.advance(1.0 / self.rate):
+            self._behind = self._late if self._follower.moving else max(0, self._behind - 1)
+            self._waiting.append(list(self._follower.advance(1.0 / self.rate)))
+            for sent in self._waiting.popleft() if len(self._waiting) > self._late else ():
                 names = self.scene.robots[sent.robot].joint_names
                 values, speeds = list(self.world.robots[sent.robot]), list(self._velocities[sent.robot])
                 for joint, value, speed in zip(sent.joints, sent.positions, sent.velocities, strict=True):
                     values[names.index(joint)], speeds[names.index(joint)] = float(value), float(speed)
                 self.world = self.world.replace({sent.robot: tuple(values)})
                 self._velocities[sent.robot] = tuple(speeds)
+            while self._joined and self._joined[0].time <= self._follower.time + SAME_TIME:
+                for body, parent in self._joined.pop(0).attach:
+                    self._hang(body, parent)
 
     def poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) of all movable bodies."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from kabo.arrays import Array
 from kabo.errors import KaboError
@@ -61,6 +61,14 @@ class Robot(Protocol):
 
     def wait(self, seconds: float) -> None:
         """Lets time pass."""
+
+
+@runtime_checkable
+class PacedRobot(Robot, Protocol):
+    """Robots whose clock can be slowed down while they move; others are stopped where they would have to be slower."""
+
+    def pace(self, rate: float) -> bool:
+        """Goes to another rate of the motion's clock, above 0 and at most 1, within all limits; whether it does."""
 
 
 class Sensor(Protocol):

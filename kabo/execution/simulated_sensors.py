@@ -12,6 +12,7 @@ from kabo.arrays import Array
 from kabo.execution.bound_sensors import BoundSensors, Instruments, Reading
 from kabo.execution.kinematic import KinematicRobot
 from kabo.execution.log import Log
+from kabo.execution.looks import rotation
 from kabo.language import CameraDescription, Measurement, SensorBinding, SensorsDescription, TruthDescription
 from kabo.scene import Scene, attachment, world_T
 from kabo.scene.state import Attachment, GeometricState
@@ -43,12 +44,14 @@ class SimulatedSensors(BoundSensors):
         self.truth, self.seed = truth or TruthDescription(), seed
         self._pictures = 0
         self._next_picture = 0.0  # [s]
+        self._picture: tuple[float, Mapping[str, Array]] = (-1.0, {})  # the last one, and when it was taken [s]
 
-    def _look(self, binding: SensorBinding) -> Reading:
+    def look(self, binding: SensorBinding) -> Reading:
+        """What is read for a binding, once, with the noise of a weight."""
         if binding.measurement.kind == "told":
             self._looks += 1
             return self._told(binding)
-        found = super()._look(binding)
+        found = super().look(binding)
         if binding.measurement.kind == "weight" and isinstance(found, float):
             found += self.sensors.weight_noise * float(self._normal("weight", binding.asked, self._looks, 1)[0])
         return found
@@ -62,9 +65,9 @@ class SimulatedSensors(BoundSensors):
         drawn = float(self._uniform("truth", binding.asked, 0, 1)[0])
         return binding.outcomes[int(drawn * len(binding.outcomes))]
 
-    def _answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
+    def answer(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> str | None:
         """The answer of one look, or another one, as often as the sensor is wrong."""
-        found = super()._answer(binding, outcomes)
+        found = super().answer(binding, outcomes)
         others = [each for each in outcomes if each != found]
         if found is None or not others or binding.wrong == 0.0:
             return found
@@ -78,12 +81,13 @@ class SimulatedSensors(BoundSensors):
             return self.instruments.poses()
         now = self.instruments.time
         if now < self._next_picture - SAME_TIME:
-            return {}
+            return self._picture[1] if now <= self._picture[0] + SAME_TIME else {}
         self._next_picture = ceil(now * camera.rate + SAME_TIME) / camera.rate
         self._pictures += 1
         true = self.instruments.poses()
         seen = {name: self._seen(camera, name, true[name]) for name in camera.bodies if name in true}
-        return {name: pose for name, pose in seen.items() if pose is not None}
+        self._picture = now, {name: pose for name, pose in seen.items() if pose is not None}
+        return self._picture[1]
 
     def _seen(self, camera: CameraDescription, body: str, pose: Array) -> Array | None:
         """The pose of a body in the picture of now; None if it is overlooked."""
@@ -107,16 +111,6 @@ def normals(drawn: Array) -> Array:
     """Half as many numbers of the normal distribution as were drawn in [0, 1) [Box, Muller 1958]."""
     first, second = drawn[0::2], drawn[1::2]
     return np.asarray(np.sqrt(-2.0 * np.log1p(-first)) * np.cos(2.0 * np.pi * second))
-
-
-def rotation(vector: Array) -> Array:
-    """The rotation (3, 3) about a vector by its length [rad] [Rodrigues]."""
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
 
 
 def true_start(scene: Scene, start: GeometricState, truth: TruthDescription, seed: int) -> GeometricState:

@@ -2,12 +2,13 @@
 
 A motion that was proven is as free when the rest of it begins at rest, or when it is reversed, as long as nothing else has
 moved. Whether something has, the verifier finds out: it judges the way in the scene as it is observed. Going back, a hand
-puts down what it has taken.
+puts down what it has taken. A hand with something between its fingers, lost or half taken, opens where it is first: until
+it is open it is said to hold what stands there, as only what a hand holds may touch its fingers; the arm rests meanwhile.
 """
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,13 +21,14 @@ from kabo.execution.interruptions import WELL_HELD
 from kabo.execution.loads import load_of
 from kabo.execution.motions import SAME_TIME
 from kabo.geometry_server import GeometryServer, whole_state
+from kabo.geometry_server.foresight.starts import start_faults
 from kabo.motion import Held
 from kabo.motion.timed_motion import timed_path
 from kabo.options import Options
 from kabo.plan import Node, Plan, Segment
 from kabo.planner.certify.certifying import certified
 from kabo.planner.certify.granting import granted
-from kabo.scene import Component, Scene, beginning_at, motion_limits, with_change, world_T
+from kabo.scene import Component, Scene, attachment, beginning_at, motion_limits, with_change, world_T
 from kabo.scene.transforms import inverse
 
 NODE, GOAL = "n0", "n1"
@@ -50,23 +52,42 @@ def way_on(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) 
     return _Way(interruption, scene, clearance).on()
 
 
-def way_back(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) -> Plan:
+def way_back(
+    interruption: Interruption, scene: Scene, *, clearance: float = 0.0, between: Mapping[str, str] = {}
+) -> Plan:
     """The plan of one node that leads back to where the interrupted node began; arguments as of `way_on`.
 
+    Args:
+        interruption: where the run stands. scene: the scene. clearance: as of `way_on`.
+        between: bodies that stand between the fingers of a robot's hand, which opens first.
+
     Raises:
-        NoWayError: several robots or nodes moved at once.
+        NoWayError: several robots or nodes moved at once, or a hand that is to open is open, or holds something else.
     """
-    return _Way(interruption, scene, clearance).back()
+    return _Way(interruption, scene, clearance, between).back()
+
+
+def way_open(
+    interruption: Interruption, scene: Scene, between: Mapping[str, str], *, clearance: float = 0.0
+) -> Plan:
+    """The plan of one node in which hands open, and nothing else moves; arguments as of `way_back`.
+
+    Raises:
+        NoWayError: a hand is open, or holds something else, or touches something when it is open.
+    """
+    return _Way(interruption, scene, clearance, between).only_open()
 
 
 class _Way:
     """Segments in the order of time, with what hands then hold."""
 
-    def __init__(self, interruption: Interruption, scene: Scene, clearance: float) -> None:
+    def __init__(
+        self, interruption: Interruption, scene: Scene, clearance: float, between: Mapping[str, str] = {}
+    ) -> None:
         assert interruption.state.geometry is not None and scene.description is not None
         self.interruption, self.clearance = interruption, clearance
-        self.executed = interruption.executed
-        self.scene = beginning_at(scene, interruption.state.geometry)
+        self.executed, self.between = interruption.executed, between
+        self.scene = _with_held(beginning_at(scene, interruption.state.geometry), between)
         self.belief = Belief(self.scene, self.scene.start)
         self.time = 0.0  # [s]
         self._require_one_by_one()
@@ -108,7 +129,7 @@ class _Way:
     def back(self) -> Plan:
         """The executed part of the node's motion, the last segment first, each in reverse."""
         lost = {body for body, _ in self.interruption.lost}
-        motion = []
+        motion = self._opening()
         for each in reversed(self.executed):
             segment, whole = self._planned(each), each.until is None
             rows = [
@@ -116,6 +137,8 @@ class _Way:
                 for row, time in zip(segment.waypoints, segment.times, strict=True)
                 if each.until is None or time < each.until
             ]
+            if segment.joints != self.scene.robots[segment.robot].planned_joints:
+                rows = rows[:1]  # where a hand is now, it may be beyond where it was sent
             holds = self._holds(segment.robot)
             took = tuple(name for name, _ in segment.attach if whole and name in holds)
             gave = [name for name in segment.detach if whole and name not in holds]
@@ -125,6 +148,38 @@ class _Way:
             attach = tuple((name, f"{segment.robot}.{tool.frame}") for name in gave) if tool is not None else ()
             motion.append(self._segment(segment, rows[::-1], attach, took))
         return self._plan("undo", motion)
+
+    def only_open(self) -> Plan:
+        """Hands open where they are."""
+        plan = self._plan("undo", self._opening())
+        faults = start_faults(
+            GeometryServer(replace(self.scene, start=self.belief.state)).surroundings, parts=False
+        )
+        touching = [
+            fault for fault in faults if set(self.between.values()) & {t.partition(".")[0] for t in fault.things}
+        ]
+        if touching:
+            raise NoWayError(touching[0].said)
+        return plan
+
+    def _opening(self) -> list[Segment]:
+        """Hands with something between their fingers open, one after the other."""
+        found = []
+        for name in dict.fromkeys(self.between.values()):
+            robot, bodies = self.scene.robots[name], [b for b, by in self.between.items() if by == name]
+            gripper, q = robot.gripper, self.belief.state.robots[name]
+            assert gripper is not None
+            if others := self._holds(name) - set(bodies):
+                raise NoWayError(f"{name} holds {min(others)}")
+            now = dict(zip(robot.joint_names, q, strict=True))
+            row = tuple(gripper.open.get(joint, now[joint]) for joint in robot.gripper_joints)
+            if np.allclose(row, [now[joint] for joint in robot.gripper_joints]):
+                raise NoWayError(f"the hand of {name} is open")
+            pairs = tuple((link, body) for body in bodies for link in gripper.touch_links)
+            here = tuple(now[joint] for joint in robot.gripper_joints)
+            planned = Segment(name, robot.gripper_joints, (here,), (0.0,), "undo", allowed_contacts=pairs)
+            found.append(self._segment(planned, [row], (), tuple(bodies)))
+        return found
 
     def _planned(self, each: Executed) -> Segment:
         return self.interruption.plan.nodes[each.node].motion[each.segment]
@@ -203,6 +258,19 @@ class _Way:
         models = {body: each.model for body, each in scene.description.bodies.items()}
         surroundings = GeometryServer(scene, clearance=self.clearance).surroundings
         return certified(granted(plan, scene, models), surroundings)[0]
+
+
+def _with_held(scene: Scene, between: Mapping[str, str]) -> Scene:
+    """The scene in which bodies hang on the tools of robots, where they stand."""
+    state = scene.start
+    for body, name in between.items():
+        robot = scene.robots[name]
+        if robot.tool is None or robot.gripper is None:
+            raise NoWayError(f"{name} has no hand")
+        parent = f"{name}.{robot.tool.frame}"
+        place = inverse(world_T(scene, scene.start, parent)) @ world_T(scene, scene.start, body)
+        state = state.replace({body: attachment(parent, place)})
+    return replace(scene, start=state)
 
 
 def _distinct(rows: Sequence[Sequence[float]]) -> Array:

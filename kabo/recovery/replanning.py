@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 from kabo.errors import InputError
@@ -11,9 +12,10 @@ from kabo.options import SolveOptions
 from kabo.plan import Plan
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
-from kabo.recovery.node_ways import NoWayError, way_back, way_on
+from kabo.recovery.node_ways import NoWayError, way_back, way_on, way_open
 from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
+from kabo.verify.report import Report
 from kabo.verify.verification import verify_plan
 
 TIMEOUT = 20.0  # [s] for which robots stand and wait, at most
@@ -52,26 +54,59 @@ class Replanner:
             yield from ((name, before[name], now[name]) for name in before if before[name] != now[name])
 
     def _out_of_the_node(self, interruption: Interruption) -> Answer:
-        """On to the end of the node, or back to where it began."""
-        on = self._way("finish", way_on, interruption)
+        """On to the end of the node, or back to where it began, or with other motions from the middle of it.
+
+        Where something that is not held is between the fingers of a hand, the hand opens first.
+        """
+        on, _ = self._way("finish", "on to the end of the node", way_on, interruption)
         if on.plan is not None:
             return on
-        back = self._way("undo", way_back, interruption)
-        return back if back.plan is not None else Answer("none", None, f"{on.reason}; {back.reason}")
+        back, between = self._way("undo", "back to where the node began", way_back, interruption)
+        if back.plan is not None:
+            return back
+        reasons = [on.reason, back.reason]
+        if between:
+            opened = partial(way_back, between=between)
+            found, _ = self._way("undo", "back with open hands", opened, interruption)
+            if found.plan is None:
+                only = partial(way_open, between=between)
+                found, _ = self._way("undo", "out of a contact with open hands", only, interruption)
+            if found.plan is not None:
+                return found
+        onward = self._onward(interruption)
+        return onward if onward.plan is not None else Answer("none", None, "; ".join([*reasons, onward.reason]))
 
     def _way(
-        self, kind: Literal["finish", "undo"], made: Callable[..., Plan], interruption: Interruption
-    ) -> Answer:
-        where = "on to the end of the node" if kind == "finish" else "back to where the node began"
+        self, kind: Literal["finish", "undo"], where: str, made: Callable[..., Plan], interruption: Interruption
+    ) -> tuple[Answer, dict[str, str]]:
+        """A way that is proven, or the reason why not, with the bodies that are between fingers then and whose."""
         try:
             plan = made(interruption, self.scene, clearance=self.options.get("clearance") or 0.0)
         except (NoWayError, InputError, ValueError) as error:
-            return Answer("none", None, f"there is no way {where}: {error}".rstrip("\n"))
+            return Answer("none", None, f"there is no way {where}: {error}".rstrip("\n")), {}
         assert self.scene.description is not None
         report = verify_plan(self.scene.description, plan, scene=self.scene)
-        if not report.ok:
-            return Answer("none", None, f"the way {where} is not proven: {report.findings[0].message}")
-        return Answer(kind, plan, f"the way {where} is proven")
+        if report.ok:
+            return Answer(kind, plan, f"the way {where} is proven", report), {}
+        text = f"the way {where} is not proven: {report.findings[0].message}"
+        return Answer("none", None, text), self._between(interruption, report)
+
+    def _between(self, interruption: Interruption, report: Report) -> dict[str, str]:
+        """Bodies that stand and meet fingers, by what the verifier has found, each with the robot."""
+        assert interruption.state.geometry is not None
+        fingers = {
+            link: name
+            for name, robot in self.scene.robots.items()
+            if robot.gripper
+            for link in robot.gripper.touch_links
+        }
+        found = {}
+        for finding in report.findings:
+            links = [thing for thing in finding.bodies if thing in fingers]
+            bodies = [thing for thing in finding.bodies if thing in self.scene.movable]
+            if links and bodies and interruption.state.geometry.objects[bodies[0]].parent == "world":
+                found[bodies[0]] = fingers[links[0]]
+        return found
 
     def _onward(self, interruption: Interruption) -> Answer:
         state = interruption.state
@@ -83,6 +118,8 @@ class Replanner:
             state = replace(state, done=(*state.done, event))
         options: SolveOptions = {"timeout": TIMEOUT}
         options.update(self.options)
+        if self.memo.scene is None and self.memo.problem is self.problem:
+            self.memo.scene = self.scene
         try:
             result = solve(self.problem, start=state, memo=self.memo, **options)
         except InputError as error:
@@ -95,5 +132,7 @@ class Replanner:
         if not report.ok:
             return Answer("none", None, f"the new plan is not proven: {report.findings[0].message}")
         if self.memo.continued:
-            return Answer("repair", result.plan, "the same actions are proven from where everything is now")
-        return Answer("replan", result.plan, "other actions are proven from where everything is now")
+            return Answer(
+                "repair", result.plan, "the same actions are proven from where everything is now", report
+            )
+        return Answer("replan", result.plan, "other actions are proven from where everything is now", report)

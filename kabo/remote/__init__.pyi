@@ -7,4 +7,7 @@ from kabo.remote.messages import motion_message as motion_message
 from kabo.remote.robot_server import ROBOT_ENDPOINT as ROBOT_ENDPOINT
 from kabo.remote.robot_server import RobotServer as RobotServer
 from kabo.remote.robot_server import RobotServerSettings as RobotServerSettings
+from kabo.remote.served_sensors import RemoteSensors as RemoteSensors
+from kabo.remote.served_sensors import ServedSensors as ServedSensors
+from kabo.remote.served_sensors import ServedSimulation as ServedSimulation
 from kabo.remote.zenoh_robot import ZenohRobot as ZenohRobot

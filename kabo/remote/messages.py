@@ -1,35 +1,64 @@
 """The messages between an executor and a robot server as data: msgspec decodes and checks them, and refuses unknown keys.
 
-Lengths are in m, angles in rad, times in s, forces in N; poses are 16 numbers, row by row.
+Lengths are in m, angles in rad, times in s, masses in kg, forces in N; poses are 16 numbers, row by row. What
+changes a message changes the name of the protocol.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import Annotated
 
 import msgspec
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution import Motion, RobotState, Stretch
+from kabo.language.sensors_description import MeasurementKind
 from kabo.motion import Trajectory
 from kabo.service import Unreadable
 
 MAX_MOTION_BYTES = 4 << 20
 MAX_STRETCHES, MAX_SECONDS = 1000, 1e5  # of one motion
 POSE = 16  # numbers
+PROTOCOL = "kabo-robot/1"
+
+ClientName = Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9_-]{1,64}$")]  # it is part of a key
+
+
+class TakeMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What a client sends to `take` a robot server, with the protocol that it speaks."""
+
+    client: ClientName
+    protocol: str = PROTOCOL
 
 
 class DriverMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """What a client sends to `take` a robot server, to `stop` its robots, and to `leave` it."""
+    """What a client sends to `stop` the robots of a server, and to `leave` it."""
 
-    client: str
+    client: ClientName
 
 
 class HandMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """What a client sends to `grip` bodies with the hand of a robot, and to `release` them."""
 
-    client: str
+    client: ClientName
     robot: str
     bodies: list[str]
+
+
+class LookMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What a client sends to `look` with a sensor, once.
+
+    `asked` is the question as the plan spells it; `kind` says what is to be read: `weight` of a body in a hand, `contact`
+    of two things (bodies, robots or `robot.link`), or `told`, what is no measurement. `outcomes` are the possible
+    answers; null: a number is wanted.
+    """
+
+    client: ClientName
+    asked: str
+    kind: MeasurementKind
+    things: list[str] = []
+    outcomes: list[str] | None = None
 
 
 class StretchMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -50,7 +79,7 @@ class StretchMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 class MotionMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """What a client sends to `follow`: a whole motion, before it begins."""
 
-    client: str
+    client: ClientName
     begin: float
     end: float
     stretches: list[StretchMessage]
@@ -78,6 +107,13 @@ class StateMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     halted: str | None = None
 
 
+class LookedMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """The reply to `look`: a number, yes or no, or one of the outcomes; null: that cannot be measured now."""
+
+    reading: float | bool | str | None
+    state: StateMessage
+
+
 class TakenMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """The reply to `take`: whom the client drives now, and after how long without a sign of life both sides stop."""
 
@@ -85,6 +121,20 @@ class TakenMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     robots: dict[str, list[str]]
     bodies: list[str]
     state: StateMessage
+    protocol: str = PROTOCOL
+
+
+class _Spoken(msgspec.Struct, frozen=True):
+    protocol: str = PROTOCOL
+
+
+def spoken(raw: bytes) -> str:
+    """The protocol that a message names, whatever else it says.
+
+    Raises:
+        msgspec.MsgspecError: it is no message.
+    """
+    return msgspec.json.decode(raw, type=_Spoken).protocol
 
 
 def motion_message(client: str, motion: Motion) -> MotionMessage:
@@ -158,6 +208,19 @@ def state_from(message: StateMessage) -> RobotState:
     )
 
 
+def fits(message: StateMessage, robots: Mapping[str, Sequence[str]]) -> bool:
+    """Whether a state says of all joints of these robots where they are and how fast, in finite numbers."""
+    return all(
+        len(values.get(name, ())) == len(joints) and all(map(isfinite, values[name]))
+        for values in (message.positions, message.velocities)
+        for name, joints in robots.items()
+    )
+
+
 def poses_from(message: StateMessage) -> dict[str, Array]:
-    """The poses (4, 4) of the bodies that are seen."""
-    return {name: np.array(pose).reshape(4, 4) for name, pose in message.bodies.items() if len(pose) == POSE}
+    """The poses (4, 4) of the bodies that are seen; what is no pose of finite numbers is not seen."""
+    return {
+        name: np.array(pose).reshape(4, 4)
+        for name, pose in message.bodies.items()
+        if len(pose) == POSE and all(map(isfinite, pose))
+    }

@@ -18,22 +18,31 @@ import zenoh
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution import Robot
+from kabo.language import Measurement
 from kabo.remote.checks import check_begin, check_motion
 from kabo.remote.messages import (
     MAX_MOTION_BYTES,
+    PROTOCOL,
     DriverMessage,
     HandMessage,
+    LookedMessage,
+    LookMessage,
     MotionMessage,
     StateMessage,
+    TakeMessage,
     TakenMessage,
     motion_from,
+    spoken,
     state_message,
 )
+from kabo.remote.served_sensors import ServedSensors
+from kabo.remote.steady import steady
 from kabo.scene import Scene
 from kabo.service import Unreadable, answered, keys, open_session, payload_of, read, refuse, reply
 
 ROBOT_ENDPOINT = "tcp/127.0.0.1:7448"  # one more than that of `kabo serve`, so that both can run
 TICK_S = 0.01  # on the robots' clock: between two publications of the state
+ABSENT_S = 5.0  # for which a client that rests may be silent without a token that tells when it is lost
 BEHIND_S = 0.1  # by which a loop that is late catches up; later than that, the pace is what the machine can do
 
 
@@ -81,6 +90,7 @@ class RobotServer:
         scene: theirs: names and limits.
         settings: how.
         told: called with a sentence when a client comes, goes, or is lost.
+        sensors: what it measures; None: nothing but where robots and bodies are.
 
     Raises:
         ServiceError: an endpoint cannot be used.
@@ -93,21 +103,25 @@ class RobotServer:
         scene: Scene,
         settings: RobotServerSettings = RobotServerSettings(),
         told: Callable[[str], None] = lambda sentence: None,
+        sensors: ServedSensors | None = None,
     ) -> None:
         self.name = keys.new_server_name()
         self.robot, self.scene, self.settings, self._told = robot, scene, settings, told
         self._commands: queue.Queue[Command] = queue.Queue()
         self._driver: str | None = None
         self._halted: str | None = None  # why the last driver drives no more, if it was lost
+        self.sensors = sensors
+        self._alive: set[str] = set()  # clients with a token
         self._gone: set[str] = set()  # clients whose connection has ended
         self._heard, self._count = time.monotonic(), 0
         self._session = open_session(config)
         verbs: dict[str, Callable[[zenoh.Query], None]] = {
-            "take": partial(self._asked, DriverMessage, self._take),
+            "take": partial(self._asked, TakeMessage, self._take),
             "leave": partial(self._asked, DriverMessage, self._leave),
             "stop": partial(self._asked, DriverMessage, self._stop),
             "grip": partial(self._asked, HandMessage, self._grip),
             "release": partial(self._asked, HandMessage, self._release),
+            "look": partial(self._asked, LookMessage, self._look),
             "follow": self._asked_to_follow,
         }
         self._declared: list[Any] = [
@@ -116,7 +130,7 @@ class RobotServer:
         ]
         drivers = keys.driver(self.name, "*")
         self._declared.append(self._session.declare_subscriber(drivers, self._beat))
-        self._declared.append(self._session.liveliness().declare_subscriber(drivers, self._seen))
+        self._declared.append(self._session.liveliness().declare_subscriber(drivers, self._seen, history=True))
         self._publisher = self._session.declare_publisher(
             keys.robot(self.name, "state"),
             congestion_control=zenoh.CongestionControl.DROP,
@@ -129,17 +143,17 @@ class RobotServer:
     # --------------------------------------------------------------------------------------------------------- loop
     def run(self, ended: Callable[[], bool]) -> None:
         """Lets time pass and does what clients ask, until it has `ended`; then robots that move are stopped."""
-        period, due = TICK_S / self.settings.speed, time.monotonic()
-        while not ended():
-            self._watch_driver()
-            self.robot.wait(TICK_S)
-            self._publish()
-            due = max(due + period, time.monotonic() - BEHIND_S)
-            self._obey_until(due)
-        self.robot.stop()
-        while self.robot.state().moving:
-            self.robot.wait(TICK_S)
-            self._publish()
+        with steady() as collections:
+            period, due = TICK_S / self.settings.speed, time.monotonic()
+            while not ended():
+                self._watch_driver()
+                self.robot.wait(TICK_S)
+                collections.wait_for_rest(moving=self._publish())
+                due = max(due + period, time.monotonic() - BEHIND_S)
+                self._obey_until(due)
+            self.robot.stop()
+            while self._publish():
+                self.robot.wait(TICK_S)
 
     def close(self) -> None:
         """Ends the session."""
@@ -170,6 +184,8 @@ class RobotServer:
             self._let_go(f"the connection to client {driver} was lost", moving=moving)
         elif moving and silent > self.settings.limit_s:
             self._let_go(f"client {driver} gave no sign of life for {1000 * silent:.0f} ms", moving=moving)
+        elif driver not in self._alive and silent > max(ABSENT_S, self.settings.limit_s):
+            self._let_go(f"client {driver} gave no sign of life for {silent:.0f} s", moving=moving)
 
     def _let_go(self, why: str, *, moving: bool) -> None:
         self._driver = None
@@ -178,13 +194,17 @@ class RobotServer:
             self.robot.stop()
         self._told(self._halted)
 
-    def _publish(self) -> None:
+    def _publish(self) -> bool:
+        """Publishes the state; whether robots move."""
+        measured = self._measured()
         with suppress(zenoh.ZError):
-            self._publisher.put(msgspec.json.encode(self._measured()))
+            self._publisher.put(msgspec.json.encode(measured))
+        return measured.moving
 
     def _measured(self) -> StateMessage:
         self._count += 1
-        return state_message(self.robot.state(), self.robot.poses(), self._count, self._driver, self._halted)
+        poses = self.robot.poses() if self.sensors is None else self.sensors.poses()
+        return state_message(self.robot.state(), poses, self._count, self._driver, self._halted)
 
     # -------------------------------------------------------------------------------------------- signs of clients
     def _beat(self, sample: zenoh.Sample) -> None:
@@ -194,14 +214,17 @@ class RobotServer:
     def _seen(self, sample: zenoh.Sample) -> None:
         client = keys.driver_of(str(sample.key_expr))
         if sample.kind == zenoh.SampleKind.PUT:
+            self._alive.add(client)
             self._gone.discard(client)
-        elif client == self._driver:
+            return
+        self._alive.discard(client)
+        if client == self._driver:
             self._gone.add(client)
 
     # ------------------------------------------------------------------------------------------------------ queries
     def _asked(
         self,
-        kind: type[DriverMessage] | type[HandMessage],
+        kind: type[msgspec.Struct],
         command: Callable[[zenoh.Query, Any], None],
         query: zenoh.Query,
     ) -> None:
@@ -209,6 +232,8 @@ class RobotServer:
         raw = payload_of(query)
         if len(raw) > MAX_MOTION_BYTES:
             raise Unreadable(f"a message has up to {MAX_MOTION_BYTES} bytes")
+        if kind is TakeMessage:
+            _require_protocol(raw)
         message = read(kind, raw)
         self._commands.put((query, partial(command, query, message)))
 
@@ -246,7 +271,7 @@ class RobotServer:
     def _say_state(self, query: zenoh.Query, verb: str) -> None:
         reply(query, keys.robot(self.name, verb), msgspec.json.encode(self._measured()))
 
-    def _take(self, query: zenoh.Query, message: DriverMessage) -> None:
+    def _take(self, query: zenoh.Query, message: TakeMessage) -> None:
         if self._driver not in (None, message.client):
             return refuse(query, "busy", "another client drives")
         if self.robot.state().moving:
@@ -281,6 +306,15 @@ class RobotServer:
             self.robot.release(message.robot, tuple(message.bodies))
             self._say_state(query, "release")
 
+    def _look(self, query: zenoh.Query, message: LookMessage) -> None:
+        if self._drives(query, message.client):
+            measurement = Measurement(message.kind, tuple(message.things))
+            outcomes = None if message.outcomes is None else tuple(message.outcomes)
+            reading = None if self.sensors is None else self.sensors.look(message.asked, measurement, outcomes)
+            self._heard = time.monotonic()
+            looked = LookedMessage(reading, self._measured())
+            reply(query, keys.robot(self.name, "look"), msgspec.json.encode(looked))
+
     def _require_hand(self, message: HandMessage) -> None:
         """Checks the names of what a hand takes or lets go.
 
@@ -292,6 +326,17 @@ class RobotServer:
         for body in message.bodies:
             if body not in self.scene.movable:
                 raise Unreadable(f"there is no movable body {body!r}")
+
+
+def _require_protocol(raw: bytes) -> None:
+    """Checks that a client speaks this protocol, before its message is read.
+
+    Raises:
+        Unreadable: it names another one.
+    """
+    with suppress(msgspec.MsgspecError, UnicodeDecodeError):
+        if (protocol := spoken(raw)) != PROTOCOL:
+            raise Unreadable(f"this server speaks {PROTOCOL}, and the client {protocol[:40]!r}")
 
 
 def _do(command: Callable[[], None], query: zenoh.Query) -> None:

@@ -1,15 +1,15 @@
 """A robot of another process: what the executor asks is sent as messages, and what is measured comes as a publication.
 
 While the executor waits, each wait is a heartbeat: so the server knows that somebody looks at its robots, not only that a
-process is there.
+process is there. What is measured changes only while the executor waits or commands, so robots and bodies are of one time.
 """
 
 import threading
 import time
 import uuid
 from collections.abc import Mapping
-from contextlib import suppress
-from typing import Any
+from contextlib import ExitStack, suppress
+from typing import Any, TypeVar
 
 import msgspec
 import zenoh
@@ -17,18 +17,28 @@ import zenoh
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, ServiceError
 from kabo.execution import Motion, RobotFailed, RobotState
+from kabo.execution.bound_sensors import Reading
+from kabo.language import Measurement
 from kabo.remote.messages import (
+    PROTOCOL,
     DriverMessage,
     HandMessage,
+    LookedMessage,
+    LookMessage,
     StateMessage,
+    TakeMessage,
     TakenMessage,
+    fits,
     motion_message,
     poses_from,
+    spoken,
     state_from,
 )
+from kabo.remote.steady import steady
 from kabo.scene import Scene
 from kabo.service import ErrorReply, keys, open_session
 
+_Reply = TypeVar("_Reply", bound=msgspec.Struct)
 BEAT_S = 0.01  # between two heartbeats
 ANSWER_S = 5.0  # in which a server answers that is there
 STOPPING_S = (
@@ -45,36 +55,40 @@ class ZenohRobot:
         patience_s: how long to wait for a server that can be taken [s].
 
     Raises:
-        ServiceError: there is no robot server in time, or others drive it.
+        ServiceError: there is no robot server in time, others drive it, or it speaks another protocol.
         InputError: the server's scene is another one.
     """
 
     def __init__(self, config: zenoh.Config, scene: Scene, patience_s: float = 5.0) -> None:
         self.scene, self.client = scene, uuid.uuid4().hex[:12]
         self._news = threading.Condition()
-        self._latest: StateMessage | None = None
-        self._arrived = self._resumed = time.monotonic()
+        self._latest: StateMessage | None = None  # that has arrived
+        self._now: StateMessage  # as the executor has it
+        self._arrived = self._resumed = self._left = time.monotonic()
         self._patient_until = 0.0  # for as long as a server may be silent
         self._lost: str | None = None
         self._asking: set[zenoh.CancellationToken] = set()
+        self._joints = {name: robot.joint_names for name, robot in scene.robots.items()}
+        self._declared: list[Any] = []
         self._session = open_session(config)
         try:
             self.server, taken = self._take(patience_s)
             self._require_same(taken)
         except BaseException:
-            self._session.close()
+            self._end()
             raise
-        self._limit = taken.limit_s
-        self._believe(taken.state)
+        self._limit, self._latest = taken.limit_s, taken.state
         own = keys.driver(self.server, self.client)
-        liveliness = self._session.liveliness()
         self._beats = self._session.declare_publisher(own, express=True, priority=zenoh.Priority.INTERACTIVE_HIGH)
-        self._declared: list[Any] = [
-            liveliness.declare_token(own),
-            liveliness.declare_subscriber(keys.robot(self.server, "alive"), self._seen, history=True),
-            self._session.declare_subscriber(keys.robot(self.server, "state"), self._told),
+        alive, state = keys.robot(self.server, "alive"), keys.robot(self.server, "state")
+        self._declared += [
             self._beats,
+            self._session.liveliness().declare_subscriber(alive, self._seen, history=True),
+            self._session.declare_subscriber(state, self._told),
         ]
+        self._steady = ExitStack()
+        self._collections = self._steady.enter_context(steady())
+        self._look_again()
 
     def __enter__(self) -> "ZenohRobot":
         return self
@@ -87,6 +101,10 @@ class ZenohRobot:
         if self._lost is None:
             with suppress(RobotFailed):
                 self._ask("leave", DriverMessage(self.client))
+        self._steady.close()
+        self._end()
+
+    def _end(self) -> None:
         for each in self._declared:
             each.undeclare()
         self._session.close()
@@ -94,6 +112,7 @@ class ZenohRobot:
     # ------------------------------------------------------------------------------------------------- as a robot
     def follow(self, motion: Motion) -> None:
         """Sends a motion; the server follows it from now on."""
+        self._collections.wait_for_rest(moving=True)
         self._command("follow", motion_message(self.client, motion))
 
     def stop(self) -> None:
@@ -111,13 +130,32 @@ class ZenohRobot:
 
     def state(self) -> RobotState:
         """What was measured last, also of a server that was lost."""
-        assert self._latest is not None
-        return state_from(self._latest)
+        return state_from(self._now)
 
     def poses(self) -> Mapping[str, Array]:
-        """The poses (4, 4) of the bodies that were seen last."""
-        assert self._latest is not None
-        return poses_from(self._latest)
+        """The poses (4, 4) of the bodies that are seen in the state that was measured last."""
+        return {name: pose for name, pose in poses_from(self._now).items() if name in self.scene.bodies}
+
+    @property
+    def time(self) -> float:
+        """Of the robots' clock [s]."""
+        return self._now.time
+
+    def read(self, measurement: Measurement) -> Reading:
+        """What the server reads, for no question."""
+        return self.look("", measurement, None)
+
+    def look(self, asked: str, measurement: Measurement, outcomes: tuple[str, ...] | None) -> Reading:
+        """One look of the server's sensors at what is asked: a number, yes or no, or one of the outcomes.
+
+        Raises:
+            RobotFailed: the server is lost, or refuses.
+        """
+        told = None if outcomes is None else list(outcomes)
+        message = LookMessage(self.client, asked, measurement.kind, list(measurement.things), told)
+        looked = self._answer("look", message, LookedMessage)
+        self._take_over(looked.state)
+        return looked.reading
 
     def wait(self, seconds: float) -> None:
         """Waits until so much time has passed on the robots' clock; meanwhile the server is given signs of life.
@@ -125,20 +163,30 @@ class ZenohRobot:
         Raises:
             RobotFailed: the server is lost, or gave this client up.
         """
-        assert self._latest is not None
-        until = self._latest.time + seconds - 1e-9
+        until, left = self._now.time + seconds - 1e-9, self._left
         while True:
             self._beat()
             with self._news:
-                begun = time.monotonic()
+                assert self._latest is not None
                 if self._latest.time < until:
                     self._news.wait(BEAT_S)
                 now = time.monotonic()
-            if now - begun > 3.0 * BEAT_S:  # this process got no time itself: what was sent meanwhile comes now
+            if (
+                now - left > 3.0 * BEAT_S
+            ):  # it did something else, or got no time: what was sent meanwhile comes now
                 self._resumed = now
+            left = self._left = now
+            self._look_again()
             self._require_server(now)
-            if self._latest.time >= until:
+            if self._now.time >= until:
                 return
+
+    def _look_again(self) -> None:
+        """Takes over what has arrived."""
+        with self._news:
+            assert self._latest is not None
+            self._now = self._latest
+        self._collections.wait_for_rest(moving=self._now.moving)
 
     def _beat(self) -> None:
         with suppress(zenoh.ZError):
@@ -150,12 +198,11 @@ class ZenohRobot:
         Raises:
             RobotFailed: it is not.
         """
-        assert self._latest is not None
         silent = now - max(self._arrived, self._resumed)
         if self._lost is None and silent > self._limit and now > self._patient_until:
             self._lost = f"the robot server {self.server} gave no sign of life for {1000 * silent:.0f} ms"
-        if self._lost is None and self._latest.driver != self.client:
-            self._lost = f"the robot server gave up: {self._latest.halted or 'another client drives'}"
+        if self._lost is None and self._now.driver != self.client:
+            self._lost = f"the robot server gave up: {self._now.halted or 'another client drives'}"
         if self._lost is not None:
             raise RobotFailed(self._lost)
 
@@ -170,10 +217,15 @@ class ZenohRobot:
                 if each.ok
             ]
             for server in sorted(found):
-                answer = self._get(server, "take", DriverMessage(self.client))
+                token = self._session.liveliness().declare_token(keys.driver(server, self.client))
+                answer = self._get(server, "take", TakeMessage(self.client))
                 if isinstance(answer, bytes):
-                    return server, msgspec.json.decode(answer, type=TakenMessage)
+                    self._declared.append(token)
+                    return server, _taken(server, answer)
+                token.undeclare()
                 told = "" if answer is None else answer.message
+                if answer is not None and answer.code == "bad_request":
+                    raise ServiceError("unavailable", f"the robot server {server} cannot be taken: {told}")
             if time.monotonic() > until:
                 said = (
                     f"the robot server {found[0]} cannot be taken: {told}" if told else "no robot server answers"
@@ -194,7 +246,20 @@ class ZenohRobot:
             RobotFailed: the server is lost, or refuses.
         """
         self._beat()
-        self._believe(msgspec.json.decode(self._ask(verb, message), type=StateMessage))
+        self._take_over(self._answer(verb, message, StateMessage))
+
+    def _take_over(self, state: StateMessage) -> None:
+        self._believe(state)
+        self._left = time.monotonic()
+        self._look_again()
+
+    def _answer(self, verb: str, message: msgspec.Struct, kind: type[_Reply]) -> _Reply:
+        raw = self._ask(verb, message)
+        try:
+            return msgspec.json.decode(raw, type=kind)
+        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+            self._lost = f"the robot server {self.server} replies to {verb} with what is no message: {error}"
+            raise RobotFailed(self._lost) from None
 
     def _ask(self, verb: str, message: msgspec.Struct) -> bytes:
         if self._lost is None:
@@ -233,7 +298,10 @@ class ZenohRobot:
             self._believe(msgspec.json.decode(sample.payload.to_bytes(), type=StateMessage))
 
     def _believe(self, message: StateMessage) -> None:
-        """Takes over a state, unless a later one is here already."""
+        """Notes a state that has arrived, unless a later one is here already."""
+        if not fits(message, self._joints):
+            self._lost = self._lost or f"the robot server {self.server} sends states that are not of this scene"
+            return
         with self._news:
             self._arrived = time.monotonic()
             if self._latest is None or message.count > self._latest.count:
@@ -247,6 +315,22 @@ class ZenohRobot:
                 self._news.notify_all()
             for token in list(self._asking):  # what was asked of it ends now
                 token.cancel()
+
+
+def _taken(server: str, raw: bytes) -> TakenMessage:
+    """What a server that was taken says.
+
+    Raises:
+        ServiceError: it speaks another protocol.
+    """
+    try:
+        protocol = spoken(raw)
+        if protocol == PROTOCOL:
+            return msgspec.json.decode(raw, type=TakenMessage)
+        text = f"speaks {protocol}, and this is {PROTOCOL}"
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        text = f"replies with what is no message of {PROTOCOL}: {error}"
+    raise ServiceError("unavailable", f"the robot server {server} {text}")
 
 
 def _difference(own: Mapping[str, list[str]], taken: TakenMessage, scene: Scene) -> str:

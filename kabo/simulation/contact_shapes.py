@@ -2,7 +2,7 @@
 
 The parts that planning uses stick out of a mesh, so that no collision is overlooked; a finger would press on a skin that
 is not there. Here each part is replaced by the hull of the mesh's own triangles inside it: it touches where the mesh
-does, and only hollows inside one part are bridged.
+does, and only hollows inside one part are bridged; in bodies that mates join to others not even those (`hollows.py`).
 """
 
 from dataclasses import dataclass
@@ -12,11 +12,12 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import KaboError
 from kabo.geometry import bounding_decomposition
+from kabo.geometry.collision.tight_parts import tight_part
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures
 from kabo.meshes import Mesh, hull_of
 from kabo.meshes.hulls import hull_faces
-from kabo.planner.certify.tight_parts import tight_part
 from kabo.scene import Element, Scene
+from kabo.simulation.hollows import unbridged
 
 CONVEX_SHARE = 0.995  # of the volume of its hull, from which a mesh counts as convex
 
@@ -50,8 +51,18 @@ def contact_shapes(scene: Scene, thing: str, precision: float | None = None) -> 
     found: list[ContactShape] = []
     for element in enclosures.elements(thing):
         made = _primitive(element)
-        found += [made] if made is not None else _parts(enclosures, element, precision)
+        found += [made] if made is not None else _parts(enclosures, element, precision, _is_mated(scene, thing))
     return found
+
+
+def _is_mated(scene: Scene, thing: str) -> bool:
+    """Whether a mate of the scene joins a body to another one; a body of no model may be meant by any."""
+    if thing not in scene.bodies or not scene.mates:
+        return False
+    own = None if scene.description is None else scene.description.bodies.get(thing)
+    return own is None or own.model in {
+        name for mate in scene.mates.values() for name in (mate.moving, mate.fixed)
+    }
 
 
 def _primitive(element: Element) -> ContactShape | None:
@@ -102,17 +113,21 @@ def _along(axis: Array, middle: Array) -> Array:
     return pose
 
 
-def _parts(enclosures: SceneEnclosures, element: Element, precision: float | None) -> list[ContactShape]:
+def _parts(
+    enclosures: SceneEnclosures, element: Element, precision: float | None, mated: bool
+) -> list[ContactShape]:
     """The hulls of the parts of a mesh; robots of the same model share them."""
-    made: dict[tuple[str, float, float | None], list[ContactShape]]
+    made: dict[tuple[str, float, float | None, bool], list[ContactShape]]
     made = enclosures.scene.memory.setdefault("contact shapes", {})
-    key = element.mesh.digest, enclosures.tolerance, precision
+    key = element.mesh.digest, enclosures.tolerance, precision, mated
     if key not in made:
-        made[key] = _hulls(enclosures, element, precision)
+        made[key] = _hulls(enclosures, element, precision, mated)
     return made[key]
 
 
-def _hulls(enclosures: SceneEnclosures, element: Element, precision: float | None) -> list[ContactShape]:
+def _hulls(
+    enclosures: SceneEnclosures, element: Element, precision: float | None, mated: bool
+) -> list[ContactShape]:
     mesh = element.mesh
     hull = hull_of(mesh)
     if volume_of(mesh) >= CONVEX_SHARE * volume_of(hull):
@@ -125,6 +140,8 @@ def _hulls(enclosures: SceneEnclosures, element: Element, precision: float | Non
             ContactShape("mesh", corners=np.asarray(part))
             for part in bounding_decomposition(mesh, precision).parts
         ]
+    if mated and precision is None:
+        return [ContactShape("mesh", corners=corners) for corners in unbridged(mesh, map(np.asarray, parts))]
     found = [_drawn_tight(mesh, np.asarray(part)) for part in parts]
     return [ContactShape("mesh", corners=corners) for corners in found if corners is not None]
 

@@ -164,6 +164,7 @@ class _Writer:
                     couple = SubElement(self.equalities, "joint", joint1=other, joint2=name)
                     couple.set("polycoef", _numbers([shift, ratio, 0, 0, 0]))
                     couple.set("solref", "0.004 1")
+                    couple.set("solimp", "0.99 0.999 0.001")
                     followers.append((other, ratio, shift))
             given = float(robot.model.effortLimit[robot.model.joints[leader].idx_v])
             effort = given if 0.0 < given < 1e6 else None
@@ -201,7 +202,9 @@ class _Writer:
         key = np.ascontiguousarray(corners).tobytes()
         if key not in self.assets:
             self.assets[key] = f"part{len(self.assets)}"
-            SubElement(self.meshes, "mesh", name=self.assets[key], vertex=_numbers(corners.ravel()))
+            SubElement(
+                self.meshes, "mesh", name=self.assets[key], inertia="shell", vertex=_numbers(corners.ravel())
+            )
         return self.assets[key]
 
     def _welds(self) -> None:

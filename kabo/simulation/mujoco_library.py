@@ -2,7 +2,10 @@
 
 from typing import Any
 
+import numpy as np
+
 from kabo.errors import Diagnostic, InputError
+from kabo.simulation.kernels.bias import Tree
 
 
 def mujoco() -> Any:
@@ -17,3 +20,18 @@ def mujoco() -> Any:
         text, hint = "simulation needs MuJoCo, which is not installed", 'pip install "kabo[simulation]"'
         raise InputError([Diagnostic("mujoco", 1, 1, text, hint)]) from None
     return library
+
+
+def tree_of(model: Any) -> Tree:
+    """The tree of bodies and degrees of freedom of a model."""
+    library = mujoco()
+    kinds, joint = library.mjtJoint, model.dof_jntid
+    kind, first = model.jnt_type[joint], model.jnt_dofadr[joint]
+    numbers = np.arange(model.nv)
+    turns = (kind == kinds.mjJNT_BALL) | ((kind == kinds.mjJNT_FREE) & (numbers >= first + 3))
+    last = np.full(model.nbody, -1)
+    for body in range(1, model.nbody):
+        own = model.body_dofnum[body]
+        last[body] = model.body_dofadr[body] + own - 1 if own else last[model.body_parentid[body]]
+    parts = (model.body_rootid, last, model.dof_parentid, model.dof_bodyid, turns)
+    return Tree(*(np.ascontiguousarray(part, np.int64) for part in parts))

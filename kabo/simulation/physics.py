@@ -10,12 +10,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Integers
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
+from kabo.simulation.kernels.bias import Moving, add_point_mass
+from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
+from kabo.simulation.kernels.motors import Joints, Setpoints, drive, wanted_accelerations
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
-from kabo.simulation.mujoco_library import mujoco
+from kabo.simulation.mujoco_library import mujoco, tree_of
 from kabo.simulation.settings import USUAL, PhysicsSettings
 from kabo.simulation.turning_fingers import (
     FINGERS,
@@ -23,12 +26,13 @@ from kabo.simulation.turning_fingers import (
     TurningFingers,
     arms_when_open,
     levers_in_contact,
-    middle,
+    middles_of_fingers,
     turns,
 )
 
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
+IDENTITY = np.eye(4)
 TOUCHING = 0.0  # [m]: contacts with a greater gap carry no force
 
 
@@ -42,12 +46,15 @@ class Contact:
 
 @dataclass
 class _Hand:
-    """A gripper's motors and the torque with which each presses; `pressing` is None while it follows setpoints."""
+    """A gripper's motors and how each presses; `pressing` is None while it follows setpoints."""
 
     motors: list[int]
     levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
     carrier: int  # the body of the model that carries the tool
     dampings: Array  # of each motor [N s/m or Nm s]
+    joints: Integers  # those of the motors, and of what is coupled to them
+    motor_of: Integers  # the place in `motors` of what moves each joint
+    spread: Array  # the share of its motor's torque that each joint gets
     turning: TurningFingers | None = None
     bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
@@ -118,21 +125,38 @@ class Physics:
         count = len(motors)
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
-        self._jacobian = np.zeros((3, model.nv))
+        self._own = {}  # of each robot, where its joints are among positions and velocities
+        for name, own in self.scene.robots.items():
+            mine = [self._number[name, joint] for joint in own.joint_names]
+            self._own[name] = self._values[mine], self._rates[mine]
+        self._numbers: dict[str, int] = {}  # of bodies of the model
         self._expected = {
             name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
         }
-        self._bodies = np.array(model.geom_bodyid)
+        self._scratch, self._gravity = np.empty((5, 3)), np.array(model.opt.gravity)
+        self._tree, self._touches = tree_of(model), self._touching()
+        data = self.data
+        self._driven = Joints(self._values, self._rates, self._leader, self._ratio, self._shift)
+        self._setpoints = Setpoints(self.setpoint, self.speed, self.change)
+        self._moving = Moving(data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com)
+
+    def _touching(self) -> Touches:
+        """What belongs to hands, and what is movable."""
+        model = self.model
         named = [model.body(k).name for k in range(model.nbody)]
-        self._free = np.array([name in self.scene.movable for name in named])
-        touching = {r.name: set(r.gripper.touch_links) if r.gripper else set() for r in self.scene.robots.values()}
-        self._fingers = {robot: np.array([name in links for name in named]) for robot, links in touching.items()}
+        hand = np.full(model.nbody, -1)
+        for number, robot in enumerate(self._hands):
+            gripper = self.scene.robots[robot].gripper
+            links = set(gripper.touch_links) if gripper else set()
+            hand[[name in links for name in named]] = number
+        free = np.array([name in self.scene.movable for name in named], np.int64)
+        return Touches(model.geom_bodyid.astype(np.int64), hand, free)
 
     def _hand(self, name: str) -> _Hand | None:
         robot = self.scene.robots[name]
         if robot.gripper is None:
             return None
-        tree, numbers, levers = robot.tree, [], []
+        tree, motors, levers = robot.tree, [], []
         joints = {joint: robot.joint_names.index(joint) for joint in robot.gripper.joints}
         moved = [
             j for j in range(1, len(tree.parent)) if tree.ratio[j] != 0.0 and tree.source[j] in joints.values()
@@ -140,18 +164,25 @@ class Physics:
         for joint, source in joints.items():
             closing = np.sign(robot.gripper.closed.get(joint, 0.0) - robot.gripper.open.get(joint, 0.0))
             shares = [abs(tree.ratio[j]) for j in moved if tree.source[j] == source]
-            numbers.append(self._number[name, joint])
+            motors.append(self._number[name, joint])
             levers.append(closing * sum(shares) / max(FINGERS, len(moved)))  # virtual work: each bears its share
         carrier = robot.links[
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
-        dampings = np.full(len(numbers), GRIP_DAMPING)
-        if not turns(robot):
-            return _Hand(numbers, np.array(levers), number, dampings)
-        turning = self._turning(name, numbers, np.sign(levers))
-        pulls = np.sign(levers) * turning.arms / FINGERS
-        return _Hand(numbers, np.asarray(pulls), number, dampings * turning.arms**2, turning)
+        hand = _Hand(motors, np.array(levers), number, np.full(len(motors), GRIP_DAMPING), *self._spread(motors))
+        if turns(robot):
+            hand.turning = turning = self._turning(name, motors, np.sign(levers))
+            hand.levers = np.sign(levers) * turning.arms / FINGERS
+            hand.dampings = hand.dampings * turning.arms**2
+        return hand
+
+    def _spread(self, motors: list[int]) -> tuple[Integers, Integers, Array]:
+        """The joints (k,) that motors move, the place of the motor of each in the list, and its share of the torque."""
+        joints = np.flatnonzero(np.isin(self._leader, motors))
+        which = np.array([motors.index(k) for k in self._leader[joints]], np.int64)
+        squares = np.bincount(which, self._ratio[joints] ** 2, len(motors))
+        return joints, which, self._ratio[joints] / squares[which]
 
     def _turning(self, name: str, motors: list[int], closing: Array) -> TurningFingers:
         """The fingers of a hand that turns, as they are when it is open."""
@@ -165,14 +196,7 @@ class Physics:
             data.qpos[self._values[own]] = self._ratio[own] * opened + self._shift[own]
         self._mujoco.mj_kinematics(self.model, data)
         self._mujoco.mj_comPos(self.model, data)
-        links = [
-            link for link in robot.gripper.touch_links if robot.links[link.partition(".")[2]].mesh is not None
-        ]
-        fingers = []
-        for link in links:
-            mesh = robot.links[link.partition(".")[2]].mesh
-            assert mesh is not None
-            fingers.append(Finger(self.model.body(link).id, middle(mesh.vertices)))
+        fingers = [Finger(self.model.body(link).id, place) for link, place in middles_of_fingers(robot)]
         arms = arms_when_open(self._mujoco, self.model, data, fingers, motions)
         return TurningFingers(tuple(fingers), motions, arms)
 
@@ -237,32 +261,26 @@ class Physics:
         """Advances by one time step."""
         library, model, data = self._mujoco, self.model, self.data
         library.mj_step1(model, data)
-        leader, ratio = self._leader, self._ratio
-        off = ratio * self.setpoint[leader] + self._shift - data.qpos[self._values]
-        late = ratio * self.speed[leader] - data.qvel[self._rates]
-        self._wanted[self._rates] = (
-            ratio * self.change[leader] + 2.0 * STIFFNESS * late + STIFFNESS * STIFFNESS * off
-        )
+        joints, moving = self._driven, self._moving
+        wanted_accelerations(joints, self._setpoints, data.qpos, data.qvel, STIFFNESS, self._wanted)
         library.mj_mulM(model, data, self._torques, self._wanted)
         self._torques += data.qfrc_bias
         self._torques -= data.qfrc_passive
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
-        each = self._torques[self._rates] * ratio
-        torque = np.bincount(leader, each, len(self.motors))
+        each = self._torques[self._rates]
         for hand in self._hands.values():
             if hand.pressing is not None:
-                bias = np.bincount(
-                    leader, (data.qfrc_bias - data.qfrc_passive)[self._rates] * ratio, len(self.motors)
-                )
                 pressed = self._levers(hand) * hand.pressing
-                moving = data.qvel[self._rates[hand.motors]]
-                torque[hand.motors] = bias[hand.motors] + pressed - hand.dampings * moving
-        data.ctrl[:] = np.clip(torque, -self._limits, self._limits)
-        for name, hand in self._hands.items():
-            if hand.pressing is not None and not self.settings.welds:
-                self._complete_friction(name, hand)
+                pressed -= hand.dampings * moving.velocity[self._rates[hand.motors]]
+                own = self._rates[hand.joints]
+                each[hand.joints] = (
+                    data.qfrc_bias[own] - data.qfrc_passive[own] + pressed[hand.motor_of] * hand.spread
+                )
+        self._drive(each)
+        if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
+            self._complete_friction()
         library.mj_step2(model, data)
         self._stale = True
 
@@ -289,7 +307,7 @@ class Physics:
         fingers = {finger.body for finger in hand.turning.fingers}
         touching: dict[int, list[tuple[Array, Array]]] = {}
         for contact in self.data.contact:
-            pair = {int(self._bodies[contact.geom1]), int(self._bodies[contact.geom2])}
+            pair = {int(self._touches.body[contact.geom1]), int(self._touches.body[contact.geom2])}
             if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:
                 touching.setdefault(link.pop(), []).append((contact.pos.copy(), contact.frame[:3].copy()))
         if not touching:
@@ -298,47 +316,39 @@ class Physics:
         # A motor whose finger does not touch yet closes as before.
         return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
+    def _drive(self, each: Array) -> None:
+        """Motors give joints their torques, as far as they can.
+
+        What drives coupled joints reaches each by itself: a mechanism does not give way under the force of a hand, whereas
+        the coupling of the simulation would, and one finger would press what it holds off the hand's middle.
+        """
+        data, gains = self.data, self.model.actuator_gainprm[:, 0]
+        drive(self._driven, each, self._limits, gains, data.ctrl, data.qfrc_applied)
+
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
         place = self.data.xpos[carrier] + self.data.xmat[carrier].reshape(3, 3) @ offset
-        bias = self._bias(carrier, place)
-        self._mujoco.mj_jac(self.model, self.data, self._jacobian, None, place, carrier)
-        self._torques += (mass * (self._jacobian @ self._wanted + bias - self.model.opt.gravity)) @ self._jacobian
+        given = carrier, place, mass, self._wanted, self._gravity, self._tree, self._moving, self._scratch
+        add_point_mass(*given, self._torques)
 
-    def _complete_friction(self, robot: str, hand: _Hand) -> None:
+    def _complete_friction(self) -> None:
         """Adds what MuJoCo leaves out of the acceleration at which contacts in a hand do not slip: that of J in J q'.
 
         Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
         """
-        data, contacts = self.data, self.data.contact
-        first, second = self._bodies[contacts.geom[:, 0]], self._bodies[contacts.geom[:, 1]]
-        mine, other = self._fingers[robot][first], self._fingers[robot][second]
-        rows = np.flatnonzero(
-            (mine != other) & (contacts.efc_address >= 0) & (self._free[first] | self._free[second])
-        )
-        for k in rows:
-            one, two = int(first[k]), int(second[k])
-            point = contacts.pos[k]
-            bias = self._bias(two, point) - self._bias(one, point)
-            address = int(contacts.efc_address[k])
-            # The damping of contacts already makes up for half of it in each step, at the positions after the step.
-            share = 1.0 - 0.5 * self.settings.timestep * data.efc_KBIP[address, 1]
-            data.efc_aref[address : address + 3] -= share * (contacts.frame[k].reshape(3, 3) @ bias)
-
-    def _bias(self, body: int, point: Array) -> Array:
-        """The acceleration (3,) of a point of a body if no joint accelerates."""
-        self._mujoco.mj_jacDot(self.model, self.data, self._jacobian, None, point, body)
-        return np.asarray(self._jacobian @ self.data.qvel)
+        data, found = self.data, self.data.contact
+        contacts = Contacts(found.geom, found.pos, found.frame, found.efc_address)
+        presses = np.array([hand.pressing is not None for hand in self._hands.values()], np.int64)
+        given = contacts, self._touches, presses, self._tree, self._moving, data.efc_aref
+        complete_friction(*given, data.efc_KBIP, self.settings.timestep)
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""
-        joints = self.scene.robots[robot].joint_names
-        return tuple(self.data.qpos[self._values[[self._number[robot, joint] for joint in joints]]].tolist())
+        return tuple(self.data.qpos[self._own[robot][0]].tolist())
 
     def velocities(self, robot: str) -> tuple[float, ...]:
         """The velocities of a robot's joints, as they are."""
-        joints = self.scene.robots[robot].joint_names
-        return tuple(self.data.qvel[self._rates[[self._number[robot, joint] for joint in joints]]].tolist())
+        return tuple(self.data.qvel[self._own[robot][1]].tolist())
 
     def pose(self, thing: str) -> Array:
         """The pose (4, 4) of a body or `robot.link` in the world, as it is."""
@@ -353,8 +363,11 @@ class Physics:
         if self._stale:  # a step leaves places as they were before it
             self._mujoco.mj_kinematics(self.model, self.data)
             self._stale = False
-        found, pose = self.data.body(body), np.eye(4)
-        pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
+        number = self._numbers.get(body)
+        if number is None:
+            number = self._numbers[body] = self.model.body(body).id
+        pose = IDENTITY.copy()
+        pose[:3, :3], pose[:3, 3] = self.data.xmat[number].reshape(3, 3), self.data.xpos[number]
         return pose
 
     def expected_mass(self, body: str) -> float:
@@ -375,12 +388,11 @@ class Physics:
 
     def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
         """What touches now, deeper than a depth [m]."""
-        data = self.data
-        for number in range(data.ncon):
-            contact = data.contact[number]
-            if contact.dist < -deeper:
-                first, second = sorted((self._thing[contact.geom1], self._thing[contact.geom2]))
-                yield Contact((first, second), float(-contact.dist))
+        found = self.data.contact
+        for number in np.flatnonzero(found.dist < -deeper):
+            one, other = found.geom[number]
+            first, second = sorted((self._thing[one], self._thing[other]))
+            yield Contact((first, second), float(-found.dist[number]))
 
     def displace(self, body: str, offset: Array) -> None:
         """Moves a body by an offset (3,) [m], as somebody who pushes it."""

@@ -1,6 +1,8 @@
 """The robots of a scene in physics, as the executor drives them, with what sensors would measure of them."""
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,7 @@ JUDGED_EACH = 5  # time steps
 SAGGED = 0.01  # [rad or m] by which a joint that its motor cannot hold has given way
 STILL = 0.003  # [rad/s or m/s] below which a hand stands
 SETTLING = 0.5  # [s] for which gravity acts before anything is done
+FELL, TURNED = 0.005, 5.0  # [m], [degrees]: what gravity moves farther meanwhile does not stand
 
 
 class SimulatedRobot:
@@ -32,6 +35,7 @@ class SimulatedRobot:
         rate: setpoints a second [Hz]: at most one each time step.
         disturb: called before each time step with the physics, to push, drop or break something.
         masses: true masses of bodies [kg], which neither the plan nor the controller knows.
+        delay: how late motors get their setpoints [s].
     """
 
     def __init__(
@@ -43,20 +47,26 @@ class SimulatedRobot:
         rate: float = 1000.0,
         disturb: Callable[[Physics], None] | None = None,
         masses: Mapping[str, float] | None = None,
+        delay: float = 0.0,
     ) -> None:
         self.scene, self.settings = scene, settings
         self.physics = Physics(scene, settings, start, masses)
         self.each = max(1, round(1.0 / (rate * settings.timestep)))  # time steps between two setpoints
         self._follower = Follower(scene)
         self._disturb = disturb
+        self._late = round(delay / settings.timestep)  # time steps
+        self._waiting: deque[tuple[Any, ...]] = deque()  # steps of setpoints that motors have not got
         self.judge: Callable[[Physics, Motion | None, float, list[tuple[str, str]]], None] | None = None
         self._held: dict[str, tuple[str, ...]] = {}
         self._sent: list[Setpoint] = []
+        self._behind = 0  # steps of a motion that has ended for which setpoints are still on their way
+        self._next: list[Any] = []  # setpoints of this step, for motors that are late
         self._from: float | None = None  # of the motion's clock [s], when the last setpoints were sent
         self._share = 1.0  # of the way from there to the setpoints that motors have gone
         self._steps = 0
+        before = self.poses()
         self.wait(SETTLING)
-        self.doubts = tuple(self._doubts((start or scene.start).robots))
+        self.doubts = (*self._doubts((start or scene.start).robots), *self._moved_by_gravity(before))
 
     def _doubts(self, start: Mapping[str, tuple[float, ...]]) -> Iterator[str]:
         """Sentences about what makes the simulation unlike the robots: what touches at the start, weak motors."""
@@ -85,6 +95,16 @@ class SimulatedRobot:
                     f"({limit:.3g} rad/s² or m/s²): give the joint a limit of acceleration in the scene"
                 )
 
+    def _moved_by_gravity(self, before: Mapping[str, Array]) -> Iterator[str]:
+        """A sentence about each body that does not stay where it is put, with nobody touching it."""
+        for name, pose in self.poses().items():
+            shift = float(np.linalg.norm(pose[:3, 3] - before[name][:3, 3]))
+            cosine = 0.5 * (np.trace(before[name][:3, :3].T @ pose[:3, :3]) - 1.0)
+            turn = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+            if shift > FELL or turn > TURNED:
+                moved = f"{1000 * shift:.0f} mm and {turn:.0f} degrees within {SETTLING:g} s"
+                yield f"{name} does not stay where it is put: gravity has moved it by {moved}"
+
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""
         self._follower.follow(motion)
@@ -93,6 +113,10 @@ class SimulatedRobot:
     def stop(self) -> None:
         """Slows down along the path until it stands."""
         self._follower.stop()
+
+    def pace(self, rate: float) -> bool:
+        """Goes to another rate of the motion's clock, within all limits."""
+        return self._follower.pace(rate)
 
     def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
         """The hand presses, or locks where hands lock."""
@@ -133,7 +157,9 @@ class SimulatedRobot:
         return RobotState(
             physics.time,
             self._motion_time,
-            self._follower.moving or (self._from is not None and self._motion_time < self._follower.time),
+            self._follower.moving
+            or (self._from is not None and self._motion_time < self._follower.time)
+            or self._behind > 0,
             {name: physics.configuration(name) for name in robots},
             velocities,
             pressing,
@@ -147,6 +173,7 @@ class SimulatedRobot:
             if self._disturb is not None:
                 self._disturb(physics)
             physics.step()
+            self._behind = self._late if self._follower.moving else max(0, self._behind - 1)
             self._send(self._steps % self.each, step)
             self._steps += 1
             if self.judge is not None and self._steps % JUDGED_EACH == 0:
@@ -166,11 +193,27 @@ class SimulatedRobot:
         early = (tick + 1 - self.each) * step  # [s], 0 or less
         for sent in self._sent:
             if early == 0.0:
-                self.physics.command(*sent)
+                self._command(*sent)
                 continue
             q, v, a = sent.positions, sent.velocities, sent.accelerations
             now = q + early * (v + 0.5 * early * a)
-            self.physics.command(sent.robot, sent.joints, now, v + early * a, a)
+            self._command(sent.robot, sent.joints, now, v + early * a, a)
+        self._pass_on()
+
+    def _command(self, *sent: Any) -> None:
+        """Gives motors a setpoint, now or after the delay."""
+        if self._late:
+            self._next.append(sent)
+        else:
+            self.physics.command(*sent)
+
+    def _pass_on(self) -> None:
+        """Motors get what has been on its way for the delay."""
+        if self._late:
+            self._waiting.append(tuple(self._next))
+            self._next.clear()
+            for sent in self._waiting.popleft() if len(self._waiting) > self._late else ():
+                self.physics.command(*sent)
 
     @property
     def _motion_time(self) -> float:

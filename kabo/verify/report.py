@@ -60,7 +60,8 @@ class WorldReport:
 
     Attributes:
         findings: the faults, each with a world that shows it.
-        worlds: the number of initial worlds that were tried.
+        worlds: the number of initial worlds that were tried; if the plan begins in the state of a run, of those that
+            agree with what was done and observed.
         exhaustive: whether the runs cover all initial worlds and every value that actions leave open.
         shortest, mean, longest: the numbers of actions from a world's start to the goal.
         ruled_out: the number of runs that ended because an action adds an entry that is false in the run's world.

@@ -65,7 +65,7 @@ def test_single_answers_are_wrong_as_often_as_stated_and_decisions_as_seldom() -
     sensors = weighing(wrong)
     for seed in range(2000):
         sensor = SimulatedSensors(sensors, Scales(0.3), seed=seed)
-        answers += sensor._answer(sensors.bindings["full(cup)"], YES_NO) == "false"
+        answers += sensor.answer(sensors.bindings["full(cup)"], YES_NO) == "false"
         decisions += SimulatedSensors(sensors, Scales(0.3), seed=seed).resolve("full(cup)", YES_NO) == "false"
     assert answers / 2000 == pytest.approx(wrong, abs=0.02)
     assert decisions / 2000 < 0.01 + 0.006
@@ -74,8 +74,8 @@ def test_single_answers_are_wrong_as_often_as_stated_and_decisions_as_seldom() -
 def test_noise_has_its_spread_and_the_same_seed_gives_the_same_looks() -> None:
     sensors = weighing(noise=0.05)
     sensor, again = (SimulatedSensors(sensors, Scales(0.3), seed=1) for _ in range(2))
-    read = [sensor._look(sensors.bindings["full(cup)"]) for _ in range(2000)]
-    assert read == [again._look(sensors.bindings["full(cup)"]) for _ in range(2000)]
+    read = [sensor.look(sensors.bindings["full(cup)"]) for _ in range(2000)]
+    assert read == [again.look(sensors.bindings["full(cup)"]) for _ in range(2000)]
     assert np.mean(read) == pytest.approx(0.3, abs=0.005) and np.std(read) == pytest.approx(0.05, rel=0.05)
 
 

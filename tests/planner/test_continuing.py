@@ -214,6 +214,9 @@ def test_a_goal_that_is_out_of_reach_after_what_was_done_is_told_with_a_proof(tm
     found = kabo.solve(problem, start=State((Done("drop", {"d": "cup"}),)))
     assert found.status == "no_plan" and found.reason is not None
     assert "whatever geometry says" in found.reason.message and "whole(cup)" in found.reason.message
+    assert any(
+        "whole(cup)" in why and "was in reach until step 1: drop(cup)" in why for why in found.reason.details
+    )
 
 
 @pytest.mark.parametrize(
@@ -242,3 +245,24 @@ def test_states_that_cannot_be_are_refused_by_name(change, text) -> None:  # typ
         start = replace(start, objects={**start.objects, **change(start.objects)})
     with pytest.raises(InputError, match=text):
         kabo.solve(problem, start=State((), start))
+
+
+def test_only_worlds_count_that_agree_with_what_was_observed() -> None:
+    problem = kabo.load_problem(DOMAINS / "bartender" / "four_bottles.yaml")
+    plan = kabo.solve(problem, geometry="none").plan
+    assert plan is not None
+    history: list[tuple[str, str | None]] = []
+    name, counts = plan.root, []
+    while plan.nodes[name].kind != "goal":
+        node = plan.nodes[name]
+        outcome = next(iter(node.branches), None)
+        history.append((name, outcome))
+        name = str(node.next) if outcome is None else node.branches[outcome]
+        start = kabo.after(problem, plan, history)
+        rest = kabo.solve(problem, start=start, geometry="none").plan
+        assert rest is not None
+        worlds = kabo.verify(problem, rest, start=start, knowledge_only=True).worlds
+        assert worlds is not None and worlds.exhaustive
+        if outcome is not None:
+            counts.append(worlds.worlds)
+    assert counts == [8, 4, 2, 1]

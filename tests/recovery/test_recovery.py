@@ -8,13 +8,24 @@ import pytest
 
 import kabo
 from kabo.arrays import Array
-from kabo.execution import Executed, Interruption, KinematicRobot, KnownTruth, Recovery, Run, Surprise, execute
+from kabo.execution import (
+    Executed,
+    Interruption,
+    KinematicRobot,
+    KnownTruth,
+    Motion,
+    Recovery,
+    Run,
+    Surprise,
+    execute,
+)
 from kabo.execution.belief import Belief
 from kabo.execution.interruptions import observed
 from kabo.plan import Done, Plan, StateChange
 from kabo.recovery import Replanner, way_back, way_on
 from kabo.recovery.node_ways import NoWayError
 from kabo.recovery.relations import relations
+from kabo.remote import check_begin
 from kabo.scene import Attachment, Scene, link_poses, world_T
 from kabo.scene.transforms import transform
 
@@ -114,6 +125,39 @@ def test_without_a_recovery_a_surprise_ends_the_run(stacked: tuple[kabo.Problem,
     robot = PushingRobot(scene, "o1", 0.4, (0.02, 0.0, 0.0))
     run = execute(plan, scene, robot, KnownTruth(poses=robot.poses))
     assert not run.reached_goal and run.surprise is not None and list(run.log.of("answer")) == []
+
+
+class CheckedRobot(KinematicRobot):
+    """A robot that refuses to begin a motion where it is not, as a robot server does."""
+
+    def follow(self, motion: Motion) -> None:
+        check_begin(motion, self.state(), self.scene)
+        super().follow(motion)
+
+
+def test_a_plan_that_begins_elsewhere_is_planned_anew_from_where_the_robot_stands(
+    stacked: tuple[kabo.Problem, Scene, Plan],
+) -> None:
+    scene = stacked[1]
+    first = CheckedRobot(scene)
+    assert carried_out(stacked, first).reached_goal
+    again = CheckedRobot(scene, first.world)  # where the first run has left everything
+    run = carried_out(stacked, again)
+    assert run.reached_goal, run.reason
+    turned = {"mobile": (0.4, *scene.start.robots["mobile"][1:])}
+    run = carried_out(stacked, CheckedRobot(scene, scene.start.replace(turned)))
+    assert run.reached_goal, run.reason
+    first_answer = next(run.log.of("answer"))
+    assert first_answer["kind"] == "repair" and next(run.log.of("moving"))["time"] >= first_answer["time"]
+
+
+def test_a_hand_that_holds_what_the_plan_does_not_know_ends_the_run_before_anything_moves(
+    stacked: tuple[kabo.Problem, Scene, Plan],
+) -> None:
+    robot = CheckedRobot(stacked[1])
+    robot.grip("mobile", ())
+    run = carried_out(stacked, robot)
+    assert "the hand of mobile presses already" in run.reason and not list(run.log.of("moving"))
 
 
 class Stubborn:

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -75,13 +76,19 @@ def until(happened: Callable[[], bool]) -> None:
 
 
 @pytest.fixture
-def kabo_process() -> Iterator[Callable[..., Started]]:
-    """Starts `kabo` with arguments; what still runs in the end is killed, stopped or not."""
+def kabo_process(program: Callable[..., Started]) -> Callable[..., Started]:
+    """Starts `kabo` with arguments."""
+    return partial(program, "-m", "kabo.cli")
+
+
+@pytest.fixture
+def program() -> Iterator[Callable[..., Started]]:
+    """Starts Python with arguments; what still runs in the end is killed, stopped or not."""
     started: list[Started] = []
 
     def start(*arguments: object) -> Started:
         process = subprocess.Popen(
-            [sys.executable, "-m", "kabo.cli", *map(str, arguments)],
+            [sys.executable, *map(str, arguments)],
             stderr=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             text=True,

@@ -158,6 +158,9 @@ class _WorldsRun:
         self.findings: dict[tuple[str, str], Finding] = {}
         self.states = self.ruled_out = 0
         self.actions = 0.0
+        self.agreeing: float | None = (
+            None  # share of the worlds that agree with what was done before the plan begins
+        )
         self.ends: list[_Arrival] = []
 
     def _conjuncts(self) -> Iterator[tuple[Formula, Binding]]:
@@ -196,6 +199,8 @@ class _WorldsRun:
         self._arrive(arriving, self.plan.root, _Arrival(self._begin(), 0, 0))
         with phase("following worlds", len(self.order), "nodes", log=_LOG) as step:
             for name in self.order:
+                if self.agreeing is None and not is_past(name):
+                    self.agreeing = sum(arrival.belief.share for arrival in arriving[name].values())
                 for arrival in arriving.pop(name).values():
                     self.states += 1
                     counts = int(self.plan.nodes[name].action is not None and not is_past(name))
@@ -248,6 +253,8 @@ class _WorldsRun:
         mean = self.actions / share if share else 0.0
         mean = min(max(round(mean, 9), shortest), longest)
         count = self.start.unknowns.count
+        if self.plan.done and self.agreeing is not None:
+            count = round(count * self.agreeing)
         return WorldReport(tuple(self.findings.values()), count, True, shortest, mean, longest, self.ruled_out)
 
     # ---------------------------------------------------------------------------------------------------- nodes

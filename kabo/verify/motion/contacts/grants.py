@@ -82,12 +82,11 @@ class Grants:
         for grant in segment.grants:
             try:
                 if frozenset(grant.bodies) not in allowed:
-                    raise Unfounded("but does not permit it")
+                    raise Unfounded("but the contacts that the segment allows do not name the two")
                 found = found.joined(self._judged(i, grant, path))
             except Unfounded as error:
-                first, second = grant.bodies
-                by = "" if grant.by is None else f" {grant.by}"
-                text = f"says that the {grant.kind}{by} grants contact of {first} and {second}, {error}"
+                by = {"grasp": "the grasp", "support": "the lift of the grasp", "mate": "the mate"}[grant.kind]
+                text = f"lets {' and '.join(grant.bodies)} touch by {by} {grant.by or 'of no family'}, {error}"
                 refused.append((text, grant.bodies))
         if self.is_arm(segment) and path.steps.any():  # from now on it is elsewhere
             carried = set(self.holding.carried(segment.robot))
@@ -130,7 +129,7 @@ class Grants:
         if grant.kind == "grasp":
             return self._grasp(segment, grant, path)
         if not self.is_arm(segment):
-            raise Unfounded("but a hand makes no stroke")
+            raise Unfounded("but this segment moves a hand, and only arms lift, put down and insert")
         return self._support(i, grant, path) if grant.kind == "support" else self._mate(i, grant)
 
     def _grasp(self, segment: Segment, grant: Grant, path: Path) -> Permits:
@@ -141,12 +140,12 @@ class Grants:
         if link not in fingers:
             raise Unfounded(f"but {link} is no finger of {robot.name}")
         if name not in self.world.scene.bodies or not (taken or (robot.name, name) in self.holds):
-            raise Unfounded(f"but {robot.name} neither holds nor takes it")
+            raise Unfounded(f"but {robot.name} neither holds nor takes {name}")
         family = self.world.scene.bodies[name].grasps.get(grant.by or "")
         if grant.by is not None and (family is None or not taken and not self._fits(robot.name, name, grant.by)):
-            raise Unfounded("but it is not held so")
+            raise Unfounded(f"but {robot.name} does not hold {name} in this grasp")
         if grant.by is None and not taken and not self._fits(robot.name, name, None):
-            raise Unfounded("but a grasp family says how it is held")
+            raise Unfounded(f"but {robot.name} holds {name} in a grasp that is declared, and has to name it")
         if self.is_arm(segment):
             return Permits()  # fingers do not move against what they hold
         for joint, (low, high) in grips(self.world, robot.name, family).items():
@@ -155,7 +154,7 @@ class Grants:
                 off = path.deviations[:, path.arms[robot.name].robot.joint_names.index(joint)].max(initial=0.0)
                 off = 0.0 if off <= LIMIT_TOLERANCE else off
                 if min(values) - off < low or max(values) + off > high:
-                    raise Unfounded(f"but {joint} goes beyond what it says")
+                    raise Unfounded(f"but {joint} moves farther than between open and the width of this grasp")
         return Permits(frozenset({frozenset(grant.bodies)}))
 
     def _support(self, i: int, grant: Grant, path: Path) -> Permits:
@@ -166,7 +165,7 @@ class Grants:
             raise Unfounded(f"but {robot} does not hold {name}")
         others = [thing for thing in self._standing_bodies() if thing.name == below]
         if not others:
-            raise Unfounded(f"but {below} does not stand")
+            raise Unfounded(f"but {below} does not stand still")
         mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name])
         assert mount is not None
         moved, start, end = (
@@ -176,7 +175,7 @@ class Grants:
         )
         backward = not (name in self.unmoved and stands_at(moved, moved.pose(start), others))
         if backward and not (self._stays(i, name) and stands_at(moved, moved.pose(end), others)):
-            raise Unfounded("but it stands there neither before this segment nor after it")
+            raise Unfounded(f"but {name} stands on it neither before this segment nor after it")
         lift = self._lift(robot, name, grant.by)
         there = path.configurations[-1 if backward else 0]
         poses = end if backward else start
@@ -185,14 +184,13 @@ class Grants:
         if away is None:
             raise Unfounded(f"but {lift.along} is not there")
         limits = of_family(lift.minimum, lift.maximum, any_length=self.call.spec is None)
-        self._judge_stroke(
-            "lifts" if not backward else "lowers", path, mount, own_corners(own), away, limits, backward
-        )
+        what = f"puts {name} down" if backward else f"lifts {name}"
+        self._judge_stroke(what, path, mount, own_corners(own), away, limits, backward)
         depth = touching(
             moved, moved.pose(poses), others, away, CONTACT_DEPTHS if backward else INITIAL_CONTACT_DEPTHS
         )
         if depth is None:
-            raise Unfounded("but where it stands the two overlap")
+            raise Unfounded(f"but where {name} stands the two overlap")
         return Permits(shifted={frozenset(grant.bodies): (name, depth * away)})
 
     def _standing_bodies(self) -> list[SweptBody]:
@@ -209,7 +207,7 @@ class Grants:
         root = self.holding.root(name)
         if not self._fits(robot, root, by):
             raise Unfounded(
-                "but it is not held so" if by is not None else "but a grasp family says how it is held"
+                f"but {robot} does not hold {root} {'so' if by else 'so: a declared grasp has to be named'}"
             )
         family = None if by is None else self.world.scene.bodies[root].grasps[by]
         return DEFAULT_LIFT if family is None or family.lift is None else family.lift
@@ -243,19 +241,19 @@ class Grants:
         points = np.concatenate([first.joint_T_body[None, :3, 3], corners @ turn.T + place])
         wrong = Stroke(path, mount, points, away, limits, backward).fault()
         if wrong is not None:
-            raise Unfounded(f"but what {what} it {wrong.text}")
+            raise Unfounded(f"but the motion that {what} {wrong.text}")
 
     # ------------------------------------------------------------------------------------------------------- mates
     def _mate(self, i: int, grant: Grant) -> Permits:
         """The contact of two parts that are joined at the end of segment i, along the insertion of their mate."""
         segment, pair, call = self.segments[i], grant.bodies, self.call
         if pair[0] not in self.holding.hung or pair[1] not in {*self.holding.hung, *self.holding.fixed}:
-            raise Unfounded("but one of them is nothing that moves")
+            raise Unfounded("but one of them is no body that can be put together")
         fits = [
             f for f in fittings(call, self.world, *pair) if (f.moving, f.fixed) == pair and f.mate.name == grant.by
         ]
         if not fits:
-            raise Unfounded("but that is no mate of theirs")
+            raise Unfounded("but the scene declares no such mate of these two")
         if call.spec is not None and not (
             call.spec.mates and set(pair) == {call.role("object"), call.role("other")}
         ):

@@ -1,0 +1,1 @@
+"""Kernels of execution: numbers that are wanted many times a second."""

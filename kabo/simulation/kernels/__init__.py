@@ -1,0 +1,1 @@
+"""Kernels of physics: what is computed in each time step."""

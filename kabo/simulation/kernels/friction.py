@@ -1,0 +1,54 @@
+"""What MuJoCo leaves out of contacts in a hand: see `Physics`."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kabo.arrays import Array, Integers
+from kabo.compilation import kernel
+from kabo.simulation.kernels.bias import bias
+
+
+class Touches(NamedTuple):
+    """What does not change: of geoms (G,) and bodies (B,)."""
+
+    body: Integers  # (G,)
+    hand: Integers  # (B,) the number of the hand that a finger belongs to, -1: no finger
+    free: Integers  # (B,) 1 if it is movable
+
+
+class Contacts(NamedTuple):
+    """The contacts (C,) of a step: pairs of geoms (C, 2), places (C, 3), axes (C, 9), rows of constraints (C,) or -1."""
+
+    geom: Array
+    place: Array
+    frame: Array
+    row: Array
+
+
+@kernel  # Contacts, Touches, (H,) i8, Tree, Moving, (R,) f8, (R, 4) f8, f8 [s] -> changes reference (R,)
+def complete_friction(contacts, touches, presses, tree, moving, reference, impedance, step):
+    """Takes the bias of both bodies from the reference accelerations of contacts of hands that press.
+
+    `impedance` is `efc_KBIP`: its damping already makes up for half of it in each step, at the positions after the step.
+    """
+    first, second = np.empty((4, 3)), np.empty((4, 3))
+    for k in range(contacts.row.shape[0]):
+        row = contacts.row[k]
+        if row < 0:
+            continue
+        one, two = touches.body[contacts.geom[k, 0]], touches.body[contacts.geom[k, 1]]
+        if touches.free[one] + touches.free[two] == 0:
+            continue
+        a, b = touches.hand[one], touches.hand[two]
+        count = (a != b) * ((a >= 0 and presses[max(a, 0)]) + (b >= 0 and presses[max(b, 0)]))
+        if count == 0:
+            continue
+        bias(one, contacts.place[k], tree, moving, first)
+        bias(two, contacts.place[k], tree, moving, second)
+        share = count * (1.0 - 0.5 * step * impedance[row, 1])
+        for r in range(3):
+            off = 0.0
+            for c in range(3):
+                off += contacts.frame[k, 3 * r + c] * (second[0, c] - first[0, c])
+            reference[row + r] -= share * off

@@ -1,0 +1,53 @@
+"""What motors give their joints: accelerations that are wanted, and torques."""
+
+from typing import NamedTuple
+
+from kabo.arrays import Array, Integers
+from kabo.compilation import kernel
+
+
+class Joints(NamedTuple):
+    """Joints (K,) that motors drive, followers behind: joint k takes `ratio[k]` times its motor's value, and a shift."""
+
+    value: Integers  # index into the positions of the model
+    rate: Integers  # index into its velocities
+    leader: Integers  # the motor
+    ratio: Array
+    shift: Array
+
+
+class Setpoints(NamedTuple):
+    """Of motors (M,): values, velocities, accelerations."""
+
+    position: Array
+    speed: Array
+    change: Array
+
+
+@kernel  # Joints, Setpoints, (Q,) f8, (V,) f8, f8 [1/s] -> writes wanted (V,)
+def wanted_accelerations(joints, setpoints, positions, velocities, stiffness, wanted):
+    """Those of the setpoints, and a correction of what joints are off: a spring and damper, critically damped."""
+    for k in range(joints.leader.shape[0]):
+        m, ratio = joints.leader[k], joints.ratio[k]
+        off = ratio * setpoints.position[m] + joints.shift[k] - positions[joints.value[k]]
+        late = ratio * setpoints.speed[m] - velocities[joints.rate[k]]
+        wanted[joints.rate[k]] = ratio * setpoints.change[m] + 2.0 * stiffness * late + stiffness * stiffness * off
+
+
+@kernel  # Joints, (K,) f8, (M,) f8, (M,) f8 -> writes control (M,) f8, some of applied (V,) f8
+def drive(joints, torques, limits, gains, control, applied):
+    """Gives joints their torques, less where a motor with all that follow it is beyond its limit.
+
+    What a motor's joint gets is its control; followers get theirs as forces that are applied.
+    """
+    motors = limits.shape[0]
+    control[:] = 0.0
+    for k in range(joints.leader.shape[0]):
+        control[joints.leader[k]] += joints.ratio[k] * torques[k]
+    for k in range(joints.leader.shape[0] - 1, -1, -1):
+        m = joints.leader[k]
+        share = limits[m] / abs(control[m]) if abs(control[m]) > limits[m] else 1.0
+        if k >= motors:
+            applied[joints.rate[k]] = share * torques[k] * gains[m]
+        else:
+            control[k] = share * torques[k]

@@ -1,0 +1,156 @@
+"""The clock of a motion is slowed down within all limits, and so that late robots are near enough to their paths."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kabo
+from kabo.execution import (
+    ExecutionSettings,
+    Follower,
+    KinematicRobot,
+    KnownTruth,
+    Margins,
+    Motion,
+    execute,
+    motion_of,
+)
+from kabo.execution.clock import Change, StopWhileChanging
+from kabo.plan import Plan
+from kabo.scene import Scene, motion_limits
+
+DOMAINS = Path(__file__).parents[2] / "domains"
+FINE = 10_000.0  # [Hz]: ten times finer than changes are checked
+
+
+@pytest.fixture(scope="module")
+def motion(stacked_plan: Plan, stacked_scene: Scene) -> Motion:
+    return motion_of(stacked_plan, stacked_plan.root, stacked_scene)
+
+
+@pytest.mark.parametrize("delay", [-0.15, -0.05, 0.0, 0.1])
+def test_how_far_a_clock_comes_is_the_integral_of_its_rate(delay: float) -> None:
+    seconds = np.linspace(0.0, 1.2, 120_001)
+    change = Change(delay, 0.3, 0.9, 0.4)
+    for law in (change, StopWhileChanging(change, Change(0.05, 0.6))):
+        rate, first, second = law.rate(seconds)
+        summed = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))]) * 1e-5
+        passed = law.passed(seconds) - law.passed(np.array([0.0]))
+        assert np.allclose(passed, summed, atol=1e-9)
+        assert np.allclose(np.gradient(rate, 1e-5, edge_order=2), first, atol=1e-4)
+        assert np.allclose(np.gradient(first, 1e-5, edge_order=2), second, atol=2e-2)
+    assert float(law.rate(np.array([1.2]))[0][0]) == 0.0
+
+
+def rows_of(follower: Follower, robot: str, joints: tuple[str, ...], until: float) -> np.ndarray:
+    """What is sent until a time of the motion's clock (k, 3, joints): values and two derivatives."""
+    rows = []
+    while follower.moving and follower.time < until:
+        for each in follower.advance(1.0 / FINE):
+            if (each.robot, each.joints) == (robot, joints):
+                rows.append(np.stack(each[2:]))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.5, 0.85])
+@pytest.mark.parametrize("share", np.linspace(0.05, 0.9, 8).tolist())
+def test_a_slower_clock_and_back_keeps_all_limits_on_the_path(
+    share: float, rate: float, motion: Motion, stacked_scene: Scene
+) -> None:
+    transfer = max(motion.stretches, key=lambda each: each.trajectory.duration)
+    joints = transfer.trajectory.joints
+    limits = motion_limits(stacked_scene.robots[transfer.robot], joints)
+    follower, since = Follower(stacked_scene), transfer.begin + share * transfer.trajectory.duration
+    follower.follow(motion)
+    while follower.time < since:
+        list(follower.advance(0.001))
+    changed = follower.pace(rate)
+    rows = [rows_of(follower, transfer.robot, joints, follower.time + 0.2)]
+    back = follower.pace(1.0)
+    rows.append(rows_of(follower, transfer.robot, joints, follower.time + 0.2))
+    follower.stop()
+    rows.append(rows_of(follower, transfer.robot, joints, transfer.end - 0.002))
+    sent = np.concatenate([each for each in rows if len(each)])
+    assert (np.abs(sent[:, 1]) <= limits.velocity * (1 + 1e-6)).all()
+    for part, room in ((rows[0], 1e-6), (rows[1], 1e-6), (rows[2], 0.03)):  # a stop is checked each millisecond
+        if len(part) > 1:
+            assert (np.abs(part[:, 2]) <= limits.acceleration * (1.0 + room)).all()
+            assert (np.abs(np.diff(part[:, 2], axis=0)) * FINE <= limits.jerk * (1.0 + room)).all()
+    steps = np.diff(sent[:, 0], axis=0)
+    assert np.allclose(steps * FINE, 0.5 * (sent[1:, 1] + sent[:-1, 1]), atol=1e-4)  # without a jump
+    assert changed or share > 0.7
+    assert isinstance(back, bool)
+
+
+def test_a_motion_begins_at_the_rate_that_was_asked_for_before(motion: Motion, stacked_scene: Scene) -> None:
+    follower = Follower(stacked_scene)
+    follower.follow(motion)
+    assert follower.pace(0.25)
+    list(follower.advance(0.1))
+    assert follower.time == pytest.approx(motion.begin + 0.025)
+    with pytest.raises(ValueError, match="above 0 and at most 1"):
+        follower.pace(0.0)
+
+
+def late_run(
+    plan: Plan, scene: Scene, delay: float, stated: float = 0.0
+) -> tuple[object, list[dict[str, object]]]:
+    robot = KinematicRobot(scene, delay=delay)
+    settings = ExecutionSettings(delay=stated)
+    run = execute(plan, scene, robot, KnownTruth(poses=robot.poses), settings)
+    return run, list(run.log.of("pace"))
+
+
+@pytest.mark.parametrize("stated", [0.0, 0.02])
+def test_a_late_controller_reaches_the_goal_more_slowly(
+    stated: float, stacked_plan: Plan, stacked_scene: Scene
+) -> None:
+    """At full speed it would be up to 13 mm off its path, and 10 mm are proven."""
+    run, paces = late_run(stacked_plan, stacked_scene, 0.02, stated)
+    assert run.reached_goal, run.reason
+    for each in run.log.of("followed"):
+        assert each["tracking"] <= 0.75 * each["permitted"]
+    assert min(each["rate"] for each in paces) < 0.8
+    assert paces[-1]["rate"] == 1.0 and "full speed" in paces[-1]["reason"]
+    assert all(first["rate"] != second["rate"] for first, second in pairwise(paces))
+    assert "follows" in paces[0]["reason"] and "ms late" in paces[0]["reason"]
+    if stated:
+        assert paces[0]["time"] == next(iter(run.log.of("moving")))["time"]
+
+
+def test_a_robot_that_is_on_its_path_is_never_slowed_down(stacked_plan: Plan, stacked_scene: Scene) -> None:
+    run, paces = late_run(stacked_plan, stacked_scene, 0.0)
+    assert run.reached_goal and paces == []
+
+
+def test_what_no_clock_can_mend_still_stops_the_run(stacked_plan: Plan, stacked_scene: Scene) -> None:
+    run, paces = late_run(stacked_plan, stacked_scene, 0.5)
+    assert not run.reached_goal and run.surprise is not None and run.surprise.kind == "tracking"
+    assert run.surprise.off > Margins(stacked_plan).of_rest(stacked_plan.root)
+    assert min(each["rate"] for each in paces) < 1.0
+
+
+@pytest.mark.slow
+def test_two_arms_that_move_at_once_share_the_slower_clock() -> None:
+    problem = kabo.load_problem(DOMAINS / "circular_rearrange" / "n3.yaml")
+    plan, scene = kabo.solve(problem, quality="good").plan, kabo.load_scene(problem.scene)
+    assert plan is not None and any(node.overlap > 0.0 for node in plan.nodes.values())
+    run, paces = late_run(plan, scene, 0.02, stated=0.02)
+    assert run.reached_goal, run.reason
+    both = [each for each in run.log.of("moving") if len(set(each["nodes"])) > 1]
+    assert both and min(pace["rate"] for pace in paces) < 0.8
+    assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
+
+
+@pytest.mark.slow
+def test_a_panda_with_thin_clearances_is_slowed_down() -> None:
+    """Some segments of this plan are proven to be free by hardly a millimetre."""
+    problem = kabo.load_problem(DOMAINS.parent / "examples" / "two_cans" / "problem.yaml")
+    plan, scene = kabo.solve(problem).plan, kabo.load_scene(problem.scene)
+    assert plan is not None
+    run, paces = late_run(plan, scene, 0.02, stated=0.02)
+    assert run.reached_goal, run.reason
+    assert min(each["rate"] for each in paces) < 0.3
+    assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
