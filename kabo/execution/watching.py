@@ -110,7 +110,7 @@ class Watch:
         return self._together(motion, state, belief)
 
     def _together(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
-        running = motion.at(state.motion_time)
+        running = tuple(motion.at(state.motion_time))
         moving = {
             name: Moving(self._planned(name, running, state, belief), self.off[name].off) for name in self.off
         }

@@ -1,18 +1,14 @@
 """How heavy guessed links may be: a robot that its maker's motors could not hold is guessed too heavy."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Booleans, Integers
 from kabo.scene import REVOLUTE, Robot, motion_limits
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.streams import stream_key, uniforms
 
-Flags = NDArray[np.bool_]
-Integers = NDArray[np.signedinteger[Any]]
 GRAVITY = 9.81  # [m/s²]
 LARGEST_EFFORT = 1e6  # [N or Nm], from which on a limit means none
 BORNE = 0.7  # of a motor's effort, which masses may need at most
@@ -28,7 +24,7 @@ class PointMasses:
 
     masses: Array
     centres: Array
-    guessed: Flags
+    guessed: Booleans
 
 
 def bearable_share(robot: Robot, carried: PointMasses) -> float:
