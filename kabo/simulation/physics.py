@@ -313,8 +313,7 @@ class Physics:
         if not touching:
             return hand.levers
         found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
-        # A motor whose finger does not touch yet closes as before.
-        return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
+        return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)  # fingers in the air close as before
 
     def _drive(self, each: Array) -> None:
         """Motors give joints their torques, as far as they can.
