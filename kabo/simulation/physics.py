@@ -301,7 +301,7 @@ class Physics:
         return float((abs(inert) + abs(bias)) / self._limits[number])
 
     def _levers(self, hand: _Hand) -> Array:
-        """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
+        """The torque of each motor per newton of force, where fingers that turn touch; in the air they close as usual."""
         if hand.turning is None or not hand.bodies:
             return hand.levers
         fingers = {finger.body for finger in hand.turning.fingers}
@@ -313,7 +313,7 @@ class Physics:
         if not touching:
             return hand.levers
         found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
-        return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)  # fingers in the air close as before
+        return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
     def _drive(self, each: Array) -> None:
         """Motors give joints their torques, as far as they can.
