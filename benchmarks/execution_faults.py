@@ -316,7 +316,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path)
     given = parser.parse_args()
     tables = faults(given.runs, given.seed, given.workers, given.minutes, only=given.only, problem=given.problem)
-    finish(tables, given.output, runs=given.runs, seed=given.seed, minutes=given.minutes)
+    minutes = given.minutes if given.minutes < inf else None
+    finish(tables, given.output, runs=given.runs, seed=given.seed, minutes=minutes)
 
 
 if __name__ == "__main__":
