@@ -105,7 +105,9 @@ class TimedReplanner(Replanner):
             self.plans.append((found.kind, found.plan))
         if found.plan is not None and found.kind in ("repair", "replan"):
             self.plan = found.plan
-        return found
+        return replace(
+            found, report=None
+        )  # by least clearances, as the watcher judges: no tolerances by direction
 
 
 def judged(fault: Fault) -> Judged:
