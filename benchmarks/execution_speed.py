@@ -1,13 +1,12 @@
 """How fast is carrying out? Sections `speed`, `late` and `repair` of benchmarks/execution.py; seconds are of the processor.
 
 `speed`: simulated seconds in one second at 1 kHz, watching at 100 Hz and the judge of contacts included, at best of some
-runs; the same but with every 10 ms looked at by nobody; and the share of MuJoCo alone. `late`: runs of robots that follow late, or of
-which one motor has half its torque, unknown to the executor. `repair`: answers after one body was pushed, beside a fresh
-solve of the state that was answered, and the plan of the state with nothing kept, which has to be the same bytes.
+runs, beside the steps of MuJoCo alone. `late`: runs of robots that follow late, or of which one motor has half its torque,
+unknown to the executor. `repair`: answers after one body was pushed, beside a fresh solve of the state that was answered.
 """
 
 import argparse
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -16,12 +15,11 @@ import numpy as np
 from table import ROOT, Table, percentile
 
 import kabo
-from kabo.arrays import Array
 from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run, execute
 from kabo.plan import Plan
 from kabo.recovery import Replanner
 from kabo.scene import Scene
-from kabo.simulation import ContactJudge, SimulatedRobot
+from kabo.simulation import ContactJudge, Physics, SimulatedRobot
 
 PROBLEMS = (
     "domains/stacked/n2.yaml",
@@ -33,6 +31,7 @@ PROBLEMS = (
 )
 PUSHES = ((0.02, 0.01), (-0.015, 0.02))  # [m]
 SINCE = (0.0, 2.0)  # [s]
+WEAK = 1, 2  # motors: of a shoulder and an elbow, which bear most
 DELAYS = (0.01, 0.02, 0.04)  # [s]
 
 
@@ -91,13 +90,29 @@ def late(options: argparse.Namespace) -> Table:
     for path in _paths(options):
         problem, scene, plan = _solved(path)
         for delay in DELAYS:
-            run, robot = _late_run(problem, scene, plan, delay)
+            run, robot = _disturbed(problem, scene, plan, delay=delay)
             table.add(f"{problem.name}, {1000 * delay:g} ms late", **_ended(run, robot))
+        for number in WEAK:
+            weak = _Weak(number)
+            run, robot = _disturbed(problem, scene, plan, disturb=weak)
+            table.add(f"{problem.name}, {weak.name} has half its torque", **_ended(run, robot))
     return table
 
 
-def _late_run(problem: Any, scene: Scene, plan: Plan, delay: float) -> tuple[Run, SimulatedRobot]:
-    robot = SimulatedRobot(scene, delay=delay)
+class _Weak:
+    """Half the torque of one motor, from a second on."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.name = number, ""
+
+    def __call__(self, physics: Physics) -> None:
+        if not self.name and physics.time > 1.0:
+            self.name = physics.motors[self.number].name
+            physics.model.actuator_gainprm[self.number, 0] *= 0.5
+
+
+def _disturbed(problem: Any, scene: Scene, plan: Plan, **how: Any) -> tuple[Run, SimulatedRobot]:
+    robot = SimulatedRobot(scene, **how)
     memo = kabo.Memo.of_plan(problem, plan)
     recovery = Replanner(problem, scene, memo=memo)
     return execute(plan, scene, robot, KnownTruth(poses=robot.poses), recovery=recovery), robot
@@ -111,24 +126,27 @@ def _ended(run: Run, robot: SimulatedRobot) -> dict[str, Any]:
     return {"goal": run.reached_goal, "stops": stops, **more, "seconds": robot.physics.time}
 
 
-class _Pushed(KnownTruth):
-    """Sees one body shifted along the horizontal, from a time on."""
+class _Pushed(KinematicRobot):
+    """Somebody pushes a body along the horizontal, at a time or later, as soon as it stands."""
 
-    def __init__(self, robot: KinematicRobot, body: str, offset: tuple[float, float], since: float) -> None:
-        super().__init__(poses=robot.poses)
-        self.robot, self.body, self.offset, self.since = robot, body, offset, since
+    def __init__(self, scene: Scene, body: str, offset: tuple[float, float], since: float) -> None:
+        super().__init__(scene)
+        self.body, self.offset, self.since = body, offset, since
 
-    def poses(self) -> Mapping[str, Array]:
-        found = {name: pose.copy() for name, pose in super().poses().items()}
-        if self.robot.time >= self.since:
-            found[self.body][:2, 3] += self.offset
-        return found
+    def wait(self, seconds: float) -> None:
+        super().wait(seconds)
+        own = self.world.objects[self.body]
+        if self.time >= self.since and own.parent == "world":
+            x, y, z = own.position
+            moved = replace(own, position=(x + self.offset[0], y + self.offset[1], z))
+            self.world, self.since = self.world.replace({self.body: moved}), np.inf
 
 
 class _Timed(Replanner):
     """Keeps the seconds of each answer, and what was asked."""
 
-    def __post_init__(self) -> None:
+    def __init__(self, *given: Any, **more: Any) -> None:
+        super().__init__(*given, **more)
         self.asked: list[tuple[Interruption, Answer, float]] = []
 
     def answer(self, interruption: Interruption) -> Answer:
@@ -147,10 +165,9 @@ def repair(options: argparse.Namespace) -> Table:
         ratios: list[float] = []
         for body in sorted(scene.movable)[:2]:
             for offset, since in zip(PUSHES, SINCE, strict=True):
-                robot = KinematicRobot(scene)
+                robot = _Pushed(scene, body, offset, since)
                 recovery = _Timed(problem, scene, memo=kabo.Memo.of_plan(problem, plan))
-                sensor = _Pushed(robot, body, offset, since)
-                execute(plan, scene, robot, sensor, recovery=recovery)
+                execute(plan, scene, robot, KnownTruth(poses=robot.poses), recovery=recovery)
                 for asked, answer, took in recovery.asked:
                     seconds.setdefault(answer.kind, []).append(took)
                     if answer.kind in ("repair", "replan"):

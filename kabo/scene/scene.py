@@ -283,14 +283,15 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         _allowed(description, robots),
         {name: poses[name] for name, body in bodies.items() if not body.movable},
         start,
-        _hashes(loader.files),
+        hashes(loader.files),
         description.mates,
         description.uncertain,
         description=description,
     )
 
 
-def _hashes(paths: list[Path]) -> dict[Path, str]:
+def hashes(paths: list[Path]) -> dict[Path, str]:
+    """The hashes of files, and of the files with parts that stand beside them."""
     beside = [path.with_name(path.name + ".parts") for path in paths]
     read = sorted({*paths, *(path for path in beside if path.is_file())})
     return {path: "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest() for path in read}

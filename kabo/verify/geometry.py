@@ -9,7 +9,7 @@ from typing import Any
 from kabo.language import Problem
 from kabo.phases import phase
 from kabo.plan import Plan
-from kabo.scene import Scene, load_scene
+from kabo.scene import KeptScenes, Scene
 from kabo.verify.certificate.check import check_certificate
 from kabo.verify.motion.added import AddedBodies, Changes, NoBodyError, require_known
 from kabo.verify.motion.calls import Calls
@@ -25,6 +25,7 @@ from kabo.verify.report import Finding
 from kabo.verify.scene_alone import SceneAlone
 
 _LOG = logging.getLogger("kabo.verify")
+_SCENES = KeptScenes()  # its own: the planner's may be changed by mistakes
 
 
 def check_geometry(
@@ -45,7 +46,7 @@ def check_geometry(
     if plan.start is None:
         text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
         return dict(problem.files), [Finding(None, text)], {}, []
-    scene = scene or load_scene(problem.scene)
+    scene = scene or _SCENES.scene(problem.scene)[0]
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()

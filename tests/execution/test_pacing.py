@@ -1,10 +1,12 @@
 """The clock of a motion is slowed down within all limits, and so that late robots are near enough to their paths."""
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import kabo
 from kabo.execution import (
     ExecutionSettings,
     Follower,
@@ -19,6 +21,7 @@ from kabo.execution.clock import Change, StopWhileChanging
 from kabo.plan import Plan
 from kabo.scene import Scene, motion_limits
 
+DOMAINS = Path(__file__).parents[2] / "domains"
 FINE = 10_000.0  # [Hz]: ten times finer than changes are checked
 
 
@@ -127,3 +130,27 @@ def test_what_no_clock_can_mend_still_stops_the_run(stacked_plan: Plan, stacked_
     assert not run.reached_goal and run.surprise is not None and run.surprise.kind == "tracking"
     assert run.surprise.off > Margins(stacked_plan).of_rest(stacked_plan.root)
     assert min(each["rate"] for each in paces) < 1.0
+
+
+@pytest.mark.slow
+def test_two_arms_that_move_at_once_share_the_slower_clock() -> None:
+    problem = kabo.load_problem(DOMAINS / "circular_rearrange" / "n3.yaml")
+    plan, scene = kabo.solve(problem, quality="good").plan, kabo.load_scene(problem.scene)
+    assert plan is not None and any(node.overlap > 0.0 for node in plan.nodes.values())
+    run, paces = late_run(plan, scene, 0.02, stated=0.02)
+    assert run.reached_goal, run.reason
+    both = [each for each in run.log.of("moving") if len(set(each["nodes"])) > 1]
+    assert both and min(pace["rate"] for pace in paces) < 0.8
+    assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
+
+
+@pytest.mark.slow
+def test_a_panda_with_thin_clearances_is_slowed_down() -> None:
+    """Some segments of this plan are proven to be free by hardly a millimetre."""
+    problem = kabo.load_problem(DOMAINS.parent / "examples" / "two_cans" / "problem.yaml")
+    plan, scene = kabo.solve(problem).plan, kabo.load_scene(problem.scene)
+    assert plan is not None
+    run, paces = late_run(plan, scene, 0.02, stated=0.02)
+    assert run.reached_goal, run.reason
+    assert min(each["rate"] for each in paces) < 0.3
+    assert all(each["share"] <= 1.0 for each in run.log.of("followed"))

@@ -3,7 +3,7 @@
 This module and its imports load the kernels, so `solve` imports it only for problems with a scene.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -34,9 +34,10 @@ from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.refine.refining import FoundMotion, refine
 from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
-from kabo.scene import beginning_at, load_scene
+from kabo.scene import KeptScenes, beginning_at
 from kabo.tasks.procedures import GeometricProcedures
 
+_SCENES = KeptScenes()
 MAX_BASES = 4  # calls out of reach of which it is told where the base would do; each takes about half a second
 
 
@@ -54,7 +55,7 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
         raise ValueError("only a problem with a scene has geometry")
     memo = run.memo
     known = None if memo is None else memo.scene
-    loaded = load_scene(run.problem.scene, run.stop.look) if known is None else known
+    loaded, notes = _SCENES.scene(run.problem.scene, run.stop.look) if known is None else (known, set[Hashable]())
     begun = None if run.start is None else run.start.geometry
     scene = loaded if begun is None else beginning_at(loaded, rounded_state(begun))
     exact = run.options.geometry == "exact"
@@ -62,8 +63,10 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
     server.stop = run.stop
     processes = run.workers if run.workers > 1 else None
-    if known is None:
+    tolerance = server.surroundings.enclosures.tolerance
+    if known is None and tolerance not in notes:
         prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
+        notes.add(tolerance)
     for line in _blocked_starts(server):
         run.report_line("looking at the start", line)
     run.load_s = perf_counter() - began

@@ -1,0 +1,95 @@
+"""The kernels of physics beside MuJoCo's own functions, and beside the same in numpy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kabo
+from kabo.arrays import Array
+from kabo.execution.kernels.origins import origins_of
+from kabo.execution.link_origins import LinkOrigins
+from kabo.scene import link_poses
+from kabo.simulation import Physics
+from kabo.simulation.kernels.bias import add_point_mass, bias
+from kabo.simulation.kernels.friction import Contacts, complete_friction
+from kabo.simulation.kernels.motors import Joints, drive
+from kabo.streams import stream_key, uniforms
+
+mujoco = pytest.importorskip("mujoco")
+DOMAINS = Path(__file__).parents[2] / "domains"
+
+
+def drawn(name: str, count: int, rows: int = 1) -> Array:
+    """Numbers from -1 to 1 (rows, count)."""
+    return 2.0 * uniforms(stream_key("kernels", name), 0, rows, count) - 1.0
+
+
+@pytest.fixture(scope="module")
+def moving() -> Physics:
+    """Two arms and four bottles, somewhere, all in motion."""
+    physics = Physics(kabo.load_scene(DOMAINS / "bartender" / "four_bottles.yaml"))
+    data, model = physics.data, physics.model
+    data.qvel[:] = drawn("velocities", model.nv)[0]
+    data.qpos[physics._values] += 0.4 * drawn("values", len(physics._values))[0]
+    mujoco.mj_step1(model, data)
+    return physics
+
+
+def test_the_bias_and_the_load_of_a_point_are_those_of_mujoco(moving: Physics) -> None:
+    model, data, scratch, jacobian = moving.model, moving.data, np.empty((5, 3)), np.zeros((3, moving.model.nv))
+    wanted, gravity = drawn("wanted", model.nv)[0], np.array(model.opt.gravity)
+    for body in range(model.nbody):
+        place = data.xpos[body] + 0.1 * drawn(f"place {body}", 3)[0]
+        mujoco.mj_jacDot(model, data, jacobian, None, place, body)
+        expected = jacobian @ data.qvel
+        bias(body, place, moving._tree, moving._moving, scratch)
+        assert np.allclose(scratch[0], expected, atol=1e-12)
+        mujoco.mj_jac(model, data, jacobian, None, place, body)
+        torques = np.zeros(model.nv)
+        add_point_mass(body, place, 0.3, wanted, gravity, moving._tree, moving._moving, scratch, torques)
+        assert np.allclose(torques, (0.3 * (jacobian @ wanted + expected - gravity)) @ jacobian, atol=1e-12)
+
+
+def test_contacts_of_a_hand_get_the_bias_that_mujoco_leaves_out(moving: Physics) -> None:
+    """Contacts are made up: one of a finger and a bottle, one of a bottle and the table, one that has no rows."""
+    model, data, touches = moving.model, moving.data, moving._touches
+    hand, free = touches.hand[touches.body], touches.free[touches.body]
+    geoms = [int(np.flatnonzero(chosen)[0]) for chosen in (hand == 0, free == 1, (hand < 0) & (free == 0))]
+    finger, bottle = int(touches.body[geoms[0]]), int(touches.body[geoms[1]])
+    pairs = np.array([[geoms[0], geoms[1]], [geoms[2], geoms[1]], [geoms[0], geoms[1]]], np.int32)
+    places, frame = drawn("places", 3, 3), np.linalg.qr(drawn("frame", 3, 3))[0]
+    contacts = Contacts(pairs, places, np.tile(frame.ravel(), (3, 1)), np.array([0, 3, -1], np.int32))
+    reference, impedance, step = np.zeros(6), np.full((6, 4), 100.0), moving.settings.timestep
+    for presses in (0, 1):
+        given = contacts, touches, np.array([presses, 0]), moving._tree, moving._moving, reference, impedance, step
+        complete_friction(*given)
+        if not presses:
+            assert (reference == 0.0).all()
+    off = np.zeros(3)
+    for body, sign in ((bottle, 1.0), (finger, -1.0)):
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jacDot(model, data, jacobian, None, places[0], body)
+        off += sign * (jacobian @ data.qvel)
+    assert np.allclose(reference[:3], -(1.0 - 0.5 * step * 100.0) * (frame @ off), atol=1e-12)
+    assert (reference[3:] == 0.0).all()
+
+
+def test_joints_that_share_a_motor_share_its_limit() -> None:
+    none = np.zeros(3, np.int64)
+    joints = Joints(none, np.array([0, 1, 2]), np.array([0, 1, 0]), np.array([1.0, 1.0, -0.5]), np.zeros(3))
+    control, applied = np.zeros(2), np.zeros(4)
+    drive(joints, np.array([3.0, 1.0, -2.0]), np.array([2.0, np.inf]), np.array([1.0, 1.0]), control, applied)
+    assert control.tolist() == [1.5, 1.0]  # the motor of joints 0 and 2 would have to give 4
+    assert applied.tolist() == [0.0, 0.0, -1.0, 0.0]
+
+
+def test_origins_of_links_are_those_of_pinocchio() -> None:
+    scene = kabo.load_scene(DOMAINS / "bartender" / "four_bottles.yaml")
+    robot = scene.robots["left"]
+    rows = drawn("configurations", robot.tree.size, 20)
+    own = LinkOrigins.of(robot)
+    expected = np.array([[pose[:3, 3] for pose in map(link_poses(robot, row).get, robot.links)] for row in rows])
+    assert np.allclose(own.at(rows), expected, atol=1e-12)
+    assert np.allclose(origins_of.py_func(rows[:2], own.tree, own.joints, own.offsets), expected[:2], atol=1e-12)
+    assert own.farthest(rows[0], rows[1]) == pytest.approx(np.linalg.norm(expected[0] - expected[1], axis=1).max())
