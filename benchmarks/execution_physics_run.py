@@ -144,12 +144,12 @@ class _Hastening(Follower):
 
     def __init__(self, scene: Scene, pace: float) -> None:
         super().__init__(scene)
-        self.pace = pace
+        self.times_faster = pace
 
     def advance(self, seconds: float) -> Iterator[Setpoint]:
         """What is to be sent, with velocities and accelerations of the faster motion."""
-        for s in super().advance(seconds * self.pace):
-            faster = self.pace * s.velocities, self.pace**2 * s.accelerations
+        for s in super().advance(seconds * self.times_faster):
+            faster = self.times_faster * s.velocities, self.times_faster**2 * s.accelerations
             yield Setpoint(s.robot, s.joints, s.positions, *faster)
 
 

@@ -27,7 +27,7 @@ from kabo.simulation.turning_fingers import (
     TurningFingers,
     arms_when_open,
     levers_in_contact,
-    middle,
+    middles_of_fingers,
     turns,
 )
 
@@ -178,14 +178,7 @@ class Physics:
             data.qpos[self._values[own]] = self._ratio[own] * opened + self._shift[own]
         self._mujoco.mj_kinematics(self.model, data)
         self._mujoco.mj_comPos(self.model, data)
-        links = [
-            link for link in robot.gripper.touch_links if robot.links[link.partition(".")[2]].mesh is not None
-        ]
-        fingers = []
-        for link in links:
-            mesh = robot.links[link.partition(".")[2]].mesh
-            assert mesh is not None
-            fingers.append(Finger(self.model.body(link).id, middle(mesh.vertices)))
+        fingers = [Finger(self.model.body(link).id, place) for link, place in middles_of_fingers(robot)]
         arms = arms_when_open(self._mujoco, self.model, data, fingers, motions)
         return TurningFingers(tuple(fingers), motions, arms)
 
@@ -295,7 +288,7 @@ class Physics:
         return float((abs(inert) + abs(bias)) / self._limits[number])
 
     def _levers(self, hand: Hand) -> Array:
-        """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
+        """The torque of each motor per newton of force, where fingers that turn touch; in the air they close as usual."""
         if hand.turning is None or not hand.bodies:
             return hand.levers
         fingers = {finger.body for finger in hand.turning.fingers}
@@ -307,7 +300,6 @@ class Physics:
         if not touching:
             return hand.levers
         found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
-        # A motor whose finger does not touch yet closes as before.
         return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
     def _drive(self, each: Array) -> None:
