@@ -17,6 +17,7 @@ RUNS = (
     "certificates stacked/n2 --output out.json",
     "construction_set --seeds 1 --output out.json",
     "execution worlds --problems domains/doors/n3.yaml --worlds 20 --output out.json",
+    "execution robots --robots Panda --output out.json",
     "execution_displaced --runs 1 --only stacked --output out.json",
     "execution_faults --runs 1 --workers 1 --output out.json",
     "execution_physics --only stacked/n2 --not n20 --branches 1 --output out.json",
