@@ -25,8 +25,8 @@ def test_a_scene_is_loaded_again_only_when_one_of_its_files_has_changed(tmp_path
     assert again[0] is scene and again[1] == {"prepared"}
     other = kabo.load_problem(tmp_path / "domains" / "stacked" / "n2.yaml")
     assert kept.scene(other.scene)[0] is not scene
-    mesh = next(path for path in scene.files if path.suffix in (".stl", ".obj", ".dae"))
-    mesh.write_bytes(mesh.read_bytes() + b"\n")
+    model = next(path for path in scene.files if path.suffix == ".urdf")
+    model.write_bytes(model.read_bytes() + b"\n")
     changed = kept.scene(problem.scene)
     assert changed[0] is not scene and changed[1] == set()
 
