@@ -8,14 +8,21 @@ physics and answers are, and what becomes of late or weak robots.
 """
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 from execution_robots import robots
 from execution_speed import late, repair, speed
 from execution_worlds import worlds
-from table import finish
+from table import Table, finish
 
-SECTIONS = {"worlds": worlds, "robots": robots, "speed": speed, "late": late, "repair": repair}
+SECTIONS: dict[str, Callable[[argparse.Namespace], Table | list[Table]]] = {
+    "worlds": worlds,
+    "robots": robots,
+    "speed": speed,
+    "late": late,
+    "repair": repair,
+}
 
 
 def main() -> None:
@@ -33,7 +40,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of random motions")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()
-    finish([SECTIONS[name](options) for name in options.sections], options.output, worlds=options.worlds)
+    tables: list[Table] = []
+    for name in options.sections:
+        made = SECTIONS[name](options)
+        tables += made if isinstance(made, list) else [made]
+    finish(tables, options.output, worlds=options.worlds, robots=options.robots, seed=options.seed)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
-from math import inf
+from math import gcd, inf
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -223,9 +223,11 @@ def faults(
 ) -> list[Table]:
     """The tables: ends by kind, ends by problem, answers, stops with their reasons.
 
-    Runs come in the order of their seeds, so that those that are made within `minutes` are of all kinds and problems.
+    Runs come in an order that mixes kinds and problems, so that those that are made within `minutes` are of all of them.
     """
-    asked, began = sorted(drawn(runs, seed, **which), key=lambda each: each.seed), perf_counter()
+    asked, began = drawn(runs, seed, **which), perf_counter()
+    step = next(k for k in range(int(0.618 * len(asked)), 2 * len(asked) + 2) if gcd(k, len(asked)) == 1)
+    asked = [asked[step * k % len(asked)] for k in range(len(asked))]
     made = []
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
         for each in pool.imap(judged, asked):

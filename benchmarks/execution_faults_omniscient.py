@@ -60,9 +60,10 @@ def _states(
         placed = set() if node.after is None else node.after.objects.keys()
         missed = {body for body, _ in interruption.lost} | {interruption.surprise.thing}
         if node.after is not None and node.on is None and not placed & missed:
-            there = changed(expected, node.after)
+            others = {name: pose for name, pose in poses.items() if name not in placed}
+            there = _true(scene, changed(expected, node.after), others)
             done = (*state.done, Done(node.action, dict(node.arguments)))
-            yield "on", State(done, there), there
+            yield "on", State(done, there), changed(expected, node.after)
 
 
 def _true(scene: Scene, geometry: StateChange, poses: Mapping[str, Array]) -> StateChange:

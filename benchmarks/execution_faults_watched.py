@@ -186,8 +186,9 @@ class Watcher:
 
     def _look(self, record: Mapping[str, Any], *, moving: bool) -> None:
         """Compares a record with the plan."""
-        for body in record["bodies"]:
-            self.seen[body] = record["time"]
+        if not self.seen:
+            self.seen.update(dict.fromkeys(self.scene.movable, record["time"]))
+        self.seen.update(dict.fromkeys(record["bodies"], record["time"]))
         cell, running = self._at(record["motion_time"]) if self.nodes else (self.cell, [])
         before, self.off = self.off, dict(self._unproven(record, cell, running))
         if self.reason is not None:

@@ -1,6 +1,6 @@
 """Do plans work? Every problem with a scene is carried out in physics on all branches, by friction alone.
 
-    python benchmarks/execution_physics.py [--only WORD ...] [--not WORD ...] [--branches N] [--hasty] [--plans DIR] [--output FILE]
+    python benchmarks/execution_physics.py [--only WORD ...] [--not WORD ...] [--branches N] [--hasty] [--output FILE]
 
 A plan is carried out by the executor in MuJoCo, without recovery, on each of its branches, or on `--branches` drawn ones if
 it has more. What branches share is simulated once: where they part, the process forks. Judged is the simulator's own state:
@@ -23,7 +23,6 @@ A part that was run anew replaces its rows in the file of `--output`; all others
 
 import argparse
 import json
-import random
 from collections.abc import Iterator
 from pathlib import Path
 from time import process_time
@@ -36,6 +35,7 @@ from table import Table, write
 
 import kabo
 from kabo.plan import Plan
+from kabo.streams import stream_key, uniforms
 
 PLACED, TURNED = 3.0, 1.0  # [mm], [degrees] from where the plan puts a body
 TITLE, HASTY_TITLE = "Plans in physics", "Twice the planned acceleration"
@@ -67,7 +67,8 @@ def drawn(plan: Plan, most: int) -> tuple[list[Outcomes], int]:
     found = branches_of(plan)
     if len(found) <= most:
         return found, len(found)
-    return [found[k] for k in sorted(random.Random(0).sample(range(len(found)), most))], len(found)
+    order = np.argsort(uniforms(stream_key("branches", plan.problem), 0, len(found), 1)[:, 0])
+    return [found[k] for k in sorted(order[:most])], len(found)
 
 
 def figures(branches: list[Branch], measured: Measured, total: int) -> dict[str, Any]:

@@ -267,7 +267,7 @@ def _judge(branch: Branch, run: Run, plan: Plan, scene: Scene, robot: MeasuredRo
         deepest = max(robot.contacts, key=lambda pair: robot.contacts[pair])
         branch.reason = f"{' and '.join(deepest)} touch, {1000 * robot.contacts[deepest]:.2g} mm deep"
     if not run.reached_goal:
-        branch.reason = run.reason
+        branch.reason = "; ".join(robot.doubts) or run.reason
     wanted = state_after(plan, run.history).geometry
     if wanted is None:
         branch.goal = run.reached_goal
@@ -292,15 +292,16 @@ def _angle(first: np.ndarray, second: np.ndarray) -> float:
 
 def _wrong(wanted: StateChange, scene: Scene, robot: MeasuredRobot) -> str:
     """What is not true in the simulator that a plan's last state says of bodies, in a sentence."""
-    found, objects = robot.poses(), {}
+    found, soft = robot.poses(), {}
     touching = {frozenset(contact.things) for contact in robot.physics.contacts(-1e-4)}
+    objects: dict[str, ObjectPose] = {}
     for name, own in wanted.objects.items():
-        pose = found[name].copy()
         if own.parent == "world":
-            if abs(pose[2, 3] - own.position[2]) < SOFT:
-                pose[2, 3] = own.position[2]
-            made = attachment("world", pose)
+            made = attachment("world", found[name])
             objects[name] = ObjectPose("world", made.position, made.quaternion)
+            x, y, z = made.position
+            high = own.position[2] if abs(z - own.position[2]) < SOFT else z
+            soft[name] = ObjectPose("world", (x, y, high), made.quaternion)
             continue
         holder, dot, _ = own.parent.partition(".")
         things = (
@@ -308,10 +309,12 @@ def _wrong(wanted: StateChange, scene: Scene, robot: MeasuredRobot) -> str:
         )
         if not any(frozenset((name, thing)) in touching for thing in things):
             return f"{name} is not touched by {own.parent}"
-        objects[name] = own
-    planned, true = relations(scene, wanted), relations(scene, replace(wanted, objects=objects))
+        objects[name] = soft[name] = own
+    planned = relations(scene, wanted)
+    true, near = (relations(scene, replace(wanted, objects=each)) for each in (objects, soft))
     for name in objects:
-        if planned[name] != true[name]:
+        supports = planned[name].supports in (true[name].supports, near[name].supports)
+        if not supports or planned[name].regions not in (true[name].regions, near[name].regions):
             return f"{name} should be {_told(planned[name])}, and is {_told(true[name])}"
     return ""
 

@@ -84,6 +84,7 @@ def one(urdf: str, seed: int) -> dict[str, Any]:
         "model": made,
         "sag": 1000.0 * sag,
         "touching": ", ".join(sorted(touching)),
+        "doubts": len(robot.doubts),
     }
     errors, seconds, used, moved = [], 0.0, 0.0, 0
     last: Any = "start"

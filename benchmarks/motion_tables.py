@@ -71,7 +71,7 @@ class Tables:
             if each.quality == "fast":
                 self.fast[each.name] = each.whole
             self.durations.add(each.title, **duration_row(each, self.fast.get(each.name, each.whole)))
-        if pairs := _clearances(each):
+        if pairs := measured_clearances(each):
             self.distances.add(each.title, **distance_row(pairs))
 
 
@@ -146,7 +146,7 @@ def distance_row(pairs: list[tuple[float, float, str]]) -> dict[str, Any]:
     }
 
 
-def _clearances(each: Judged) -> list[tuple[float, float, str]]:
+def measured_clearances(each: Judged) -> list[tuple[float, float, str]]:
     """Proven and measured least distance [m] of each segment for which both are told, and which one it is."""
     measured: dict[tuple[str, int], float] = {}
     for row in each.verdict.get("segments") or ():

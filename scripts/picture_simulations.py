@@ -64,11 +64,10 @@ def settled(scene: Scene) -> tuple[GeometricState, float]:
     return scene.start.replace(changes), moved  # type: ignore[arg-type]
 
 
-def main() -> None:
-    """Draws the panels."""
-    panels = [panel(name, file) for name, file in PROBLEMS.items()]
-    write_atomically(ROOT / SCENES, png(grid(panels, COLUMNS)))
+def made() -> bytes:
+    """All panels as one PNG."""
+    return png(grid([panel(name, file) for name, file in PROBLEMS.items()], COLUMNS))
 
 
 if __name__ == "__main__":
-    main()
+    write_atomically(ROOT / SCENES, made())

@@ -104,6 +104,8 @@ def _rows() -> tuple[Row, ...]:
 TABLE = _rows()
 # Charts, and pictures of things that no scene holds, have programs of their own.
 PROGRAMS = {
+    "docs/pictures/run.gif": "scripts.picture_run",
+    "docs/pictures/simulations.png": "scripts.picture_simulations",
     "docs/pictures/viewer.png": "scripts.picture_viewer",
     "docs/pictures/sampling.png": "scripts.picture_sampling",
     "docs/pictures/exploration.png": "scripts.picture_exploration",

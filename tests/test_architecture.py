@@ -59,7 +59,7 @@ REMEMBERED = {
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/pictures/labels.py": {"font"},  # of this installation
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts
-    "kabo/planner/certify/tight_parts.py": {"_MADE"},  # by content
+    "kabo/geometry/collision/tight_parts.py": {"_MADE"},  # by content
     "kabo/tasks/binding.py": {"library_task"},  # of this installation
     "kabo/tasks/files/costs.py": {"_registered"},  # by modules that a person names on the command line
     "kabo/tasks/files/registry.py": {"_registered"},

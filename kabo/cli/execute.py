@@ -14,7 +14,7 @@ from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
 from kabo.cli.truth import add_truth, truth_of
-from kabo.errors import Diagnostic, InputError
+from kabo.errors import Diagnostic, InputError, did_you_mean
 
 NAME = "execute"
 HELP = "carry out a plan: follow its motions, sense, branch, watch; ends at the goal or in a safe stop with its reason"
@@ -42,9 +42,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_truth(parser)
     parser.add_argument(
         "--tracking-error",
-        type=bounded(0.0, 1.0, "m"),
-        default=0.0,
-        metavar="M",
+        type=_error,
+        action="append",
+        default=[],
+        metavar="[ROBOT=]M",
         help="how far robots may be off their paths, in metres: a plan with less proven clearance is refused",
     )
     parser.add_argument(
@@ -96,6 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Carries out the plan; the exit code is 7 if it stopped before a goal."""
+    report = None
     with clean_standard_output():
         filming = Filming(options)
         if options.verify:
@@ -115,7 +117,7 @@ def run(options: argparse.Namespace) -> int:
         robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened)
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
-            tracking_error=options.tracking_error,
+            tracking_error=_errors(options, scene),
             delay=options.delay,
             despite_margins=options.despite_margins,
             log_rate=_log_rate(options, filming),
@@ -123,14 +125,15 @@ def run(options: argparse.Namespace) -> int:
         recovery = _recovery(options, plan, scene) if options.recover else None
         with opened, interruptible() as stop:
             seen = filming.listener(robot)
-            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery, seen)
+            found = _carried_out(options, plan, scene, robot, sensor, settings, stop, recovery, report, seen)
         if options.state is not None:
             found.state.save(options.state)
         if options.page is not None:
             chosen = rooms.ViewOptions(problem=options.problem, domain=options.domain)
             made = rooms.document_of_run(found.log.records, options.plan.name, options.plan, chosen)
             rooms.write_atomically(options.page, rooms.page_of(made))
-        filming.draw(scene)
+        if scene is not None:
+            filming.draw(scene)
     faults = {} if judge is None else judge.faults
     if options.json:
         print_json(_body(found, faults))
@@ -148,12 +151,29 @@ def _log_rate(options: argparse.Namespace, filming: Filming) -> float:
 
 
 def _carried_out(options: argparse.Namespace, *given: Any) -> "rooms.Run":
-    plan, scene, robot, sensor, settings, stop, recovery, listener = given
+    plan, scene, robot, sensor, settings, stop, recovery, report, listener = given
     with nullcontext() if options.output is None else options.output.open("w", encoding="utf-8") as file:
         log = rooms.Log(file, listener)
         if isinstance(sensor, rooms.BoundSensors):
             sensor.log = log
-        return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery)
+        return rooms.execute(plan, scene, robot, sensor, settings, log, stop, recovery, report)
+
+
+def _error(text: str) -> tuple[str | None, float]:
+    """A tracking error [m], and of which robot it is; None: of all."""
+    robot, sign, value = text.rpartition("=")
+    return (robot.strip() if sign else None), bounded(0.0, 1.0, "m")(value)
+
+
+def _errors(options: argparse.Namespace, scene: "rooms.Scene | None") -> dict[str, float]:
+    """The tracking error of each robot [m]; what is said of one goes before what is said of all."""
+    robots = () if scene is None else tuple(scene.robots)
+    stated: dict[str | None, float] = dict(options.tracking_error)
+    for name in stated:
+        if name is not None and name not in robots:
+            hint = did_you_mean(name, robots)
+            raise InputError([Diagnostic("--tracking-error", 1, 1, f'the scene has no robot "{name}"', hint)])
+    return {name: stated.get(name, stated.get(None, 0.0)) for name in robots}
 
 
 def _recovery(options: argparse.Namespace, plan: "rooms.Plan", scene: "rooms.Scene | None") -> Any:

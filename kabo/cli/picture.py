@@ -14,7 +14,7 @@ from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.phases import phase
 
 NAME = "picture"
-HELP = "draw a scene, a plan, what a motion sweeps, samples of a grasp, or a mesh, without a display"
+HELP = "draw a scene, a plan, a run, what a motion sweeps, samples of a grasp, or a mesh, without a display"
 ENDINGS = (".png", ".svg", ".gif")
 SIZES = (64, 4096)  # of a picture: least and most pixels of a side
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -23,7 +23,8 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments and options of `kabo picture` to the parser."""
     plans = "a plan (.png: its film strip; .gif: one branch; .svg: its graph)"
-    what = f"a scene or problem file, a task file (with --scene), a task's report, a mesh, or {plans}"
+    others = "a task file (with --scene), a task's report, a mesh, the log of a run (with --problem)"
+    what = f"a scene or problem file, {others}, or {plans}"
     parser.add_argument("what", type=Path, metavar="WHAT", help=what)
     parser.add_argument(
         "-o",
@@ -36,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_choices(parser)
     _add_view(parser)
     parser.add_argument(
-        "--problem", type=Path, metavar="FILE", help="the problem of a plan (default: found near it)"
+        "--problem", type=Path, metavar="FILE", help="the problem of a plan (default: found near it), or of a run"
     )
     parser.add_argument("--domain", type=Path, metavar="FILE", help="the domain file of a problem in PDDL or PKS")
     parser.add_argument("--scene", type=Path, metavar="FILE", help="the scene of a task")

@@ -4,12 +4,16 @@ from kabo.execution import KinematicInstruments as KinematicInstruments
 from kabo.execution import KinematicRobot as KinematicRobot
 from kabo.execution import KnownTruth as KnownTruth
 from kabo.execution import Log as Log
+from kabo.execution import Margins as Margins
 from kabo.execution import Run as Run
 from kabo.execution import SimulatedSensors as SimulatedSensors
 from kabo.execution import execute as execute
 from kabo.execution import require_answers as require_answers
 from kabo.execution import true_start as true_start
 from kabo.execution.belief import Belief as Belief
+from kabo.execution.body_margins import BodyMargin as BodyMargin
+from kabo.execution.body_margins import body_margins as body_margins
+from kabo.execution.body_margins import table_of as table_of
 from kabo.execution.fitting import require_fit as require_fit
 from kabo.execution.simulated_sensors import NoInstruments as NoInstruments
 from kabo.explain.explain import Explanation as Explanation
@@ -147,6 +151,7 @@ from kabo.trials import tell_answer as tell_answer
 from kabo.trials import trial_of as trial_of
 from kabo.trials.answers import Stopped as Stopped
 from kabo.up import export_up as export_up
+from kabo.verify import Report as Report
 from kabo.viewer import Follower as Follower
 from kabo.viewer import RunFollower as RunFollower
 from kabo.viewer import ViewDocument as ViewDocument

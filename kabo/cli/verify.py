@@ -13,6 +13,11 @@ from kabo.errors import Diagnostic, InputError
 NAME = "verify"
 HELP = "replay a plan over every branch and check every motion against the original meshes; or a task's solutions"
 
+MARGINS_TOLD = (
+    "Displaced by less than these millimetres from a node on, bodies meet nothing that is not permitted: in any way (a",
+    "turn counts as its angle times the body's radius), or along an axis of the world; + where more is not looked at.",
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments and options of `kabo verify` to the parser."""
@@ -31,6 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="STATE",
         help="the file of the state of a run in which the plan is to begin (default: where the plan says)",
     )
+    parser.add_argument(
+        "--margins",
+        action="store_true",
+        help="tell for each node how far each body may be displaced from there on, as the certificate proves",
+    )
     parser.add_argument("--paranoid", action="store_true", help="check the plan's certificate in exact arithmetic")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
     add_limits(parser)
@@ -42,6 +52,7 @@ def run(options: argparse.Namespace) -> int:
         if rooms.is_report(options.plan):
             return _verify_report(options)
         _require_report(options)
+        _require_motions(options)
         report = rooms.verify_file(
             options.problem,
             options.plan,
@@ -50,11 +61,31 @@ def run(options: argparse.Namespace) -> int:
             paranoid=options.paranoid,
             start=options.after,
         )
+    told = _margins(options, report) if options.margins and report.ok else None
     if options.json:
-        print_json(report.to_dict())
+        print_json(report.to_dict() | ({} if told is None else {"margins": [each.to_dict() for each in told[1]]}))
     else:
         answer(f"{options.plan}: {report}".rstrip("\n"))
+        if told is not None:
+            answer("\n" + "\n".join([*MARGINS_TOLD, *rooms.table_of(*told)]))
     return exit_codes.DONE if report.ok else exit_codes.VERIFICATION_FAILED
+
+
+def _margins(
+    options: argparse.Namespace, report: "rooms.Report"
+) -> "tuple[rooms.Margins, tuple[rooms.BodyMargin, ...]]":
+    """What is proven of each body from each node on."""
+    if report.certificate is None:
+        message = f"{options.plan} has no certificate, and without one no margins are proven"
+        raise InputError([Diagnostic("--margins", 1, 1, message, "solve without --no-certificate")])
+    margins = rooms.Margins(rooms.load_plan(options.plan), report)
+    return margins, rooms.body_margins(margins, [each.name for each in report.certificate.objects])
+
+
+def _require_motions(options: argparse.Namespace) -> None:
+    if options.margins and options.knowledge_only:
+        message = "margins are of motions, which --knowledge-only leaves out"
+        raise InputError([Diagnostic("--margins", 1, 1, message, "leave out one of both")])
 
 
 def _verify_report(options: argparse.Namespace) -> int:

@@ -4,7 +4,7 @@
 computed again.
 """
 
-from kabo.compilation.cache import cache_folder
+from kabo.compilation.cache import cache_folder, keep_below
 from kabo.compilation.compiling import (
     brief_kernel,
     call_first,
@@ -47,6 +47,7 @@ __all__ = [
     "times",
     "brief_kernel",
     "cache_folder",
+    "keep_below",
     "call_first",
     "joined_kernel",
     "kernel",

@@ -6,6 +6,7 @@ import shutil
 import stat
 import tempfile
 import warnings
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -46,6 +47,29 @@ def _usable(folder: Path) -> bool:
         return True
     _warn_of(folder, status.st_uid == os.getuid())
     return False
+
+
+def keep_below(folder: Path, max_bytes: int) -> None:
+    """Removes the files of a folder that were used least recently, if all together have more than `max_bytes`.
+
+    A quarter of the room is free then, so that this is not needed for each new file. Other processes may read and remove
+    files meanwhile: who misses one makes it anew.
+    """
+    files = []
+    with suppress(OSError):
+        for entry in os.scandir(folder):
+            with suppress(OSError):
+                status = entry.stat()
+                files.append((status.st_mtime_ns, entry.path, status.st_size))
+    total = sum(size for _, _, size in files)
+    if total <= max_bytes:
+        return
+    for _, path, size in sorted(files):
+        if 4 * total <= 3 * max_bytes:
+            return
+        with suppress(OSError):
+            Path(path).unlink()
+            total -= size
 
 
 @cache

@@ -6,6 +6,7 @@ from typing import Protocol
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.execution.log import Log
+from kabo.execution.looks import PoseNoise
 from kabo.execution.sequential import Decision, decide
 from kabo.language import Measurement, SensorBinding, SensorsDescription
 from kabo.plan import Plan
@@ -40,6 +41,13 @@ class BoundSensors:
         self.sensors, self.instruments, self.log = sensors, instruments, log
         self.decisions: dict[str, Decision] = {}
         self._looks = 0  # in the whole run
+
+    @property
+    def noise(self) -> PoseNoise | None:
+        """Of the camera; None if bodies are seen as they are."""
+        camera = self.sensors.camera
+        exact = camera is None or camera.position == camera.angle == 0.0
+        return None if exact or camera is None else PoseNoise(camera.position, camera.angle)
 
     def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
         """The outcome that is most probable after as many looks as the bound of the error needs."""

@@ -3,17 +3,19 @@
 What no proof covers ends in a planned stop, and in the exception `Stopped`; `executor.py` says whether the run goes on.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from typing import TypeVar
 
+from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.fitting import require_fit
 from kabo.execution.interruptions import Executed
 from kabo.execution.log import Log
+from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.pacing import Pace, Pacer
@@ -22,15 +24,14 @@ from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
 from kabo.scene import Scene
+from kabo.verify import Report
 
 _T = TypeVar("_T")
 
 STILL_AFTER = 1.0  # [s] within which a hand stands, after it began to press
 STOPS_WITHIN = 30.0  # [s]
-ASKED, ASKED_EACH = (
-    15,
-    0.2,
-)  # how often a sensor is asked that is silent, or contradicts, and after how long again [s]
+ASKED, ASKED_EACH = 15, 0.2  # how often a sensor is asked that is silent or contradicts; after how long again [s]
+MOST_PERIODS = 10  # of the watch for each look that may be needed, since a camera is slower than the watch
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
@@ -40,8 +41,8 @@ class ExecutionSettings:
 
     Attributes:
         watch_rate: how often measurements are compared with the plan [Hz], 100 or more on hardware.
-        tracking_error: how far any point of a robot may be off its path, as its maker says [m]; a plan that has
-            less proven clearance somewhere is refused.
+        tracking_error: how far any point of a robot may be off its path, as its maker says [m], or of each robot by
+            name; a plan that has less proven clearance where this robot moves is refused.
         despite_margins: whether such a plan is carried out nevertheless.
         log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
         delay: how late robots follow what is sent, as their maker says [s].
@@ -49,7 +50,7 @@ class ExecutionSettings:
     """
 
     watch_rate: float = 100.0
-    tracking_error: float = 0.0
+    tracking_error: float | Mapping[str, float] = 0.0
     despite_margins: bool = False
     log_rate: float = 0.0
     most_recoveries: int = 20
@@ -79,6 +80,7 @@ class Carrier:
         settings: ExecutionSettings,
         log: Log,
         stop: Callable[[], bool],
+        report: Report | None = None,
     ) -> None:
         self.scene, self.robot, self.sensor = scene, robot, sensor
         self.settings, self.log, self.stop = settings, log, stop
@@ -86,15 +88,16 @@ class Carrier:
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
         self.pacer = Pacer({} if scene is None else scene.robots, settings.delay)
         self.states = StateLog(log, settings.log_rate)
-        self._begin(plan)
+        self.looks = Looks(getattr(sensor, "noise", None))
+        self._begin(plan, report)
 
-    def _begin(self, plan: Plan) -> None:
-        """Takes over a plan, which begins where everything is now.
+    def _begin(self, plan: Plan, report: Report | None) -> None:
+        """Takes over a plan, which begins where everything is now, with the report of its check if there is one.
 
         Raises:
             InputError: it does not fit the scene, or has less proven clearance than the robots' tracking error.
         """
-        self.plan, self.name, self.margins = plan, plan.root, Margins(plan)
+        self.plan, self.name, self.margins = plan, plan.root, Margins(plan, report)
         self.history: list[tuple[str, str | None]] = []
         # What a node delivers and another one branches on is looked at once: where the plan senses it.
         self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
@@ -111,15 +114,19 @@ class Carrier:
             self._require_margins()
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
-            self.watch = Watch(self.scene, self.margins, self.seen_at)
+            errors = {} if self.settings.despite_margins else self._errors()
+            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors)
+
+    def _errors(self) -> dict[str, float]:
+        """The stated tracking error of each robot [m]."""
+        stated, robots = self.settings.tracking_error, () if self.scene is None else self.scene.robots
+        if isinstance(stated, float | int):
+            return dict.fromkeys(robots, float(stated)) if stated else {}
+        return {name: float(stated.get(name, 0.0)) for name in robots}
 
     def _require_margins(self) -> None:
-        least, needed = self.margins.of_rest(self.plan.root), self.settings.tracking_error
-        if least < needed and not self.settings.despite_margins:
-            proven, off = f"{1000 * least:.2g} mm", f"{1000 * needed:.2g} mm"
-            text = f"a clearance of {proven} is proven, and robots are up to {off} off their paths"
-            hint = f"plan with --clearance {1000 * needed:.2g}mm, or carry it out --despite-margins"
-            raise InputError([Diagnostic("plan", 1, 1, text, hint)])
+        if not self.settings.despite_margins:
+            self.margins.require(self._errors())
 
     @property
     def time(self) -> float:
@@ -324,13 +331,33 @@ class Carrier:
             self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
-        surprise = self._surprise_of_bodies(node, self._robot.state())
+        """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
+        surprise, looks = self._surprise_of_bodies(node, self._robot.state()), 0
+        while surprise is None and self.watch.undecided and looks < MOST_PERIODS * MOST_LOOKS:
+            for _ in self._looks(1.0 / self.settings.watch_rate):
+                looks += 1
+            surprise = self._surprise_of_bodies(node, self._robot.state())
+        if self.looks.noise is not None:
+            decision = "as planned" if surprise is None else surprise.kind
+            self._enter("looked", node=node, bodies=self.looks.counts(), waited=looks, outcome=decision)
         if surprise is not None:
             self._halt(surprise)
 
     def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
         seen = self.sensor.poses()
-        return self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+        found = self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+        for record in self.watch.tolerated:
+            self._enter("tolerated", **record)
+        self.watch.tolerated.clear()
+        return found
+
+    def _seen(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies; with noise, the means of looks at them."""
+        seen = self.sensor.poses()
+        if self.looks.noise is None:
+            return seen
+        self.watch.look(seen, self._robot.state(), self.belief)
+        return self.looks.poses(seen)
 
     def _halt(self, surprise: Surprise | None) -> None:
         """A planned stop.

@@ -12,13 +12,13 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import InputError
 from kabo.execution.carrying import SETTLED_AFTER, USUAL, Carrier, ExecutionSettings, Stopped
-from kabo.execution.interruptions import Interruption, Recovery, hand_within_limits, observed
+from kabo.execution.interruptions import SAME_PLACE, Interruption, Recovery, hand_within_limits, observed
 from kabo.execution.log import Log
-from kabo.execution.margins import Margins
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.watching import Surprise
 from kabo.plan import Plan, State, state_after
 from kabo.scene import Scene
+from kabo.verify import Report
 
 AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
 MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
@@ -57,6 +57,7 @@ def execute(
     log: Log | None = None,
     stop: Callable[[], bool] = lambda: False,
     recovery: Recovery | None = None,
+    report: Report | None = None,
 ) -> Run:
     """Carries out a plan until a goal is reached, or something happens that no proof covers.
 
@@ -69,11 +70,13 @@ def execute(
         log: where records go; None: a new one, which is in the result.
         stop: asked at each look; if true, all robots come to a planned stop.
         recovery: asked after a surprise how to go on; None: the run ends there.
+        report: of `kabo.verify` about this plan: then each body may be off by what is proven of it, for the rest of
+            the plan and by direction; None: by the least clearance that the plan states.
 
     Raises:
         InputError: the plan does not fit the scene, or has less proven clearance than the robots' tracking error.
     """
-    return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery).run()
+    return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 
 class _Executor(Carrier):
@@ -89,8 +92,9 @@ class _Executor(Carrier):
         log: Log,
         stop: Callable[[], bool],
         recovery: Recovery | None,
+        report: Report | None,
     ) -> None:
-        super().__init__(plan, scene, robot, sensor, settings, log, stop)
+        super().__init__(plan, scene, robot, sensor, settings, log, stop, report)
         self.recovery = recovery
         self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
         self.recoveries = 0
@@ -154,7 +158,7 @@ class _Executor(Carrier):
         measured = self.robot.state()
         belief = self.watch.corrected(measured, self.belief)
         empty = self.watch.empty_hands(measured, belief)
-        change, lost = observed(self.scene, self.plan, belief, self.sensor.poses(), empty, exact=exact)
+        change, lost = observed(self.scene, self.plan, belief, self._seen(), empty, exact=exact)
         return state_after(self.plan, self.history, robots=change.robots, objects=change.objects), lost
 
     def _recover(self, stopped: Stopped) -> None:
@@ -172,20 +176,20 @@ class _Executor(Carrier):
             if self.recovered.count(now) >= MOST_ALIKE:
                 raise Stopped(f"{stopped}, again and again", stopped.surprise)
             self.recovered.append(now)
-        kind, plan = self._answer(stopped)
+        kind, plan, report = self._answer(stopped)
         try:
             if kind in ("finish", "undo"):
-                stopped = self._detour(plan, done=kind == "finish") or stopped
+                stopped = self._detour(plan, report, done=kind == "finish") or stopped
             else:
                 self.followed += self.history
-                self._begin(plan)
+                self._begin(plan, report)
                 return
         except InputError as error:
             raise Stopped(f"{stopped}; {error}", stopped.surprise) from None
         self._recover(stopped)
 
-    def _answer(self, stopped: Stopped) -> tuple[str, Plan]:
-        """How to go on from where all rests, as the recovery says: the kind of its answer, and a plan.
+    def _answer(self, stopped: Stopped) -> tuple[str, Plan, Report | None]:
+        """How to go on from where all rests, as the recovery says: the kind of its answer, a plan, and its check.
 
         Raises:
             Stopped: not at all; it says why.
@@ -210,7 +214,7 @@ class _Executor(Carrier):
         self._enter("answer", kind=answer.kind, reason=answer.reason)
         if answer.plan is None:
             raise Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
-        return answer.kind, answer.plan
+        return answer.kind, answer.plan, answer.report
 
     def _let_go_of(self, lost: tuple[tuple[str, str], ...]) -> None:
         """Hands press no more on what they do not hold as planned: it stays, or falls from where it is."""
@@ -228,16 +232,17 @@ class _Executor(Carrier):
         Raises:
             Stopped: a robot is somewhere else: nothing is proven from there.
         """
-        before = self.sensor.poses()
+        before = self._seen()
         for _ in range(MOST_RESTS):
             for _ in self._looks(SETTLED_AFTER):
-                pass
-            now = self.sensor.poses()
+                self._seen()
+            now = self._seen()
             moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
             self._gone()
             tracked = stopped.surprise is not None and stopped.surprise.kind == "tracking"
             late = self.watch.not_at_rest(self._robot.state(), self.belief) if tracked else None
-            if max(moved, default=0.0) < AT_REST and late is None and not self._unseen(now):
+            still = self.looks.are_enough(SAME_PLACE) and max(moved, default=0.0) < self.looks.still(AT_REST)
+            if still and late is None and not self._unseen(now):
                 return
             before = now
         if late is not None:
@@ -250,35 +255,35 @@ class _Executor(Carrier):
         """Whether a body is not seen, and it is not yet time to say that it is gone."""
         return any(name not in seen for name in self.seen_at) and self._gone() is None
 
-    def _detour(self, way: Plan, *, done: bool) -> Stopped | None:
+    def _detour(self, way: Plan, report: Report | None, *, done: bool) -> Stopped | None:
         """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began.
 
         Returns:
             the surprise that has ended the way before; then the node is given up where the robots stand.
         """
-        plan, name, history = self.plan, self.name, self.history
+        plan, name, history, margins = self.plan, self.name, self.history, self.margins
         try:
-            self._follow_way(way)
+            self._follow_way(way, report)
         except Stopped as stopped:
             if stopped.surprise is None:
                 raise
             return stopped
         finally:  # what was done is told by the plan, whatever becomes of the way
             self.plan, self.name, self.history, self.executed = plan, name, history, []
-            self.margins = self.watch.margins = Margins(plan)
+            self.margins = self.watch.margins = margins
         if done:
             self.name = self._left(name)
         return None
 
-    def _follow_way(self, way: Plan, *, again: bool = True) -> None:
+    def _follow_way(self, way: Plan, report: Report | None, *, again: bool = True) -> None:
         """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
-        self._begin(way)
+        self._begin(way, report)
         try:
             self._walk()
         except Stopped as stopped:
             if not again or stopped.surprise is None or not self.executed:
                 raise
-            kind, rest = self._answer(stopped)
+            kind, rest, checked = self._answer(stopped)
             if kind != "finish":
                 raise
-            self._follow_way(rest, again=False)
+            self._follow_way(rest, checked, again=False)

@@ -14,6 +14,7 @@ from kabo.plan import ObjectPose, Plan, State, StateChange
 from kabo.scene import Attachment, Robot, Scene, attachment, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import transform
+from kabo.verify import Report
 
 SAME_PLACE = 5e-4  # [m]: a body so near to its place is where it should be, as far as planning is concerned
 WELL_HELD = 3e-3  # [m]: nearer to its place in a hand, a body is held as planned, as far as planning is concerned
@@ -68,11 +69,13 @@ class Answer:
             asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
         plan: what is to be carried out.
         reason: why, in a sentence.
+        report: of the check of the plan, from which margins are taken.
     """
 
     kind: Literal["finish", "undo", "repair", "replan", "none"]
     plan: Plan | None
     reason: str
+    report: Report | None = None
 
 
 class Recovery(Protocol):

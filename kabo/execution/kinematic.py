@@ -8,7 +8,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
-from kabo.execution.motions import Motion
+from kabo.execution.motions import SAME_TIME, HandAction, Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, attachment, world_T
 from kabo.scene.state import GeometricState
@@ -35,10 +35,12 @@ class KinematicRobot:
         self._behind = 0  # setpoints that are still on their way, of a motion that has ended
         self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
         self._pressing: dict[str, float] = {}
+        self._joined: list[HandAction] = []  # still to come in the motion
 
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""
         self._follower.follow(motion)
+        self._joined = [each for each in motion.actions if each.kind == "detach" and each.attach]
 
     def stop(self) -> None:
         """Slows down along the path until it stands."""
@@ -97,6 +99,9 @@ class KinematicRobot:
                     values[names.index(joint)], speeds[names.index(joint)] = float(value), float(speed)
                 self.world = self.world.replace({sent.robot: tuple(values)})
                 self._velocities[sent.robot] = tuple(speeds)
+            while self._joined and self._joined[0].time <= self._follower.time + SAME_TIME:
+                for body, parent in self._joined.pop(0).attach:
+                    self._hang(body, parent)
 
     def poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) of all movable bodies."""

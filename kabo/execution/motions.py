@@ -36,7 +36,10 @@ class Stretch:
 
 @dataclass(frozen=True)
 class HandAction:
-    """What a hand does at a time [s]: `grip` what its segment takes, `release` it, or let go of it in the state only."""
+    """What a hand does at a time [s]: `grip` what its segment takes, `release` it, or let go of it in the state only.
+
+    What it lets go of may be joined to another body from then on: then `attach` has both, and no hand presses.
+    """
 
     time: float
     kind: str  # "grip", "release" or "detach"
@@ -104,15 +107,16 @@ def motion_of(plan: Plan, name: str, scene: Scene) -> Motion:
 def _hand_actions(name: str, motion: Sequence[Segment], offset: float, scene: Scene) -> Iterator[HandAction]:
     for number, segment in enumerate(motion):
         begin, end = segment.times[0] + offset, segment.times[-1] + offset
+        joined = tuple(pair for pair in segment.attach if pair[1].partition(".")[0] != segment.robot)
+        taken = tuple(pair for pair in segment.attach if pair not in joined)
         if segment.detach:
             # A hand that opens presses no more from then on; the object is let go of when it is open.
             opens = set(segment.joints) & set(scene.robots[segment.robot].gripper_joints)
             yield HandAction(begin if opens else end, "release", segment.robot, name, number, (), segment.detach)
-            yield HandAction(end, "detach", segment.robot, name, number, (), segment.detach)
-        if any(parent.partition(".")[0] == segment.robot for _, parent in segment.attach):
-            yield HandAction(end, "grip", segment.robot, name, number, segment.attach)
-        elif segment.attach and not segment.detach:  # one part is joined to another: no hand presses
-            yield HandAction(end, "detach", segment.robot, name, number)
+        if segment.detach or joined:
+            yield HandAction(end, "detach", segment.robot, name, number, joined, segment.detach)
+        if taken:
+            yield HandAction(end, "grip", segment.robot, name, number, taken)
 
 
 def parts_of(motion: Motion) -> list[Motion]:

@@ -139,7 +139,7 @@ class Pacer:
         for each in (own for own in motion.stretches if own.robot == name):
             begun = times >= each.begin - CELL
             columns = [robot.joint_names.index(joint) for joint in each.trajectory.joints]
-            rows[np.ix_(begun, columns)] = each.trajectory.at(times[begun])
+            rows[np.ix_(np.flatnonzero(begun), np.array(columns))] = each.trajectory.at(times[begun])
             inside = (times[1:] >= each.begin) & (times[:-1] <= each.end)
             permitted[inside] = np.minimum(permitted[inside], self.margins.of_segment(each.node, each.segment))
         rows[:, robot.planned :] = rows[0, robot.planned :]  # hands are not judged

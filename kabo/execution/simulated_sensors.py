@@ -12,6 +12,7 @@ from kabo.arrays import Array
 from kabo.execution.bound_sensors import BoundSensors, Instruments, Reading
 from kabo.execution.kinematic import KinematicRobot
 from kabo.execution.log import Log
+from kabo.execution.looks import rotation
 from kabo.language import CameraDescription, Measurement, SensorBinding, SensorsDescription, TruthDescription
 from kabo.scene import Scene, attachment, world_T
 from kabo.scene.state import Attachment, GeometricState
@@ -110,16 +111,6 @@ def normals(drawn: Array) -> Array:
     """Half as many numbers of the normal distribution as were drawn in [0, 1) [Box, Muller 1958]."""
     first, second = drawn[0::2], drawn[1::2]
     return np.asarray(np.sqrt(-2.0 * np.log1p(-first)) * np.cos(2.0 * np.pi * second))
-
-
-def rotation(vector: Array) -> Array:
-    """The rotation (3, 3) about a vector by its length [rad] [Rodrigues]."""
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
 
 
 def true_start(scene: Scene, start: GeometricState, truth: TruthDescription, seed: int) -> GeometricState:

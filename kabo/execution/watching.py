@@ -1,7 +1,8 @@
 """Compares what is measured with what the plan has, many times a second; what is not covered by a proof is a surprise.
 
-A robot may be as far from its path as the segment's proven clearance, a body as far from its place as the least clearance
-of the rest of the plan: up to there the proofs hold. Nothing is a surprise that is within.
+A robot may be as far from its path as the segment's proven clearance, a body as far from its place as what is proven of it
+for the rest of the plan, in the direction in which it is off: up to there the proofs hold. What robots and bodies are off
+together may use up no gap that is proven of two things. Nothing is a surprise that is within.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,14 +13,17 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
 from kabo.execution.link_origins import LinkOrigins
-from kabo.execution.margins import Margins
-from kabo.execution.motions import Motion
+from kabo.execution.looks import MOST_LOOKS, Looks, Seen
+from kabo.execution.margins import Displacement, Margins, Slack
+from kabo.execution.motions import Motion, Stretch
+from kabo.execution.nearness import Moving, Nearness
 from kabo.execution.pacing import Off
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
 AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
+NOTED = 5e-4  # [m]: that a body is off by more, and yet no surprise, is told once at each node
 CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower or wider than planned
 
 
@@ -51,10 +55,27 @@ class Watch:
         scene: the scene. margins: what the plan has proven.
         seen_at: when each body was seen last [s]; it is written, and given to the watch of the next plan. A sensor that has
             never seen anything is no camera: then nothing is gone.
+        looks: the means of poses that are seen with noise.
+        errors: how far robots may be off their paths, as their makers say [m].
     """
 
-    def __init__(self, scene: Scene, margins: Margins, seen_at: dict[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        margins: Margins,
+        seen_at: dict[str, float] | None = None,
+        looks: Looks | None = None,
+        errors: Mapping[str, float] | None = None,
+    ) -> None:
         self.scene, self.margins = scene, margins
+        self.looks, self.errors = looks or Looks(None), errors or {}
+        self.displaced: dict[str, Displacement] = {}  # of bodies, by what was seen last
+        self.undecided: set[str] = set()  # bodies that may be a surprise or not, as far as looks tell
+        self.tolerated: list[
+            dict[str, object]
+        ] = []  # bodies that are off, covered by proofs, since they were taken
+        self._noted: set[tuple[str, str]] = set()  # nodes and bodies
+        self._nearness = Nearness(scene)
         self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
         self._recent = Measured(bodies={})  # since it was taken
@@ -73,7 +94,7 @@ class Watch:
         return found
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
-        """Whether each robot is near enough to the path that was proven."""
+        """Whether each robot is near enough to the path that was proven, and no two things too near to each other."""
         self.off = self.distances(motion, state, belief)
         for name, (off, permitted) in self.off.items():
             for found in (self.measured, self._recent):
@@ -86,21 +107,41 @@ class Watch:
                     f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
                 )
                 return Surprise("tracking", text, name, off, permitted)
-        return None
+        return self._together(motion, state, belief)
+
+    def _together(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
+        running = tuple(motion.at(state.motion_time))
+        moving = {
+            name: Moving(self._planned(name, running, state, belief), self.off[name].off) for name in self.off
+        }
+        moving = {name: own for name, own in moving.items() if any(each.robot == name for each in running)}
+        followed = frozenset((each.node, each.segment) for each in running)
+        near = self._nearness.judge(self.margins, followed, moving, state, belief, self.displaced)
+        if near is None:
+            return None
+        return Surprise("tracking", str(near), near.between[0], near.off, max(0.0, near.off - near.missing))
 
     def distances(self, motion: Motion, state: RobotState, belief: Belief) -> dict[str, Off]:
         """How far each robot is off its path, and how far it may be; infinitely if it stands by the plan."""
         found = {}
-        for name, robot in self.scene.robots.items():
+        for name in self.scene.robots:
             running = [each for each in motion.at(state.motion_time) if each.robot == name]
             permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
-            planned = list(belief.state.robots[name])
-            for each in running:
-                values = each.trajectory.at(state.motion_time).tolist()
-                for joint, value in zip(each.trajectory.joints, values, strict=True):
-                    planned[robot.joint_names.index(joint)] = value
+            planned = self._planned(name, running, state, belief)
             found[name] = Off(self._off_path(name, state.positions[name], planned), float(permitted))
         return found
+
+    def _planned(
+        self, name: str, running: Sequence[Stretch], state: RobotState, belief: Belief
+    ) -> tuple[float, ...]:
+        """The values of all joints of a robot at the time of the motion's clock."""
+        planned, names = list(belief.state.robots[name]), self.scene.robots[name].joint_names
+        for each in running:
+            if each.robot == name:
+                values = each.trajectory.at(state.motion_time).tolist()
+                for joint, value in zip(each.trajectory.joints, values, strict=True):
+                    planned[names.index(joint)] = value
+        return tuple(planned)
 
     def _off_path(self, name: str, actual: Sequence[float], planned: Sequence[float]) -> float:
         """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""
@@ -124,23 +165,71 @@ class Watch:
             node: the node from which on proofs are needed.
             held: whether bodies in hands are judged, too.
         """
-        permitted = self.margins.of_rest(node)
-        wanted = belief.poses(state.positions)
+        looked = self.look(seen, state, belief)
         holders = {name: belief.holder(name) for name in seen}
-        judged = [name for name, holder in holders.items() if held or holder is None]
-        radii = np.array([self._radius[name] for name in judged])
-        for name, off in zip(judged, displacements(wanted, seen, judged, radii).tolist(), strict=True):
-            holder = holders[name]
+        judged = {name: own for name, own in looked.items() if held or holders[name] is None}
+        for name, own in judged.items():
             for found in (self.measured, self._recent):
                 if found.bodies is not None:
-                    found.bodies[name] = max(found.bodies.get(name, 0.0), off)
-            if off > permitted:
+                    found.bodies[name] = max(found.bodies.get(name, 0.0), own.size)
+        self.undecided.difference_update(looked)
+        if not self._is_to_judge(judged, node):
+            return None
+        farther = self._slacks(looked, node, 1.0)
+        nearer = self._slacks(looked, node, -1.0) if self.looks.noise is not None else farther
+        for name, own in sorted(judged.items(), key=lambda each: -each[1].size):
+            holder, off = holders[name], own.size
+            permitted = max(0.0, off + 0.5 * (farther[name].least + nearer[name].least))
+            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and own.looks >= MOST_LOOKS):
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
                 text = (
                     f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
                 )
-                return Surprise("displaced" if holder is None else "grasp", text, name, off, float(permitted))
+                return Surprise("displaced" if holder is None else "grasp", text, name, off, permitted)
+            if farther[name].least < 0.0:
+                self.undecided.add(name)
+            elif off > NOTED and (node, name) not in self._noted:
+                self._noted.add((node, name))
+                self.tolerated.append(_told(name, node, own, permitted, farther[name]))
         return None
+
+    def look(self, seen: Mapping[str, Array], state: RobotState, belief: Belief) -> dict[str, Seen]:
+        """How far each body that is seen is from its place; arguments as of `bodies`."""
+        wanted, names = belief.poses(state.positions), list(seen)
+        if self.looks.noise is None:
+            radii = np.array([self._radius[name] for name in names])
+            shifts, turns = displacements(wanted, seen, names, radii)
+            looked = {
+                name: Seen(Displacement(shift, turn), size)
+                for name, shift, turn, size in zip(
+                    names, shifts, turns.tolist(), (np.linalg.norm(shifts, axis=1) + turns).tolist(), strict=True
+                )
+            }
+        else:
+            looked = {
+                name: self.looks.take(name, wanted[name], seen[name], belief.holder(name), self._radius[name])
+                for name in names
+            }
+        self.displaced.update((name, own.displaced) for name, own in looked.items())
+        return looked
+
+    def _is_to_judge(self, looked: Mapping[str, Seen], node: str) -> bool:
+        """Whether any body is so far off, or may be, that pairs are to be looked at; mostly none is."""
+        most = max((own.size + own.error for own in looked.values()), default=0.0)
+        tolerance = self.margins.rest(node)
+        if tolerance is None or most > NOTED:
+            return True
+        others = max((each.size for each in self.displaced.values()), default=0.0)
+        return most + max(most, others) + 2.0 * sum(self.errors.values()) >= tolerance.least
+
+    def _slacks(self, looked: Mapping[str, Seen], node: str, sign: float) -> dict[str, Slack]:
+        """How much more bodies may be off from a node on, if looks err to one side: 1, they are farther off; -1, nearer."""
+        displaced = self.displaced | {name: own.with_error(sign) for name, own in looked.items()}
+        tolerance = self.margins.rest(node)
+        if tolerance is not None:
+            return tolerance.slacks(displaced, self.errors)
+        permitted = self.margins.of_rest(node)
+        return {name: Slack(permitted - each.size) for name, each in displaced.items()}
 
     def gone(self, seen: Mapping[str, Array], time: float, node: str) -> Surprise | None:
         """Whether a body is not seen any more, and something moves from a node on that may need it, or meet it.
@@ -221,22 +310,30 @@ class Watch:
 
 def displacements(
     wanted: Mapping[str, Array], found: Mapping[str, Array], names: Sequence[str], radii: Array
-) -> Array:
-    """As `displacement` (k,), of several bodies."""
+) -> tuple[Array, Array]:
+    """How far several bodies within radii (k,) of their origins are off: shifts (k, 3), and turns (k,) as metres there."""
     if not names:
-        return np.zeros(0)
+        return np.zeros((0, 3)), np.zeros(0)
     first, second = (np.stack([poses[name] for name in names]) for poses in (wanted, found))
-    shift = second[:, :3, 3] - first[:, :3, 3]
     turn = first[:, :3, :3].transpose(0, 2, 1) @ second[:, :3, :3]
     skew = turn - turn.transpose(0, 2, 1)
     sine = np.sqrt(np.einsum("kij,kij->k", skew, skew) / 8.0)
     angle = np.arctan2(sine, 0.5 * (np.einsum("kii->k", turn) - 1.0))
-    return np.asarray(np.sqrt(np.einsum("ki,ki->k", shift, shift)) + np.abs(angle) * radii)
+    return second[:, :3, 3] - first[:, :3, 3], np.abs(angle) * radii
 
 
 def displacement(wanted: Array, found: Array, radius: float) -> float:
     """A bound of how far any point of a body within `radius` of its origin is from its place [m]."""
-    shift = float(np.linalg.norm(found[:3, 3] - wanted[:3, 3]))
-    turn = wanted[:3, :3].T @ found[:3, :3]
-    angle = float(np.arctan2(np.linalg.norm(turn - turn.T) / np.sqrt(8.0), 0.5 * (np.trace(turn) - 1.0)))
-    return shift + abs(angle) * radius
+    shifts, turns = displacements({"": wanted}, {"": found}, [""], np.array([radius]))
+    return float(np.linalg.norm(shifts[0]) + turns[0])
+
+
+def _told(name: str, node: str, seen: Seen, permitted: float, slack: Slack) -> dict[str, object]:
+    """Why a body that is off is no surprise, as a record of the log."""
+    nearest = "nothing" if slack.other is None else f"{slack.other} at {slack.node}"
+    reason = (
+        f"{name} is {1000 * seen.size:.1f} mm off, {1000 * permitted:.1f} mm are proven to be free from {node} on; "
+        f"nearest is {nearest}"
+    )
+    more = {"looks": seen.looks, "error": seen.error} if seen.error else {}
+    return {"body": name, "node": node, "off": seen.size, "permitted": permitted, **more, "reason": reason}

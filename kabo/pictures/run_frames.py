@@ -78,7 +78,7 @@ def frames_of_run(records: Sequence[Record], scene: Scene, step: float, file: st
     if not frames:
         hint = "write it with kabo execute -o FILE, and with --log-rate"
         raise InputError([Diagnostic(file, 1, 1, "this log never says where anything is", hint)])
-    found = []
+    found: list[RunFrame] = []
     for frame in frames[:-1]:
         if frame.time >= due - EARLY:
             due = (due if found else frame.time) + step

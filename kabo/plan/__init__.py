@@ -6,7 +6,7 @@ valid. Searches build plans with `PlanBuilder`, which merges nodes with equal co
 
 from kabo.plan.branches import Step, branch_of
 from kabo.plan.builder import PlanBuilder
-from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
+from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, ProvenGap, StretchProof
 from kabo.plan.description import describe, described_validity
 from kabo.plan.graphviz import plan_to_dot
 from kabo.plan.plan import (
@@ -50,6 +50,7 @@ __all__ = [
     "ObjectPose",
     "Observation",
     "PairProof",
+    "ProvenGap",
     "Plan",
     "PlanBuilder",
     "PlanStatistics",

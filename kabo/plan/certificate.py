@@ -8,6 +8,7 @@ that separate them; its checker derives poses, bounds and margins independently.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from kabo.arrays import Array
 from kabo.displays import counted
 
 
@@ -20,6 +21,30 @@ class Clearance:
     clearance: float | None = None
     between: tuple[str, str] | None = None
     permitted: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class ProvenGap:
+    """What is proven of two bodies in one stretch of a node's motion, in which they come nearer than `near`.
+
+    Attributes:
+        node, segments, before: the stretch, as the certificate names it.
+        names: the two bodies, objects or links.
+        hands: of each the robot that moves it and the last of its planned joints that does; None: it stands.
+        in_world: whether axes are directions of the world, not of a joint that carries both bodies.
+        least: the least gap [m].
+        claims: unit axes (3,), along which the first body is ahead of the second one, and gaps [m]; displacing the
+            bodies by d and e changes such a gap by axis · (d - e). None: only the least gap is known.
+    """
+
+    node: str
+    segments: tuple[int, ...]
+    before: tuple[int, ...]
+    names: tuple[str, str]
+    hands: tuple[tuple[str, int] | None, tuple[str, int] | None]
+    in_world: bool
+    least: float
+    claims: tuple[tuple[Array, float], ...] = field(repr=False)
 
 
 @dataclass(frozen=True)

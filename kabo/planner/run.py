@@ -191,7 +191,7 @@ def without_plan(
             "no_plan",
             None,
             statistics,
-            no_plan(run.problem, task, failures, run.stop, begun=run.start is not None),
+            no_plan(run.problem, task, failures, run.stop, begun=run.start),
         )
     needed = needed_calls(task, failures) if len(failures) > 1 else frozenset()
     return Result("exhausted", None, statistics, exhausted("samples", failures, needed=needed))

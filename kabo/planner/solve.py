@@ -229,7 +229,7 @@ def _with_external(run: SolveRun, task: GroundedTask, external: ExternalProcedur
     if unproved is not None:
         return Result("exhausted", None, statistics, replace(unproved, details=(*unproved.details, *shown)))
     if not refused:
-        return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop))
+        return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop, begun=run.start))
     text = f"no plan reaches the goal without one of {len(refused)} calls that their procedures refused"
     return Result("no_plan", None, statistics, Reason("refusals", None, text, shown))
 

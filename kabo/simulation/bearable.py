@@ -1,11 +1,10 @@
 """How heavy guessed links may be: a robot that its maker's motors could not hold is guessed too heavy."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Booleans, Integers
 from kabo.scene import REVOLUTE, Robot, motion_limits
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.streams import stream_key, uniforms
@@ -25,7 +24,7 @@ class PointMasses:
 
     masses: Array
     centres: Array
-    guessed: Array
+    guessed: Booleans
 
 
 def bearable_share(robot: Robot, carried: PointMasses) -> float:
@@ -74,7 +73,7 @@ def _poses(robot: Robot, q: Array) -> Array:
     return found
 
 
-def _beyond(parent: Sequence[int], joint: int) -> list[int]:
+def _beyond(parent: Integers, joint: int) -> list[int]:
     found = [joint]
     for other in range(joint + 1, len(parent)):
         if int(parent[other]) in found:

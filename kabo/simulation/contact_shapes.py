@@ -12,10 +12,10 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import KaboError
 from kabo.geometry import bounding_decomposition
+from kabo.geometry.collision.tight_parts import tight_part
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures
 from kabo.meshes import Mesh, hull_of
 from kabo.meshes.hulls import hull_faces
-from kabo.planner.certify.tight_parts import tight_part
 from kabo.scene import Element, Scene
 from kabo.simulation.hollows import unbridged
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from kabo.arrays import Array
+from kabo.geometry.collision.tight_parts import tight_part
 from kabo.meshes import Mesh
-from kabo.planner.certify.tight_parts import tight_part
 
 WIDTH = 4e-3  # [m]: radius of the balls that enter hollows that count
 BRIDGED = 1e-4  # [m] by which a part may bridge such a hollow: half of a narrow fit

@@ -202,7 +202,9 @@ class _Writer:
         key = np.ascontiguousarray(corners).tobytes()
         if key not in self.assets:
             self.assets[key] = f"part{len(self.assets)}"
-            SubElement(self.meshes, "mesh", name=self.assets[key], vertex=_numbers(corners.ravel()))
+            SubElement(
+                self.meshes, "mesh", name=self.assets[key], inertia="shell", vertex=_numbers(corners.ravel())
+            )
         return self.assets[key]
 
     def _welds(self) -> None:

@@ -296,11 +296,23 @@ class Physics:
         number = self._number[robot, joint]
         return bool(abs(self.data.ctrl[number]) >= self._limits[number])
 
+    def needed(self, robot: str, joint: str, change: float) -> float:
+        """The share of its effort that a motor needs to bear what it bears and to accelerate alone [rad/s² or m/s²]."""
+        number = self._number[robot, joint]
+        own = self._leader == number
+        alone = np.zeros(self.model.nv)
+        alone[self._rates[own]] = change * self._ratio[own]
+        forces = np.zeros(self.model.nv)
+        self._mujoco.mj_mulM(self.model, self.data, forces, alone)
+        inert, bias = ((each[self._rates[own]] * self._ratio[own]).sum() for each in (forces, self.data.qfrc_bias))
+        return float((abs(inert) + abs(bias)) / self._limits[number])
+
     def _levers(self, hand: _Hand) -> Array:
         """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
         if hand.turning is None or not hand.bodies:
             return hand.levers
-        fingers, touching = {finger.body for finger in hand.turning.fingers}, {}
+        fingers = {finger.body for finger in hand.turning.fingers}
+        touching: dict[int, list[tuple[Array, Array]]] = {}
         for contact in self.data.contact:
             pair = {int(self._touches.body[contact.geom1]), int(self._touches.body[contact.geom2])}
             if contact.dist <= 0.0 and (link := pair & fingers) and pair & {*hand.bodies}:

@@ -11,7 +11,7 @@ from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
-from kabo.scene import Scene
+from kabo.scene import Scene, motion_limits
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import inverse
 from kabo.simulation.judging import DEEP
@@ -22,6 +22,7 @@ JUDGED_EACH = 5  # time steps
 SAGGED = 0.01  # [rad or m] by which a joint that its motor cannot hold has given way
 STILL = 0.003  # [rad/s or m/s] below which a hand stands
 SETTLING = 0.5  # [s] for which gravity acts before anything is done
+FELL, TURNED = 0.005, 5.0  # [m], [degrees]: what gravity moves farther meanwhile does not stand
 
 
 class SimulatedRobot:
@@ -63,8 +64,9 @@ class SimulatedRobot:
         self._from: float | None = None  # of the motion's clock [s], when the last setpoints were sent
         self._share = 1.0  # of the way from there to the setpoints that motors have gone
         self._steps = 0
+        before = self.poses()
         self.wait(SETTLING)
-        self.doubts = tuple(self._doubts((start or scene.start).robots))
+        self.doubts = (*self._doubts((start or scene.start).robots), *self._moved_by_gravity(before))
 
     def _doubts(self, start: Mapping[str, tuple[float, ...]]) -> Iterator[str]:
         """Sentences about what makes the simulation unlike the robots: what touches at the start, weak motors."""
@@ -79,6 +81,29 @@ class SimulatedRobot:
             for joint, is_at, was in zip(joints, physics.configuration(name), start[name], strict=True):
                 if abs(is_at - was) > SAGGED and physics.is_exhausted(name, joint):
                     yield f"the motor of {name}.{joint} is too weak for what it bears, by the effort in its URDF"
+            yield from self._hasty(name)
+
+    def _hasty(self, name: str) -> Iterator[str]:
+        """Sentences about the planned joints that plans accelerate harder than their motors can."""
+        own = self.scene.robots[name]
+        limits = motion_limits(own, own.planned_joints).acceleration.tolist()
+        for joint, limit in zip(own.planned_joints, limits, strict=True):
+            share = self.physics.needed(name, joint, limit)
+            if share > 1.0:
+                yield (
+                    f"the motor of {name}.{joint} needs {share:.2g} times its effort where plans accelerate most "
+                    f"({limit:.3g} rad/s² or m/s²): give the joint a limit of acceleration in the scene"
+                )
+
+    def _moved_by_gravity(self, before: Mapping[str, Array]) -> Iterator[str]:
+        """A sentence about each body that does not stay where it is put, with nobody touching it."""
+        for name, pose in self.poses().items():
+            shift = float(np.linalg.norm(pose[:3, 3] - before[name][:3, 3]))
+            cosine = 0.5 * (np.trace(before[name][:3, :3].T @ pose[:3, :3]) - 1.0)
+            turn = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+            if shift > FELL or turn > TURNED:
+                moved = f"{1000 * shift:.0f} mm and {turn:.0f} degrees within {SETTLING:g} s"
+                yield f"{name} does not stay where it is put: gravity has moved it by {moved}"
 
     def follow(self, motion: Motion) -> None:
         """Begins a motion."""

@@ -1,8 +1,10 @@
 """The report on a certificate: what was proven, and how far each object may be displaced."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+from kabo.plan import ProvenGap
 
 MAX_SHOWN_OBJECTS = 12  # objects that the report's text names
 
@@ -55,7 +57,7 @@ class CertificateReport:
 
     The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated,
     and of `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is
-    None if the plan has too many branches.
+    None if the plan has too many branches. `gaps` are all margins below `near`, pair by pair.
     """
 
     proven: bool
@@ -67,6 +69,7 @@ class CertificateReport:
     paranoid: bool = False
     objects: tuple[ObjectClearance, ...] = ()
     branches: tuple[BranchClearance, ...] | None = ()
+    gaps: tuple[ProvenGap, ...] = field(default=(), compare=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """The figures as JSON values, without findings, which the whole verification report lists."""

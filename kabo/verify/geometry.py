@@ -9,7 +9,7 @@ from typing import Any
 from kabo.language import Problem
 from kabo.phases import phase
 from kabo.plan import Plan
-from kabo.scene import KeptScenes, Scene
+from kabo.scene import KeptScenes, Scene, memory_of
 from kabo.verify.certificate.check import check_certificate
 from kabo.verify.motion.added import AddedBodies, Changes, NoBodyError, require_known
 from kabo.verify.motion.calls import Calls
@@ -26,7 +26,6 @@ from kabo.verify.report import Finding
 from kabo.verify.scene_alone import SceneAlone
 
 _LOG = logging.getLogger("kabo.verify")
-MOST_PROOFS = 100_000  # that are kept, some hundred bytes each
 _SCENES = KeptScenes()  # its own: the planner's may be changed by mistakes
 
 
@@ -51,7 +50,7 @@ def check_geometry(
     scene = scene or _SCENES.scene(problem.scene)[0]
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
-    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally(known=_proofs(scene))
+    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally(known=memory_of(scene, Proof))
     anywhere = isinstance(problem, SceneAlone) or plan.done is not None
     findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     try:
@@ -87,17 +86,6 @@ def check_geometry(
             f"what stages added is not touched either, by the meshes alone, which no certificate proves: {names}"
         )
     return files, [*findings, *wrong], told, notes
-
-
-def _proofs(scene: Scene) -> dict[bytes, Proof]:
-    """The proofs of former verifications with the same loaded robots, by all on which each depends but these."""
-    robots = tuple(scene.robots.values())
-    if not robots:
-        return {}
-    known: dict[bytes, Proof] = robots[0].memory.setdefault((Proof, *map(id, robots)), {})
-    if len(known) > MOST_PROOFS:
-        known.clear()
-    return known
 
 
 def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:

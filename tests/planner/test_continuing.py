@@ -214,6 +214,9 @@ def test_a_goal_that_is_out_of_reach_after_what_was_done_is_told_with_a_proof(tm
     found = kabo.solve(problem, start=State((Done("drop", {"d": "cup"}),)))
     assert found.status == "no_plan" and found.reason is not None
     assert "whatever geometry says" in found.reason.message and "whole(cup)" in found.reason.message
+    assert any(
+        "whole(cup)" in why and "was in reach until step 1: drop(cup)" in why for why in found.reason.details
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,9 @@
 """Sensors of a robot server: the truth stays there, and a client that asks decides as if they were its own."""
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -77,3 +80,19 @@ def test_what_a_server_answers_is_as_noisy_and_as_wrong_as_its_sensor_file_says(
     assert all(isinstance(each, float) and 0.0 < each < 0.2 for each in weights) and len(set(weights)) == 200
     assert served.look("empty_bottle(nothing)", weight, None) is None
     assert served.look(asked, Measurement("weight", ("bottle_2",)), None) is None
+
+
+@pytest.mark.slow
+def test_the_example_over_zenoh_finds_the_empty_bottles_in_physics() -> None:
+    pytest.importorskip("mujoco")
+    found = subprocess.run(
+        [sys.executable, FOLDER / "over_zenoh.py", "9", "--silence", "20"],
+        env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
+        capture_output=True,
+        text=True,
+        timeout=900.0,
+        check=False,
+    )
+    assert found.returncode == 0, found.stderr
+    assert "seed 9: the goal is reached" in found.stdout and found.stdout.rstrip().endswith("right"), found.stdout
+    assert "washed ['bottle_1', 'bottle_4']" in found.stdout

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from kabo.plan import load_plan
+from scripts import picture_run, picture_simulations
 from scripts.gallery import readme_of, renewed
 from scripts.pictures import MOVING, NAMES, PROGRAMS, ROOT, SHOWN, SYMBOLIC, TABLE, drawn, plan_of
 
@@ -34,9 +35,14 @@ def text_of(folder: str) -> str:
 def require_alike(name: str, plans: Path) -> None:
     """Checks that a picture has the size and the likeness of the one that is drawn now."""
     pytest.importorskip("pyvista")
+    require_like(name, drawn(ROWS[name], plans))
+
+
+def require_like(name: str, picture: bytes) -> None:
+    """Checks that a picture, or the first frame of one that moves, is like that in the repository."""
     from PIL import Image
 
-    new = np.asarray(Image.open(BytesIO(drawn(ROWS[name], plans))).convert("RGB"), float)
+    new = np.asarray(Image.open(BytesIO(picture)).convert("RGB"), float)
     old = np.asarray(Image.open(ROOT / name).convert("RGB"), float)
     assert new.shape == old.shape and np.abs(new - old).mean() < LIKE, f"python -m scripts.pictures {name}"
 
@@ -77,3 +83,12 @@ def test_a_plan_with_motion_is_what_the_commands_write(folder, plans):
     assert text == "" or renewed(text, folder, load_plan(plan_file)) == text, "python -m scripts.gallery"
     assert drawn(ROWS[f"{folder}/plan.svg"], plans) == (ROOT / folder / "plan.svg").read_bytes()
     require_alike(f"{folder}/plan.png", plans)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", [picture_run, picture_simulations])
+def test_pictures_of_physics_are_like_those_drawn_now(module):
+    pytest.importorskip("pyvista")
+    pytest.importorskip("mujoco")
+    name = next(name for name, program in PROGRAMS.items() if program == module.__name__)
+    require_like(name, module.made())

@@ -21,10 +21,10 @@ from kabo.geometry.collision.kernels.nearest_places import (
 from kabo.geometry.collision.kernels.tight_parts import distance_to
 from kabo.geometry.collision.near_pairs import NearPairs
 from kabo.geometry.collision.separation_proofs import Course, Parts, in_order
+from kabo.geometry.collision.tight_parts import TightPart, tight_part
 from kabo.geometry.collision.view_arrays import offset_for, search_for
 from kabo.geometry.parts import COLUMNS, LANE, Packed, with_columns
 from kabo.planner.certify.certified_bodies import CertifiedBodies
-from kabo.planner.certify.tight_parts import TightPart, tight_part
 from kabo.scene import Mesh
 
 TRUE = 0.1  # of a distance of parts: so much less than that of meshes it may be

@@ -1,11 +1,14 @@
 """The reasons why there is no plan, as sentences for users."""
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import replace
 
 from kabo.geometry_server.answers import Refusal
-from kabo.knowledge import GroundedTask, Verdict, unreachable_goals
+from kabo.knowledge import GroundedTask, Verdict, ground, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
+from kabo.plan import State
+from kabo.planner.continuing import knowledge_after
 from kabo.planner.proofs.refused_calls import refused
 from kabo.planner.proofs.wording import listed
 from kabo.planner.result import Reason
@@ -33,22 +36,41 @@ def no_plan(
     failures: Sequence[tuple[GroundCall, Refusal]],
     deadline: Callable[[], bool] | None = None,
     *,
-    begun: bool = False,
+    begun: State | None = None,
 ) -> Reason:
     """The reason why there is provably no plan: no action can reach the goal, or every refusal is a proof.
 
-    `begun`: whether the task begins in the state of a run, and not where the problem does.
+    `begun`: the state of a run in which the task begins; None: it begins where the problem does.
     """
     if not failures:
         goals = unreachable_goals(task)
-        if goals and begun:
+        if goals and begun is not None:
             text = (
                 f"no plan reaches the goal, whatever geometry says: {listed(goals, 'and')} can never hold any more"
             )
-            return Reason("knowledge", None, text)
+            return Reason("knowledge", None, text, tuple(_since(problem, goals, begun)))
         return _beyond(problem) if goals else _dead_end(task, deadline)
     text = "no plan reaches the goal: every procedure that was refused was refused by a proof"
     return Reason("refusals", None, text, _listed(failures))
+
+
+def _since(problem: Problem, goals: Sequence[str], begun: State) -> Iterator[str]:
+    """What of all that was done and observed has put each conjunct of the goal out of reach, in a sentence."""
+    happened = any(step.action in problem.domain.events for step in begun.done)
+    task, missing = ground(problem.with_events() if happened else problem), list(goals)
+    planned = tuple(action for action in task.actions if action.name not in problem.domain.events)
+    for number in range(len(begun.done), 0, -1):
+        before = replace(task, initial=knowledge_after(task, begun.done[: number - 1]), actions=planned)
+        lost = set(missing) - set(unreachable_goals(before))
+        step = begun.done[number - 1]
+        what = [] if step.action is None else [f"{step.action}({', '.join(map(str, step.arguments.values()))})"]
+        what += [] if step.on is None else [f"{step.on} was found to be {step.outcome}"]
+        yield from (
+            f"{goal} was in reach until step {number}: {', '.join(what)}" for goal in missing if goal in lost
+        )
+        missing = [goal for goal in missing if goal not in lost]
+        if not missing:
+            return
 
 
 def _beyond(problem: Problem) -> Reason:

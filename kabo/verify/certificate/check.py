@@ -7,14 +7,14 @@ the meshes, whether or not the plan has a certificate.
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.phases import phase
-from kabo.plan import Certificate, PairProof, Plan, StretchProof
+from kabo.plan import Certificate, PairProof, Plan, ProvenGap, StretchProof
 from kabo.scene import Element
 from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
 from kabo.verify.certificate.exact import ExactFrames, ExactSide
@@ -103,6 +103,7 @@ def check_certificate(
         paranoid,
         of_objects(world.scene, checker.margins, order),
         of_branches(plan, world.scene, checker.margins),
+        tuple(checker.margins.gaps),
     )
 
 
@@ -216,14 +217,14 @@ class _Checker:
             if pair.moves:
                 own = proofs.get(names) or proofs.get(names[::-1], [])
                 finest = POSITIONS_PER_PIECE if stretch.before else 1
-                margin = self._margin(pair, first, second, own, float(gaps[i, k]), frames, finest)
-                self.margins.add(stretch.node, stretch.segments, names, margin)
+                proven = self._margin(pair, first, second, own, float(gaps[i, k]), frames, finest)
+                least, hands = proven.least, (self.kept.hand(first), self.kept.hand(second))
+                claims = pair.joint == 0, least, tuple(proven.claims)
+                self.margins.add(ProvenGap(*stretch.name, names, hands, *claims))
                 kept = self.kept.between(first, second, spared) if self.kept.greatest else 0.0
-                if margin < kept - CLEARANCE_TOLERANCE:
-                    least = (
-                        f"only {1000 * max(0.0, margin):.4g} mm of the {1000 * kept:.4g} mm that they are to keep"
-                    )
-                    raise Refuted(f"{names[0]} and {names[1]}: {least} are proven")
+                if least < kept - CLEARANCE_TOLERANCE:
+                    few = f"only {1000 * max(0.0, least):.4g} mm of the {1000 * kept:.4g} mm that they are to keep"
+                    raise Refuted(f"{names[0]} and {names[1]}: {few} are proven")
 
     def _frames(self, path: Path) -> Frames:
         return ExactFrames(path) if self.paranoid else Frames(path)
@@ -271,7 +272,7 @@ class _Checker:
         gap: float,
         frames: Frames,
         finest: int,
-    ) -> float:
+    ) -> Margin:
         """The least distance that the proofs leave between two bodies [m].
 
         Several proofs are about several places that the second body may have.
@@ -281,7 +282,8 @@ class _Checker:
         for proof in proofs:
             turned = proof.first != first.name
             try:
-                held.append((pair.turned() if turned else pair).check(proof, self.near, finest))
+                margin = (pair.turned() if turned else pair).check(proof, self.near, finest)
+                held.append(replace(margin, claims=[(-u, gap) for u, gap in margin.claims]) if turned else margin)
             except Refuted as error:
                 told = told or error
                 continue
@@ -291,10 +293,10 @@ class _Checker:
             self.pairs += 1
             best = max(held, key=lambda margin: margin.least)
             self.axes += best.axes
-            return best.least
+            return best
         gap = max(gap, pair.apart())
         if gap > 0.0:
-            return gap
+            return Margin(gap)
         names = f"{first.name} and {second.name}"
         raise Refuted(f"{names}: {told}" if told else f"{names}: their boxes meet, but no proof is given")
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kabo.plan import Plan, plan_statistics
+from kabo.plan import Plan, ProvenGap, plan_statistics
 from kabo.scene import Scene
 from kabo.verify.certificate_report import BranchClearance, ObjectClearance
 
@@ -27,18 +27,20 @@ class Margins:
     near: float
     nodes: dict[str, LeastMargins] = field(default_factory=dict)
     segments: dict[tuple[str, int], tuple[float, tuple[str, str]]] = field(default_factory=dict)
+    gaps: list[ProvenGap] = field(default_factory=list)
 
-    def add(self, node: str, segments: Sequence[int], names: tuple[str, str], margin: float) -> None:
-        """Records the margin [m] between two bodies at a node, unless a smaller margin is recorded already."""
-        if margin >= self.near:
+    def add(self, gap: ProvenGap) -> None:
+        """Records what is proven of two bodies, and their margin unless a smaller one is recorded already."""
+        if gap.least >= self.near:
             return
-        least = self.nodes.setdefault(node, {})
-        for name, other in (names, names[::-1]):
-            if margin < least.get(name, (np.inf, ""))[0]:
-                least[name] = margin, other
-        for i in segments:
-            if margin < self.segments.get((node, i), (np.inf, names))[0]:
-                self.segments[node, i] = margin, names
+        self.gaps.append(gap)
+        least = self.nodes.setdefault(gap.node, {})
+        for name, other in (gap.names, gap.names[::-1]):
+            if gap.least < least.get(name, (np.inf, ""))[0]:
+                least[name] = gap.least, other
+        for i in gap.segments:
+            if gap.least < self.segments.get((gap.node, i), (np.inf, gap.names))[0]:
+                self.segments[gap.node, i] = gap.least, gap.names
 
 
 def of_objects(scene: Scene, margins: Margins, order: Sequence[str]) -> tuple[ObjectClearance, ...]:

@@ -35,7 +35,7 @@ class KeptDistances:
         They are those that a link of the hand may touch; and where something in the hand may touch an object, as where it
         is mated with it, what else is attached to this object.
         """
-        hands = {thing.name: hand for thing in stretch.moving if (hand := self._hand(thing)) is not None}
+        hands = {thing.name: hand for thing in stretch.moving if (hand := self.hand(thing)) is not None}
         found: set[tuple[str, Hand]] = set()
         for own, other in (each for pair in stretch.permitted for each in permutations(pair, 2)):
             hand = hands.get(own)
@@ -54,14 +54,14 @@ class KeptDistances:
         A link is as uncertain as its robot, and what a robot carries as both together. Bodies keep nothing where only
         a gripper moves one relative to the other, and where one is of a hand that may come near the other (`spared`).
         """
-        hands = self._hand(first), self._hand(second)
+        hands = self.hand(first), self.hand(second)
         if hands[0] is not None and hands[0] == hands[1]:
             return 0.0
         if (second.name, hands[0]) in spared or (first.name, hands[1]) in spared:
             return 0.0
         return self.clearance + self._uncertain(first) + self._uncertain(second)
 
-    def _hand(self, thing: SweptBody) -> Hand | None:
+    def hand(self, thing: SweptBody) -> Hand | None:
         """The robot that carries a body, and the last planned joint that does; None of what stands."""
         if thing.mount is None:
             return None

@@ -8,7 +8,7 @@ that carries both bodies stayed in its first pose.
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from kabo.verify.motion.sweep import Path, Poses, SweptBody
 
 POSITIONS_PER_PIECE = 1 << 20  # positions in the path are integers, so many to the piece between two way points
 MAX_HALVINGS = 200  # nested halvings of a claim; a proof needs 20 in time and a few of parts
+SIDES = np.vstack([np.eye(3), -np.eye(3)])  # of boxes
 UNIT_ROUNDING = 2.0**-53  # the relative rounding error of one operation
 
 
@@ -30,10 +31,14 @@ class Refuted(Exception):
 
 @dataclass
 class Margin:
-    """The least margin of a proof's claims [m], and how many separating axes were evaluated."""
+    """The least margin of a proof's claims [m], and how many separating axes were evaluated.
+
+    `claims` are those below `near`: unit axes, along which the first body is ahead of the second one, and gaps [m].
+    """
 
     least: float = np.inf
     axes: int = 0
+    claims: list[tuple[Array, float]] = field(default_factory=list)
 
 
 class Frames:
@@ -150,10 +155,10 @@ class ProvenPair:
         parts: Callable[[SweptBody], Parts],
         side: "SideOf | None" = None,
     ) -> None:
-        robot, joint = frame_of(frames.path, first, second)
+        robot, self.joint = frame_of(frames.path, first, second)  # claims are in its frame; 0: in the world
         self.end = (len(frames.path.configurations) - 1) * POSITIONS_PER_PIECE
         made = side or Side
-        self.sides = tuple(made(frames, thing, parts(thing), robot, joint) for thing in (first, second))
+        self.sides = tuple(made(frames, thing, parts(thing), robot, self.joint) for thing in (first, second))
 
     def turned(self) -> "ProvenPair":
         """A copy of the pair with its two bodies exchanged."""
@@ -168,22 +173,23 @@ class ProvenPair:
 
     def apart(self) -> float:
         """The distance between the boxes around all that each body sweeps [m]; negative if the boxes overlap."""
-        return float(self.box_gap(0, self.end, [side.parts.all for side in self.sides]))
+        return float(self.box_gap(0, self.end, [side.parts.all for side in self.sides])[0])
 
-    def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]]) -> Any:
-        """The distance between the two bodies' boxes over a piece of the path, less the rounding error [m]."""
+    def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], most: float = np.inf) -> tuple[Any, Array]:
+        """The distance of the two bodies' boxes over a piece of the path, less the rounding error [m], and its axis."""
         (low, high, a), (other_low, other_high, b) = (
             side.box(s0, s1, *own) for side, own in zip(self.sides, ranges, strict=True)
         )
         ahead = [x - y for x, y in zip(low, other_high, strict=True)]
         behind = [x - y for x, y in zip(other_low, high, strict=True)]
-        return max(*ahead, *behind) - a - b
+        gap, side = max((gap, k) for k, gap in enumerate([*ahead, *behind]))
+        return min(gap - a - b, most), SIDES[side]
 
-    def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> Any:
-        """The gap between the two bodies along an axis over a piece of the path, less the rounding error [m]."""
+    def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> tuple[Any, Array]:
+        """The gap between the two bodies along an axis over a piece of the path, less the rounding error [m]; and it."""
         first, a = self.sides[0].farthest(s0, s1, *ranges[0], -axis)
         second, b = self.sides[1].farthest(s0, s1, *ranges[1], axis)
-        return -first - second - a - b
+        return -first - second - a - b, axis
 
     def check(self, proof: PairProof, near: float, finest: int = 1) -> Margin:
         """Checks a proof that two bodies stay apart; returns its least margin and the number of evaluated axes.
@@ -203,10 +209,10 @@ class ProvenPair:
             if depth > MAX_HALVINGS:
                 raise Refuted(f"it is halved more than {MAX_HALVINGS} times")
             if letter in "ae":
-                gap = self.axis_gap(s0, s1, ranges, axes.next(letter))
+                gap, axis = self.axis_gap(s0, s1, ranges, axes.next(letter))
                 margin.axes += 1
             elif letter == "b":
-                gap = min(self.box_gap(s0, s1, ranges), near)
+                gap, axis = self.box_gap(s0, s1, ranges, near)
             else:
                 ahead.extend((*half, depth + 1) for half in reversed(_halves(letter, s0, s1, ranges, finest)))
                 continue
@@ -216,6 +222,7 @@ class ProvenPair:
                     f"between {s0 / POSITIONS_PER_PIECE:.4g} and {s1 / POSITIONS_PER_PIECE:.4g} of its path {what}"
                 )
             margin.least = min(margin.least, float(gap))
+            margin.claims += [(axis, float(gap))] if gap < near else []
         if ahead:
             raise Refuted("its walk ends before all is proven")
         return margin

@@ -85,7 +85,9 @@ class Grants:
                     raise Unfounded("but the contacts that the segment allows do not name the two")
                 found = found.joined(self._judged(i, grant, path))
             except Unfounded as error:
-                refused.append((f"lets {' and '.join(grant.bodies)} touch {_since(grant)}, {error}", grant.bodies))
+                by = {"grasp": "the grasp", "support": "the lift of the grasp", "mate": "the mate"}[grant.kind]
+                text = f"lets {' and '.join(grant.bodies)} touch by {by} {grant.by or 'of no family'}, {error}"
+                refused.append((text, grant.bodies))
         if self.is_arm(segment) and path.steps.any():  # from now on it is elsewhere
             carried = set(self.holding.carried(segment.robot))
             self.unmoved -= carried
@@ -182,15 +184,8 @@ class Grants:
         if away is None:
             raise Unfounded(f"but {lift.along} is not there")
         limits = of_family(lift.minimum, lift.maximum, any_length=self.call.spec is None)
-        self._judge_stroke(
-            f"lifts {name}" if not backward else f"puts {name} down",
-            path,
-            mount,
-            own_corners(own),
-            away,
-            limits,
-            backward,
-        )
+        what = f"puts {name} down" if backward else f"lifts {name}"
+        self._judge_stroke(what, path, mount, own_corners(own), away, limits, backward)
         depth = touching(
             moved, moved.pose(poses), others, away, CONTACT_DEPTHS if backward else INITIAL_CONTACT_DEPTHS
         )
@@ -212,9 +207,7 @@ class Grants:
         root = self.holding.root(name)
         if not self._fits(robot, root, by):
             raise Unfounded(
-                f"but {robot} does not hold {root} in this grasp"
-                if by is not None
-                else f"but {robot} holds {root} in a grasp that is declared, and has to name it"
+                f"but {robot} does not hold {root} {'so' if by else 'so: a declared grasp has to be named'}"
             )
         family = None if by is None else self.world.scene.bodies[root].grasps[by]
         return DEFAULT_LIFT if family is None or family.lift is None else family.lift
@@ -349,11 +342,3 @@ class Grants:
 def own_corners(surface: object) -> Array:
     """The corners (8, 3) of the bounding box of a surface, in the frame of the surface's body."""
     return box_corners(surface.lower, surface.upper)  # type: ignore[attr-defined]
-
-
-def _since(grant: Grant) -> str:
-    """Why a contact is said to be permitted, as a clause for users."""
-    if grant.kind == "mate":
-        return f"by the mate {grant.by}"
-    grasp = "a grasp that no family declares" if grant.by is None else f"the grasp {grant.by}"
-    return f"by {grasp}" if grant.kind == "grasp" else f"by the lift of {grasp}"

@@ -6,6 +6,7 @@ import { RunChart } from "kabo/run_chart.js";
 import { svg } from "kabo/svg.js";
 
 const QUIET = ["state", "followed"]; // events that are no decision
+const NEW_PLAN = "from here on by a plan of its own, which is not shown beside";
 const REDRAW = 200; // milliseconds between two drawings of a run that goes on
 
 /** Adds the panel; of a run that goes on, it listens for more. */
@@ -43,7 +44,7 @@ class RunPanel {
     this.plan = window.kabo.plan ?? null;
     window.kabo.player?.onChange(() => this.left());
     this.draw();
-    this.go(0);
+    this.go(this.records[0]?.time ?? 0);
     if (this.live !== null) {
       this.listen();
     }
@@ -121,25 +122,29 @@ class RunPanel {
     this.bodies.point(time);
     const state = this.states.findLast((each) => each.time <= time + 1e-6) ?? this.states[0];
     const doing = this.decisions.findLast((each) => each.time <= time + 1e-6);
+    // Nodes after an answer are those of another plan: what this page has as n0 says nothing of them.
+    const answer = this.decisions.findLast((each) => each.event === "answer" && each.kind !== "none" && each.time <= time + 1e-6);
     this.told.textContent = `${time.toFixed(2)} s${doing ? `: ${doing.event} ${wordsOf(doing)}` : ""}${state
-      ? `; ${length(state.tracking)} off the path, ${state.permitted === null ? "nothing moves" : `${length(state.permitted)} permitted`}` : ""}`;
+      ? `; ${length(state.tracking)} off the path, ${state.permitted === null ? "nothing moves" : `${length(state.permitted)} permitted`}` : ""}${answer ? `; after ${answer.kind} at ${answer.time.toFixed(2)} s` : ""}`;
     if (state && this.stage) {
-      this.place(state);
+      this.place(state, Boolean(answer));
     }
   }
 
-  place(state) {
+  place(state, elsewhere) {
     const robots = Object.fromEntries(this.shown.scene.robots.map((robot) => [robot.name, Object.fromEntries(
       robot.values.map(({ name }, k) => [name, state.robots[robot.name]?.[k]]).filter(([, value]) => value !== undefined))]));
     const objects = Object.fromEntries(Object.entries(state.bodies).map(([name, pose]) => [name, { parent: "world", ...pose }]));
     this.moving = true;
     if (this.plan) {
       this.plan.truth = { robots, objects };
-      this.plan.showRun(state.node, state.motion_time);
+      if (!elsewhere) {
+        this.plan.showRun(state.node, state.motion_time);
+      }
     }
     this.moving = false;
     this.stage.setState({ robots, objects });
-    this.ghost.show(window.kabo.player?.film.steps.length ? window.kabo.player.state : null);
+    this.ghost.show(!elsewhere && window.kabo.player?.film.steps.length ? window.kabo.player.state : null);
   }
 
   /** The plan's own time line was used: the stage is the plan's again. */
@@ -161,6 +166,9 @@ function wordsOf(record) {
   }
   if (event === "sensing") {
     return `${record.formula ?? record.term} is ${record.outcome ?? record.value ?? "not measured"}`;
+  }
+  if (event === "answer") {
+    return `${record.kind}: ${record.reason}${record.kind === "none" ? "" : ` (${NEW_PLAN})`}`;
   }
   if (event === "moving") {
     return `${record.nodes.join(", ")}, ${(record.end - record.begin).toFixed(2)} s`;

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 
 from kabo.geometry import Enclosure
 from kabo.geometry.bounding.enclosure import enclosing_parts
+from kabo.geometry.collision import tight_parts
 from kabo.geometry.collision.separation_proofs import ordered
+from kabo.geometry.collision.tight_parts import STICKS_OUT, kept_or_made, tight_part
 from kabo.geometry.parts import COLUMNS
 from kabo.meshes import Mesh, load_mesh
 from kabo.planner.certify.best_margins import Leaves, _Nearest
-from kabo.planner.certify.tight_parts import STICKS_OUT, kept_or_made, tight_part
 from kabo.scene.transforms import flat, transform
 from kabo.verify.certificate.cover import faces_of, uncovered
 
@@ -136,3 +137,21 @@ def test_a_part_is_read_from_the_cache_folder_and_made_anew_where_the_file_is_da
     for file in (tmp_path / "cache" / "tight").glob("*.tight"):
         file.write_bytes(file.read_bytes()[:-8])
     assert kept_or_made(key, make).triangles.shape == part.triangles.shape and len(calls) == 2
+
+
+def test_the_folder_of_parts_is_bounded_and_what_was_used_last_stays(monkeypatch, tmp_path):
+    monkeypatch.setenv("KABO_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(tight_parts, "LOOKED_AFTER", 1)
+    mesh = load_mesh(MESHES / "gripper_wide" / "left_finger.stl")
+    part = tight_part(mesh, ordered(enclosing_parts(mesh, 0.004)).vertices[0])
+    folder = tmp_path / "cache" / "tight"
+    made = kept_or_made(("", "first", ""), lambda: part)
+    size = sum(file.stat().st_size for file in folder.iterdir())
+    monkeypatch.setattr(tight_parts, "FILE_BYTES", 8 * size)
+    for number in range(40):
+        kept_or_made(("", str(number), ""), lambda: part)
+        assert sum(file.stat().st_size for file in folder.iterdir()) <= 8 * size
+        again = kept_or_made(("", "first", ""), lambda: pytest.fail("what is used all the time was removed"))
+        assert np.array_equal(again.corners, made.corners)
+    with pytest.raises(pytest.fail.Exception):
+        kept_or_made(("", "0", ""), lambda: pytest.fail("removed, as it should be"))

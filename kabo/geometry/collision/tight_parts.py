@@ -12,14 +12,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
+from itertools import count, product
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
-from kabo.compilation import cache_folder
+from kabo.compilation import cache_folder, keep_below
 from kabo.content_cache import ContentCache
 from kabo.geometry.collision.kernels.tight_parts import BITS, MOST_CORNERS, WORDS, Room, cut, halve, tighten
 from kabo.geometry.triangles.kernels.clipping import triangles_at
@@ -32,7 +32,9 @@ LEAST_SHARE = 0.2  # of the longest side of a box: it is not halved across short
 MAX_DEPTH = 14  # of halves of halves
 LEAST_SIZE = 1e-3  # [m] of what is halved
 HASH_BYTES = 32  # of a file's content, at its beginning
-CACHE_BYTES = 64 * 1024**2
+CACHE_BYTES = 64 * 1024**2  # of parts in memory
+FILE_BYTES = 256 * 1024**2  # of files in the cache folder
+LOOKED_AFTER = 64  # files that a process writes, from the first on, until it looks again how many bytes there are
 _AXES = np.array(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [0, 1, -1], [1, 0, 1], [1, 0, -1], [1, 1, 0], [1, -1, 0]]
 )
@@ -84,6 +86,7 @@ class TightPart:
         return np.asarray(planes[int(np.argmin(np.round(volumes / (np.prod(high - low) + 1e-30), 6)))])
 
 
+_WRITTEN = count()  # files of this process
 _MADE: ContentCache[TightPart] = ContentCache(CACHE_BYTES, lambda part: part.nbytes)
 
 
@@ -105,16 +108,24 @@ def kept_or_made(key: tuple[str, str, str], make: Callable[[], TightPart]) -> Ti
     path = cache_folder() / "tight" / f"{name}.tight"
     with suppress(OSError, ValueError):
         found = path.read_bytes()
+        _note_use(path)
         if found[:HASH_BYTES] == hashlib.sha256(found[HASH_BYTES:]).digest():
             numbers = np.frombuffer(found, "<f8", offset=HASH_BYTES).astype(np.float64)
             end = 1 + 3 * int(numbers[0])
             return TightPart(numbers[1:end].reshape(-1, 3), numbers[end:].reshape(-1, 3, 3))
     made = make()
-    count = np.array([float(len(made.corners))])
-    body = np.concatenate([count, made.corners.ravel(), made.triangles.ravel()]).astype("<f8").tobytes()
+    corners = np.array([float(len(made.corners))])
+    body = np.concatenate([corners, made.corners.ravel(), made.triangles.ravel()]).astype("<f8").tobytes()
     with suppress(OSError):  # a read-only cache costs time, never an answer
         _write(path, hashlib.sha256(body).digest() + body)
+        if next(_WRITTEN) % LOOKED_AFTER == 0:
+            keep_below(path.parent, FILE_BYTES)
     return made
+
+
+def _note_use(path: Path) -> None:
+    with suppress(OSError):
+        os.utime(path)  # files that were used least recently are removed first
 
 
 def _write(path: Path, content: bytes) -> None:

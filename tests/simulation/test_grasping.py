@@ -1,0 +1,47 @@
+"""What hands do in physics: fingers that are coupled close to the middle, and joined parts are not pressed."""
+
+from pathlib import Path
+
+import pytest
+
+import kabo
+from kabo.execution.motions import _hand_actions
+from kabo.plan import Segment
+from kabo.scene import Scene
+from kabo.simulation import Physics, SimulatedRobot
+
+pytest.importorskip("mujoco")
+DOMAINS = Path(__file__).parents[2] / "domains"
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return kabo.load_scene(DOMAINS / "inspection" / "three_boxes_covered.yaml")
+
+
+def test_fingers_that_are_coupled_stay_so_under_the_force_of_the_hand(scene: Scene) -> None:
+    physics = Physics(scene)
+    physics.grip("arm", (), force=100.0)
+    for _ in range(1500):
+        physics.step()
+    left, right = (physics.data.joint(f"arm:{name}").qpos[0] for name in ("finger_joint", "finger_joint_2"))
+    assert abs(left) < 0.002  # the fingers have met
+    assert left == pytest.approx(right, abs=1e-4)
+
+
+def test_a_body_that_falls_over_by_itself_is_told() -> None:
+    robot = SimulatedRobot(kabo.load_scene(DOMAINS / "inspection" / "three_boxes.yaml"))
+    (told,) = robot.doubts
+    assert told.startswith("panel does not stay where it is put: gravity has moved it by")
+
+
+def test_a_part_that_is_joined_to_another_is_not_gripped(scene: Scene) -> None:
+    def actions(attach: tuple[tuple[str, str], ...], detach: tuple[str, ...] = ()) -> list[str]:
+        segment = Segment(
+            "arm", ("joint_1",), ((0.0,), (0.1,)), (0.0, 1.0), "insert", attach=attach, detach=detach
+        )
+        return [each.kind for each in _hand_actions("n0", [segment], 0.0, scene)]
+
+    assert actions((("box_1", "arm.tool0"),)) == ["grip"]
+    assert actions((("box_1", "box_2"),), ("box_1",)) == ["release", "detach"]
+    assert actions((("box_1", "box_2"),)) == ["detach"]

@@ -1,0 +1,57 @@
+"""Convex parts that do not bridge hollows into which others are put, beside rings whose bore is known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import ConvexHull
+
+import kabo
+from kabo.arrays import Array
+from kabo.simulation.contact_shapes import contact_shapes
+from kabo.simulation.hollows import BRIDGED, WIDTH, open_points, unbridged
+
+DOMAINS = Path(__file__).parents[2] / "domains"
+BORE, OUTER, HEIGHT = 0.018, 0.035, 0.024
+
+
+def ring(bore: float = BORE) -> kabo.Mesh:
+    made = trimesh.creation.annulus(bore, OUTER, HEIGHT, sections=48)
+    return kabo.Mesh(np.asarray(made.vertices), np.asarray(made.faces))
+
+
+def inside(parts: list[Array], points: Array) -> Array:
+    """Whether each point is in a part."""
+    hulls = [ConvexHull(part).equations for part in parts]
+    return np.any([(points @ h[:, :3].T + h[:, 3]).max(axis=1) < -1e-9 for h in hulls], axis=0)
+
+
+def on_cylinder(radius: float, heights: Array) -> Array:
+    turns = np.linspace(0.0, 2.0 * np.pi, 181)
+    return np.array([[radius * np.cos(a), radius * np.sin(a), z] for a in turns for z in heights])
+
+
+def test_a_ring_of_one_part_becomes_parts_that_leave_its_bore_free() -> None:
+    mesh = ring()
+    box = trimesh.creation.box((0.072, 0.072, 0.026)).vertices
+    parts = list(unbridged(mesh, iter([np.asarray(box, float)])))
+    inscribed = BORE * np.cos(np.pi / 48) - 2.0 * BRIDGED  # of the polygon that stands for the circle
+    heights = np.linspace(-0.5 * HEIGHT, 0.5 * HEIGHT, 13)
+    assert not inside(parts, on_cylinder(inscribed, heights)).any()
+    assert inside(parts, on_cylinder(0.5 * (BORE + OUTER), heights[1:-1])).mean() > 0.5  # the ring itself is there
+    hull = ConvexHull(np.concatenate(parts))
+    assert np.isclose(hull.volume, ConvexHull(mesh.vertices).volume, rtol=1e-6)
+
+
+def test_a_bore_that_is_too_narrow_for_what_counts_is_left_alone() -> None:
+    assert len(open_points(ring())) > 100
+    assert len(open_points(ring(0.5 * WIDTH))) == 0
+
+
+@pytest.mark.slow
+def test_the_bearing_of_the_gearbox_fits_its_journal_in_physics() -> None:
+    shapes = contact_shapes(kabo.load_scene(DOMAINS / "assembly" / "gearbox.yaml"), "o1")
+    parts = [shape.corners for shape in shapes if shape.corners is not None]
+    heights = np.linspace(0.003, 0.021, 7)
+    assert not inside(parts, on_cylinder(BORE - 0.0002 - 1e-5, heights)).any()
