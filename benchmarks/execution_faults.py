@@ -105,7 +105,9 @@ class TimedReplanner(Replanner):
             self.plans.append((found.kind, found.plan))
         if found.plan is not None and found.kind in ("repair", "replan"):
             self.plan = found.plan
-        return found
+        return replace(
+            found, report=None
+        )  # by least clearances, as the watcher judges: no tolerances by direction
 
 
 def judged(fault: Fault) -> Judged:
@@ -316,7 +318,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path)
     given = parser.parse_args()
     tables = faults(given.runs, given.seed, given.workers, given.minutes, only=given.only, problem=given.problem)
-    finish(tables, given.output, runs=given.runs, seed=given.seed, minutes=given.minutes)
+    minutes = given.minutes if given.minutes < inf else None
+    finish(tables, given.output, runs=given.runs, seed=given.seed, minutes=minutes)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ NOTICED = 0.05  # [s] within which a stop must begin
 UNSEEN = 1.0  # [s] after which a body that nobody sees is a surprise
 ROUNDING = 2e-5  # [m]: of numbers in a log
 WAYS = ("finish", "undo")
-OTHER = ("asked to stop",)
+OTHER = ("asked to stop", "nearer to each other than")  # pairs are judged by the executor alone
 WIDE = 0.05  # share of a hand's stroke
 
 

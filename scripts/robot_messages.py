@@ -19,6 +19,8 @@ KINDS = (
     messages.DriverMessage,
     messages.MotionMessage,
     messages.HandMessage,
+    messages.PaceMessage,
+    messages.PacedMessage,
     messages.LookMessage,
     messages.LookedMessage,
     messages.StateMessage,

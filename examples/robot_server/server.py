@@ -35,7 +35,7 @@ class Server:
         self.driver = self.halted = self.motion = None
         self.q = {name: list(values) for name, values in START.items()}
         self.v = {name: [0.0] * len(values) for name, values in START.items()}
-        self.count, self.heard, self.time, self.at, self.pace, self.slows = 0, 0.0, 0.0, 0.0, 1.0, False
+        self.count, self.heard, self.time, self.at, self.rate, self.slows = 0, 0.0, 0.0, 0.0, 1.0, False
         self.pressing = {}
 
     # ------------------------------------------------------------------------------------------------------ motion
@@ -49,12 +49,12 @@ class Server:
             return
         before, end = self.at, self.motion["end"]
         if self.slows:  # hardware: slow down within your limits of acceleration
-            self.pace = max(0.0, self.pace - TICK / STOPS_IN)
-        self.at = min(end, self.at + TICK * self.pace)
+            self.rate = max(0.0, self.rate - TICK / STOPS_IN)
+        self.at = min(end, self.at + TICK * self.rate)
         for each in self.motion["stretches"]:
             if each["times"][0] <= self.at and each["times"][-1] >= before:
                 self.send(each, min(self.at, each["times"][-1]))
-        if self.at >= end or self.pace == 0.0:
+        if self.at >= end or self.rate == 0.0:
             self.motion = None
 
     def send(self, stretch, t):
@@ -64,7 +64,7 @@ class Server:
         for joint, c in zip(stretch["joints"], stretch["coefficients"][k], strict=True):
             j = ROBOTS[robot].index(joint)  # hardware: send the value and the velocity, and measure them
             self.q[robot][j] = sum(a * u**i for i, a in enumerate(c))
-            self.v[robot][j] = self.pace * sum(i * a * u ** (i - 1) for i, a in enumerate(c) if i)
+            self.v[robot][j] = self.rate * sum(i * a * u ** (i - 1) for i, a in enumerate(c) if i)
 
     def let_go(self, why):
         """Nobody drives any more; robots that move come to a stop."""
@@ -100,12 +100,16 @@ class Server:
                 )
                 if starts and abs(self.q[robot][ROBOTS[robot].index(joint)] - c[0]) > NEAR:
                     raise RefusedError("bad_request", f"{robot}.{joint} is not where the motion begins")
-        self.motion, self.at, self.pace, self.slows = told, told["begin"], 1.0, False
+        self.motion, self.at, self.rate, self.slows = told, told["begin"], 1.0, False
         self.heard = time.monotonic()
 
     def stop(self, told):
         """Comes to a stop on the path."""
         self.slows = True
+
+    def pace(self, told):
+        """Late robots are slowed down, if a server can; this one cannot."""
+        return {"paced": False, "state": self.state()}
 
     def leave(self, told):
         """The client drives no more."""
@@ -156,7 +160,7 @@ def main(endpoint, limit):
     with zenoh.open(config) as session:
         kept = [  # what nobody keeps ends
             session.declare_queryable(f"{KEY}/{verb}", lambda query, verb=verb: server.answer(verb, query))
-            for verb in ("take", "follow", "stop", "leave", "grip", "release", "look")
+            for verb in ("take", "follow", "stop", "pace", "leave", "grip", "release", "look")
         ]
         kept.append(session.declare_subscriber(f"{KEY}/driver/*", server.beat))
         kept.append(session.liveliness().declare_subscriber(f"{KEY}/driver/*", server.seen))

@@ -18,6 +18,9 @@ SURE = 4.033  # lengths of three normal numbers exceed so many standard deviatio
 MOST_LOOKS = 100  # at a body, until it counts as what it seems to be
 MOVED = 6.0  # standard deviations between the mean and that of the last looks, beyond which a body was moved since
 LAST_LOOKS = (2, 4, 8)
+OF_THEM = (
+    0.25  # share of their mean by which each of the last looks is beside the mean of all, if the body was moved
+)
 
 
 @dataclass(frozen=True)
@@ -102,10 +105,12 @@ class Looks:
         spread = np.repeat([max(self.noise.position, 1e-9), max(self.noise.angle, 1e-9)], 3)
         mean.last = [*mean.last, off][-max(LAST_LOOKS) :]
         for number in LAST_LOOKS:
-            recent = np.mean(mean.last[-number:], axis=0)
+            beside = np.array(mean.last[-number:]) - mean.off
+            moved = beside.mean(axis=0)
             among = MOVED * spread * sqrt(1.0 / number + 1.0 / max(1, mean.count))
-            if mean.count > number <= len(mean.last) and (np.abs(recent - mean.off) > among).any():
-                mean.count, mean.off, mean.last = number, recent, mean.last[-number:]
+            all_of_them = (beside * np.sign(moved)).min(axis=0) > OF_THEM * np.abs(moved)
+            if mean.count > number <= len(mean.last) and ((np.abs(moved) > among) & all_of_them).any():
+                mean.count, mean.off, mean.last = number, mean.off + moved, mean.last[-number:]
                 return
         mean.count = min(mean.count + 1, MOST_LOOKS)  # older looks are forgotten
         mean.off = mean.off + (off - mean.off) / mean.count

@@ -180,7 +180,7 @@ class Watch:
         for name, own in sorted(judged.items(), key=lambda each: -each[1].size):
             holder, off = holders[name], own.size
             permitted = max(0.0, off + 0.5 * (farther[name].least + nearer[name].least))
-            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and own.looks >= MOST_LOOKS):
+            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, own, node)):
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
                 text = (
                     f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
@@ -221,6 +221,10 @@ class Watch:
             return True
         others = max((each.size for each in self.displaced.values()), default=0.0)
         return most + max(most, others) + 2.0 * sum(self.errors.values()) >= tolerance.least
+
+    def _never_told(self, name: str, own: Seen, node: str) -> bool:
+        """Whether a body was looked at as often as it may be, and may still be a surprise by itself."""
+        return own.looks >= MOST_LOOKS and self._slacks({name: own}, node, 1.0)[name].least < 0.0
 
     def _slacks(self, looked: Mapping[str, Seen], node: str, sign: float) -> dict[str, Slack]:
         """How much more bodies may be off from a node on, if looks err to one side: 1, they are farther off; -1, nearer."""

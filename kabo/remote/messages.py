@@ -46,6 +46,13 @@ class HandMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     bodies: list[str]
 
 
+class PaceMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What a client sends to change the `pace`, the rate of the motion's clock: 1 is that of the plan."""
+
+    client: ClientName
+    rate: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+
+
 class LookMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """What a client sends to `look` with a sensor, once.
 
@@ -105,6 +112,13 @@ class StateMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     bodies: dict[str, list[float]] = {}
     driver: str | None = None
     halted: str | None = None
+
+
+class PacedMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """The reply to `pace`: whether the clock goes to this rate, within all limits."""
+
+    paced: bool
+    state: StateMessage
 
 
 class LookedMessage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -18,6 +18,7 @@ import zenoh
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution import Robot
+from kabo.execution.protocols import PacedRobot
 from kabo.language import Measurement
 from kabo.remote.checks import check_begin, check_motion
 from kabo.remote.messages import (
@@ -28,6 +29,8 @@ from kabo.remote.messages import (
     LookedMessage,
     LookMessage,
     MotionMessage,
+    PacedMessage,
+    PaceMessage,
     StateMessage,
     TakeMessage,
     TakenMessage,
@@ -119,6 +122,7 @@ class RobotServer:
             "take": partial(self._asked, TakeMessage, self._take),
             "leave": partial(self._asked, DriverMessage, self._leave),
             "stop": partial(self._asked, DriverMessage, self._stop),
+            "pace": partial(self._asked, PaceMessage, self._pace),
             "grip": partial(self._asked, HandMessage, self._grip),
             "release": partial(self._asked, HandMessage, self._release),
             "look": partial(self._asked, LookMessage, self._look),
@@ -293,6 +297,12 @@ class RobotServer:
         if self._drives(query, message.client):
             self.robot.stop()
             self._say_state(query, "stop")
+
+    def _pace(self, query: zenoh.Query, message: PaceMessage) -> None:
+        if self._drives(query, message.client):
+            paced = isinstance(self.robot, PacedRobot) and self.robot.pace(message.rate)
+            self._heard = time.monotonic()
+            reply(query, keys.robot(self.name, "pace"), msgspec.json.encode(PacedMessage(paced, self._measured())))
 
     def _grip(self, query: zenoh.Query, message: HandMessage) -> None:
         if self._drives(query, message.client):

@@ -25,6 +25,8 @@ from kabo.remote.messages import (
     HandMessage,
     LookedMessage,
     LookMessage,
+    PacedMessage,
+    PaceMessage,
     StateMessage,
     TakeMessage,
     TakenMessage,
@@ -42,7 +44,7 @@ _Reply = TypeVar("_Reply", bound=msgspec.Struct)
 BEAT_S = 0.01  # between two heartbeats
 ANSWER_S = 5.0  # in which a server answers that is there
 STOPPING_S = (
-    1.0  # for which a server may be silent when it was asked to stop, since it looks for the fastest stop then
+    1.0  # for which a server may be silent that was asked to stop or slow down, since it then looks for a way
 )
 
 
@@ -119,6 +121,13 @@ class ZenohRobot:
         """Asks for a planned stop."""
         self._patient_until = time.monotonic() + STOPPING_S
         self._command("stop", DriverMessage(self.client))
+
+    def pace(self, rate: float) -> bool:
+        """Asks for another rate of the motion's clock; whether the server goes to it."""
+        self._patient_until = time.monotonic() + STOPPING_S
+        paced = self._answer("pace", PaceMessage(self.client, rate), PacedMessage)
+        self._take_over(paced.state)
+        return paced.paced
 
     def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
         """Lets a hand press."""

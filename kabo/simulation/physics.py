@@ -6,13 +6,14 @@ instead, whatever its width.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
+from kabo.simulation.hands import Hand
 from kabo.simulation.kernels.bias import Moving, add_point_mass
 from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
 from kabo.simulation.kernels.motors import Joints, Setpoints, drive, wanted_accelerations
@@ -26,7 +27,7 @@ from kabo.simulation.turning_fingers import (
     TurningFingers,
     arms_when_open,
     levers_in_contact,
-    middle,
+    middles_of_fingers,
     turns,
 )
 
@@ -42,25 +43,6 @@ class Contact:
 
     things: tuple[str, str]
     depth: float
-
-
-@dataclass
-class _Hand:
-    """A gripper's motors and how each presses; `pressing` is None while it follows setpoints."""
-
-    motors: list[int]
-    levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
-    carrier: int  # the body of the model that carries the tool
-    dampings: Array  # of each motor [N s/m or Nm s]
-    joints: Integers  # those of the motors, and of what is coupled to them
-    motor_of: Integers  # the place in `motors` of what moves each joint
-    spread: Array  # the share of its motor's torque that each joint gets
-    turning: TurningFingers | None = None
-    bodies: tuple[int, ...] = ()  # of the model, that it holds
-    pressing: float | None = None
-    held: list[tuple[Array, float]] = field(
-        default_factory=list
-    )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
 
 
 class Physics:
@@ -152,7 +134,7 @@ class Physics:
         free = np.array([name in self.scene.movable for name in named], np.int64)
         return Touches(model.geom_bodyid.astype(np.int64), hand, free)
 
-    def _hand(self, name: str) -> _Hand | None:
+    def _hand(self, name: str) -> Hand | None:
         robot = self.scene.robots[name]
         if robot.gripper is None:
             return None
@@ -170,7 +152,7 @@ class Physics:
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
-        hand = _Hand(motors, np.array(levers), number, np.full(len(motors), GRIP_DAMPING), *self._spread(motors))
+        hand = Hand(motors, np.array(levers), number, np.full(len(motors), GRIP_DAMPING), *self._spread(motors))
         if turns(robot):
             hand.turning = turning = self._turning(name, motors, np.sign(levers))
             hand.levers = np.sign(levers) * turning.arms / FINGERS
@@ -196,14 +178,7 @@ class Physics:
             data.qpos[self._values[own]] = self._ratio[own] * opened + self._shift[own]
         self._mujoco.mj_kinematics(self.model, data)
         self._mujoco.mj_comPos(self.model, data)
-        links = [
-            link for link in robot.gripper.touch_links if robot.links[link.partition(".")[2]].mesh is not None
-        ]
-        fingers = []
-        for link in links:
-            mesh = robot.links[link.partition(".")[2]].mesh
-            assert mesh is not None
-            fingers.append(Finger(self.model.body(link).id, middle(mesh.vertices)))
+        fingers = [Finger(self.model.body(link).id, place) for link, place in middles_of_fingers(robot)]
         arms = arms_when_open(self._mujoco, self.model, data, fingers, motions)
         return TurningFingers(tuple(fingers), motions, arms)
 
@@ -231,6 +206,7 @@ class Physics:
         be others, and a controller does not know when one is lost.
         """
         gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
+        hand.since = self.time if hand.pressing is None else hand.since
         hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
         data, carrier = self.data, hand.carrier
         turn = data.xmat[carrier].reshape(3, 3)
@@ -247,6 +223,10 @@ class Physics:
     def pressing(self, robot: str) -> float | None:
         """The force with which a hand presses [N]; None: it does not."""
         return self._hands[robot].pressing if robot in self._hands else None
+
+    def builds_up(self, robot: str) -> bool:
+        """Whether a hand does not yet press with its whole force."""
+        return robot in self._hands and self._hands[robot].builds_up(self.time)
 
     def weld(self, robot: str, body: str) -> None:
         """Fixes a body to a hand that locks, as it is now."""
@@ -279,7 +259,7 @@ class Physics:
         each = self._torques[self._rates]
         for hand in self._hands.values():
             if hand.pressing is not None:
-                pressed = self._levers(hand) * hand.pressing
+                pressed = self._levers(hand) * hand.force(data.time)
                 pressed -= hand.dampings * moving.velocity[self._rates[hand.motors]]
                 own = self._rates[hand.joints]
                 each[hand.joints] = (
@@ -307,8 +287,8 @@ class Physics:
         inert, bias = ((each[self._rates[own]] * self._ratio[own]).sum() for each in (forces, self.data.qfrc_bias))
         return float((abs(inert) + abs(bias)) / self._limits[number])
 
-    def _levers(self, hand: _Hand) -> Array:
-        """The torque of each motor per newton of force, where fingers that turn touch what they hold now."""
+    def _levers(self, hand: Hand) -> Array:
+        """The torque of each motor per newton of force, where fingers that turn touch; in the air they close as usual."""
         if hand.turning is None or not hand.bodies:
             return hand.levers
         fingers = {finger.body for finger in hand.turning.fingers}
@@ -320,7 +300,6 @@ class Physics:
         if not touching:
             return hand.levers
         found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
-        # A motor whose finger does not touch yet closes as before.
         return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
     def _drive(self, each: Array) -> None:

@@ -163,7 +163,7 @@ class SimulatedRobot:
             {name: physics.configuration(name) for name in robots},
             velocities,
             pressing,
-            frozenset(name for name, speed in hands.items() if speed < STILL),
+            frozenset(name for name, speed in hands.items() if speed < STILL and not physics.builds_up(name)),
         )
 
     def wait(self, seconds: float) -> None:

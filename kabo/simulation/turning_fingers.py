@@ -65,6 +65,13 @@ def arm_of(robot: Robot, joint: int) -> float:
     return max(found, default=USUAL_ARM)
 
 
+def middles_of_fingers(robot: Robot) -> list[tuple[str, Array]]:
+    """The links that touch, as `robot.link`, each with the middle (3,) of its shape in its frame [m]."""
+    links = () if robot.gripper is None else robot.gripper.touch_links
+    meshes = ((link, robot.links[link.partition(".")[2]].mesh) for link in links)
+    return [(link, middle(mesh.vertices)) for link, mesh in meshes if mesh is not None]
+
+
 def middle(points: Array) -> Array:
     """The middle (3,) of the bounding box of points (N, 3)."""
     return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)

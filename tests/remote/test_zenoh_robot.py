@@ -12,7 +12,7 @@ import pytest
 
 import kabo
 from kabo.errors import InputError, ServiceError
-from kabo.execution import KnownTruth, Log, RobotFailed, Run, execute
+from kabo.execution import KnownTruth, Log, RobotFailed, Run, execute, motion_of, parts_of
 from kabo.plan import Plan
 from kabo.remote import ZenohRobot
 from kabo.scene import Scene
@@ -178,3 +178,26 @@ def test_a_client_whose_server_is_lost_ends_with_the_reason(
     last = run.log.records[-1]
     assert (last["event"], last["reason"]) == ("stopped", run.reason)
     json.dumps(run.log.records, allow_nan=False)
+
+
+def test_the_clock_of_a_motion_is_slowed_down_elsewhere(
+    serve: Callable[..., Started], stacked_plan: Plan, stacked_scene: Scene
+) -> None:
+    server = serve(speed=1.0)
+    part = parts_of(motion_of(stacked_plan, stacked_plan.root, stacked_scene))[0]
+    with ZenohRobot(client_config([server.endpoint]), stacked_scene) as robot:
+        robot.follow(part)
+        robot.wait(0.2)
+        assert robot.pace(0.25)
+        robot.wait(0.6)
+        first = robot.state()
+        robot.wait(0.4)
+        last = robot.state()
+        assert last.moving and last.motion_time - first.motion_time == pytest.approx(
+            0.25 * (last.time - first.time), abs=0.01
+        )
+        with pytest.raises(RobotFailed, match="refuses to pace.*rate"):
+            robot.pace(1.5)
+        robot.stop()
+        while robot.state().moving:
+            robot.wait(0.05)

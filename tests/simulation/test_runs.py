@@ -68,3 +68,14 @@ def test_a_body_that_is_pushed_away_stops_the_run_before_it_is_touched() -> None
 def test_the_same_seed_gives_the_same_run() -> None:
     first, second = (run_in_physics("stacked/n2.yaml")[3] for _ in range(2))
     assert first.log.records == second.log.records
+
+
+def test_a_body_that_is_displaced_along_the_fingers_within_what_is_proven_is_carried_on() -> None:
+    def push(physics: Physics) -> None:
+        if abs(physics.time - 0.2) < 1e-9:
+            physics.displace(
+                "o1", np.array([-0.00073, -0.00968, 0.0])
+            )  # of 9.99 mm: the hand must add next to nothing
+
+    run = run_in_physics("stacked/n2.yaml", disturb=push)[3]
+    assert run.reached_goal, run.reason

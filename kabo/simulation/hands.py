@@ -1,0 +1,41 @@
+"""A hand in physics: its motors, and the force with which it presses."""
+
+from dataclasses import dataclass, field
+
+from kabo.arrays import Array, Integers
+from kabo.simulation.turning_fingers import TurningFingers
+
+BUILDS_UP = 0.1  # [s] until a hand presses with its whole force
+
+
+@dataclass
+class Hand:
+    """A gripper's motors and how each presses; `pressing` is None while it follows setpoints."""
+
+    motors: list[int]
+    levers: Array  # force or torque of each motor per newton of force on what is held, positive to close
+    carrier: int  # the body of the model that carries the tool
+    dampings: Array  # of each motor [N s/m or Nm s]
+    joints: Integers  # those of the motors, and of what is coupled to them
+    motor_of: Integers  # the place in `motors` of what moves each joint
+    spread: Array  # the share of its motor's torque that each joint gets
+    turning: TurningFingers | None = None
+    bodies: tuple[int, ...] = ()  # of the model, that it holds
+    pressing: float | None = None
+    held: list[tuple[Array, float]] = field(
+        default_factory=list
+    )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
+    since: float = 0.0  # when it began to press [s]
+
+    def force(self, time: float) -> float:
+        """The force with which it presses at a time [N].
+
+        It builds up, as that of grippers does, so that fingers come to lie flat on what they hold: under a force that is
+        there at once a body that is held off its middle turns by a degree, and stays so.
+        """
+        full = self.pressing or 0.0
+        return full * (time - self.since) / BUILDS_UP if self.builds_up(time) else full
+
+    def builds_up(self, time: float) -> bool:
+        """Whether it presses with less than its whole force; a hand that is forced open does so at once."""
+        return self.pressing is not None and self.pressing > 0.0 and time < self.since + BUILDS_UP
