@@ -20,8 +20,8 @@ from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
 from kabo.scene import Robot
 
-SHARE = 0.6  # of the proven clearance, that may be foreseen
-NOTICED = 0.25  # share of the proven clearance, below which nothing is asked about the reason
+SHARE = 0.3  # of the proven clearance, that may be foreseen of origins of links: corners move faster
+NOTICED = 0.15  # share of the proven clearance, below which nothing is asked about the reason
 LEAST, STEP = 0.02, 0.9  # rates: the slowest, and the ratio of one to the one before
 SLOWER, FASTER = 0.91, 1.2  # ratio to the rate now, beyond which the rate is changed
 FORESEEN = 1.0  # [s] on the clock of the motion

@@ -9,7 +9,7 @@ from kabo.scene.changes import beginning_at, with_change
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
 from kabo.scene.inner_meshes import inner_mesh
-from kabo.scene.kept import KeptScenes
+from kabo.scene.kept import KeptScenes, memory_of
 from kabo.scene.motion_limits import motion_limits
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
@@ -52,6 +52,7 @@ __all__ = [
     "link_poses",
     "load_mesh",
     "KeptScenes",
+    "memory_of",
     "load_scene",
     "mesh_of",
     "motion_limits",

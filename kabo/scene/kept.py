@@ -2,11 +2,13 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from typing import Any
 
 from kabo.children import never
 from kabo.language.scene_description import SceneDescription
 from kabo.scene.scene import Scene, hashes, load_scene
 
+MOST_REMEMBERED = 100_000  # some hundred bytes each
 MOST = 4  # scenes; meshes of a large one take some hundred megabytes
 
 
@@ -40,3 +42,17 @@ def _unchanged(scene: Scene) -> bool:
         return hashes([path for path in scene.files if path.suffix != ".parts"]) == dict(scene.files)
     except OSError:
         return False
+
+
+def memory_of(scene: Scene, kind: Hashable) -> dict[bytes, Any]:
+    """What is remembered of a kind, by all on which it depends but the loaded robots, which are those of the scene.
+
+    It is emptied when it gets too large.
+    """
+    robots = tuple(scene.robots.values())
+    if not robots:
+        return {}
+    known: dict[bytes, Any] = robots[0].memory.setdefault((kind, *map(id, robots)), {})
+    if len(known) > MOST_REMEMBERED:
+        known.clear()
+    return known

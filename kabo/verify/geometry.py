@@ -9,7 +9,7 @@ from typing import Any
 from kabo.language import Problem
 from kabo.phases import phase
 from kabo.plan import Plan
-from kabo.scene import KeptScenes, Scene
+from kabo.scene import KeptScenes, Scene, memory_of
 from kabo.verify.certificate.check import check_certificate
 from kabo.verify.motion.added import AddedBodies, Changes, NoBodyError, require_known
 from kabo.verify.motion.calls import Calls
@@ -20,6 +20,7 @@ from kabo.verify.motion.motions import check_motion
 from kabo.verify.motion.overlaps import Motion, all_meetings, check_overlaps, sharing_time
 from kabo.verify.motion.scene_model import SceneModel
 from kabo.verify.motion.situation import check_start
+from kabo.verify.motion.sweep import Proof
 from kabo.verify.motion.trajectories.figures import TrajectoryFigures
 from kabo.verify.report import Finding
 from kabo.verify.scene_alone import SceneAlone
@@ -49,7 +50,7 @@ def check_geometry(
     scene = scene or _SCENES.scene(problem.scene)[0]
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
-    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
+    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally(known=memory_of(scene, Proof))
     anywhere = isinstance(problem, SceneAlone) or plan.done is not None
     findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     try:
