@@ -6,9 +6,12 @@ Where all robots rest and a hand takes or lets go, the motion is divided: the ne
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from kabo.arrays import Array
 from kabo.motion import Trajectory
 from kabo.plan import Plan, Segment
-from kabo.scene import Scene
+from kabo.scene import Robot, Scene
 
 SAME_TIME = 1e-9  # [s]
 
@@ -66,6 +69,29 @@ class Motion:
     def at(self, time: float) -> Iterator[Stretch]:
         """The stretches that run at a time."""
         return (each for each in self.stretches if each.begin - SAME_TIME <= time <= each.end + SAME_TIME)
+
+    def rows(self, robot: Robot, resting: Sequence[float], times: Array) -> Array:
+        """Where all joints of a robot are by the plan at some times (k,): the values (k, n), `resting` for those that rest."""
+        rows = np.tile(np.asarray(resting, np.float64), (len(times), 1))
+        for each in (own for own in self.stretches if own.robot == robot.name):
+            columns = np.array([robot.joint_names.index(joint) for joint in each.trajectory.joints])
+            if each.end <= times[0]:
+                rows[:, columns] = each.trajectory.waypoints[-1]
+                continue
+            begun = np.flatnonzero(times >= each.begin - SAME_TIME)
+            if len(begun):
+                rows[np.ix_(begun, columns)] = each.trajectory.at(np.minimum(times[begun], each.end))
+        return rows
+
+    def alone_since(self, robot: str, time: float) -> float | None:
+        """Since when a robot moves alone, and no hand has acted; None: another robot moves, too."""
+        since = self.begin
+        for each in self.stretches:
+            if each.robot != robot and each.begin - SAME_TIME <= time:
+                if time <= each.end + SAME_TIME:
+                    return None
+                since = max(since, each.end)
+        return max([since, *(each.time for each in self.actions if each.time <= time)])
 
     def rests(self, time: float) -> bool:
         """Whether no robot moves at a time."""

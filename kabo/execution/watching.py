@@ -15,13 +15,16 @@ from kabo.execution.belief import Belief
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
 from kabo.execution.margins import Displacement, Margins, Slack
-from kabo.execution.motions import Motion, Stretch
+from kabo.execution.motions import Motion
 from kabo.execution.nearness import Moving, Nearness
 from kabo.execution.pacing import Off
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
+LATEST = 0.1  # [s] by which a robot that moves alone may be late
+LATE_FROM = 0.1  # share of what is permitted, from which it is asked whether a robot that is off is only late
+PLACES, REFINED = 11, 3  # places of the path that are looked at, and how often ever nearer
 AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
 NOTED = 5e-4  # [m]: that a body is off by more, and yet no surprise, is told once at each node
 CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower or wider than planned
@@ -96,7 +99,7 @@ class Watch:
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven, and no two things too near to each other."""
         self.off = self.distances(motion, state, belief)
-        for name, (off, permitted) in self.off.items():
+        for name, (off, permitted, *_) in self.off.items():
             for found in (self.measured, self._recent):
                 found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
                 found.share = max(
@@ -110,38 +113,60 @@ class Watch:
         return self._together(motion, state, belief)
 
     def _together(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
-        running = tuple(motion.at(state.motion_time))
-        moving = {
-            name: Moving(self._planned(name, running, state, belief), self.off[name].off) for name in self.off
-        }
-        moving = {name: own for name, own in moving.items() if any(each.robot == name for each in running)}
-        followed = frozenset((each.node, each.segment) for each in running)
-        near = self._nearness.judge(self.margins, followed, moving, state, belief, self.displaced)
+        moving: dict[str, Moving] = {}
+        followed: set[tuple[str, int]] = set()
+        for name, (off, _, late, _) in self.off.items():
+            time = state.motion_time - late
+            if running := [each for each in motion.at(time) if each.robot == name]:
+                moving[name] = Moving(self._planned(motion, name, time, belief), off)
+                followed.update((each.node, each.segment) for each in running)
+        near = self._nearness.judge(self.margins, frozenset(followed), moving, state, belief, self.displaced)
         if near is None:
             return None
         return Surprise("tracking", str(near), near.between[0], near.off, max(0.0, near.off - near.missing))
 
     def distances(self, motion: Motion, state: RobotState, belief: Belief) -> dict[str, Off]:
-        """How far each robot is off its path, and how far it may be; infinitely if it stands by the plan."""
-        found = {}
+        """How far each robot is off its path, and how far it may be; infinitely if it stands by the plan.
+
+        A robot that moves alone may be late: it is compared with where it should have been, not long ago, since the last
+        thing that hands or other robots did. Where robots move at once, proofs are of their times.
+        """
+        found, time = {}, state.motion_time
         for name in self.scene.robots:
-            running = [each for each in motion.at(state.motion_time) if each.robot == name]
-            permitted = min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf)
-            planned = self._planned(name, running, state, belief)
-            found[name] = Off(self._off_path(name, state.positions[name], planned), float(permitted))
+            permitted = self._permitted(motion, name, time)
+            planned = self._planned(motion, name, time, belief)
+            since = motion.alone_since(name, time)
+            off = Off(self._off_path(name, state.positions[name], planned), permitted, alone=since is not None)
+            if since is not None and off.off > LATE_FROM * permitted:
+                off = self._late(motion, name, state, belief, max(since, time - LATEST), off)
+            found[name] = off
         return found
 
-    def _planned(
-        self, name: str, running: Sequence[Stretch], state: RobotState, belief: Belief
-    ) -> tuple[float, ...]:
-        """The values of all joints of a robot at the time of the motion's clock."""
-        planned, names = list(belief.state.robots[name]), self.scene.robots[name].joint_names
-        for each in running:
-            if each.robot == name:
-                values = each.trajectory.at(state.motion_time).tolist()
-                for joint, value in zip(each.trajectory.joints, values, strict=True):
-                    planned[names.index(joint)] = value
-        return tuple(planned)
+    def _permitted(self, motion: Motion, name: str, time: float) -> float:
+        running = (each for each in motion.at(time) if each.robot == name)
+        return float(min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf))
+
+    def _late(self, motion: Motion, name: str, state: RobotState, belief: Belief, since: float, now: Off) -> Off:
+        """How far a robot is off the nearest place of its path since a time, if that is nearer than where it should be."""
+        robot, (low, high) = self.scene.robots[name], (since, state.motion_time)
+        actual, best = list(state.positions[name]), now
+        for _ in range(REFINED):
+            times = np.linspace(low, high, PLACES)
+            rows = np.vstack([motion.rows(robot, belief.state.robots[name], times), actual])
+            rows[:, robot.planned :] = actual[robot.planned :]
+            origins = LinkOrigins.of(robot).at(rows)
+            off = np.linalg.norm(origins[:-1] - origins[-1], axis=2).max(axis=1, initial=0.0)
+            k = int(np.argmin(off))
+            if off[k] < best.off:
+                permitted = self._permitted(motion, name, times[k])
+                best = Off(float(off[k]), permitted, state.motion_time - float(times[k]), alone=True)
+            low, high = times[max(0, k - 1)], times[min(k + 1, PLACES - 1)]
+        return best
+
+    def _planned(self, motion: Motion, name: str, time: float, belief: Belief) -> tuple[float, ...]:
+        """The values of all joints of a robot at a time of the motion's clock."""
+        rows = motion.rows(self.scene.robots[name], belief.state.robots[name], np.array([time]))
+        return tuple(rows[0].tolist())
 
     def _off_path(self, name: str, actual: Sequence[float], planned: Sequence[float]) -> float:
         """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""

@@ -1,6 +1,5 @@
 """The clock of a motion is slowed down within all limits, and so that late robots are near enough to their paths."""
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +13,14 @@ from kabo.execution import (
     KnownTruth,
     Margins,
     Motion,
+    RobotState,
     execute,
     motion_of,
 )
+from kabo.execution.belief import Belief
 from kabo.execution.clock import Change, StopWhileChanging
+from kabo.execution.motions import parts_of
+from kabo.execution.watching import LATE_FROM, Watch
 from kabo.plan import Plan
 from kabo.scene import Scene, motion_limits
 
@@ -104,20 +107,38 @@ def late_run(
 
 
 @pytest.mark.parametrize("stated", [0.0, 0.02])
-def test_a_late_controller_reaches_the_goal_more_slowly(
-    stated: float, stacked_plan: Plan, stacked_scene: Scene
+@pytest.mark.parametrize("delay", [0.02, 0.08])
+def test_a_late_robot_that_moves_alone_is_on_its_path(
+    delay: float, stated: float, stacked_plan: Plan, stacked_scene: Scene
 ) -> None:
-    """At full speed it would be up to 13 mm off its path, and 10 mm are proven."""
-    run, paces = late_run(stacked_plan, stacked_scene, 0.02, stated)
+    """Of where it should be at the time it is up to 13 mm off at 20 ms, and 10 mm are proven."""
+    run, paces = late_run(stacked_plan, stacked_scene, delay, stated)
     assert run.reached_goal, run.reason
-    for each in run.log.of("followed"):
-        assert each["tracking"] <= 0.75 * each["permitted"]
-    assert min(each["rate"] for each in paces) < 0.8
-    assert paces[-1]["rate"] == 1.0 and "full speed" in paces[-1]["reason"]
-    assert all(first["rate"] != second["rate"] for first, second in pairwise(paces))
-    assert "follows" in paces[0]["reason"] and "ms late" in paces[0]["reason"]
-    if stated:
-        assert paces[0]["time"] == next(iter(run.log.of("moving")))["time"]
+    assert all(each["tracking"] <= 0.3 * each["permitted"] for each in run.log.of("followed"))
+    assert paces == []
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_where_a_robot_was_a_while_ago_is_its_path_unless_a_hand_has_acted(
+    seed: int, stacked_plan: Plan, stacked_scene: Scene
+) -> None:
+    draw = np.random.default_rng(seed)
+    motion = parts_of(motion_of(stacked_plan, stacked_plan.root, stacked_scene))[0]
+    watch, belief = Watch(stacked_scene, Margins(stacked_plan)), Belief(stacked_scene, stacked_scene.start)
+    time, late = draw.uniform(0.3, 1.0) * motion.end, draw.uniform(0.0, 0.09)
+    robot = stacked_scene.robots["mobile"]
+    resting = stacked_scene.start.robots["mobile"]
+
+    def at(moment: float) -> RobotState:
+        row = motion.rows(robot, resting, np.array([moment]))[0]
+        return RobotState(time, time, True, {"mobile": tuple(row)}, {"mobile": (0.0,) * len(row)})
+
+    here, before, long_ago = (watch.distances(motion, at(time - by), belief)["mobile"] for by in (0.0, late, 0.25))
+    assert here.off == 0.0 and here.late == 0.0
+    assert before.off <= max(5e-4, LATE_FROM * before.permitted)
+    direct = watch._off_path("mobile", at(time - 0.25).positions["mobile"], at(time).positions["mobile"])
+    nearest = watch._off_path("mobile", at(time - 0.25).positions["mobile"], at(time - 0.1).positions["mobile"])
+    assert nearest - 1e-3 <= long_ago.off <= direct + 1e-9  # no more than a tenth of a second is made good
 
 
 def test_a_robot_that_is_on_its_path_is_never_slowed_down(stacked_plan: Plan, stacked_scene: Scene) -> None:
@@ -125,11 +146,10 @@ def test_a_robot_that_is_on_its_path_is_never_slowed_down(stacked_plan: Plan, st
     assert run.reached_goal and paces == []
 
 
-def test_what_no_clock_can_mend_still_stops_the_run(stacked_plan: Plan, stacked_scene: Scene) -> None:
-    run, paces = late_run(stacked_plan, stacked_scene, 0.5)
+def test_what_is_too_late_still_stops_the_run(stacked_plan: Plan, stacked_scene: Scene) -> None:
+    run, _ = late_run(stacked_plan, stacked_scene, 0.5)
     assert not run.reached_goal and run.surprise is not None and run.surprise.kind == "tracking"
     assert run.surprise.off > Margins(stacked_plan).of_rest(stacked_plan.root)
-    assert min(each["rate"] for each in paces) < 1.0
 
 
 @pytest.mark.slow
@@ -145,12 +165,13 @@ def test_two_arms_that_move_at_once_share_the_slower_clock() -> None:
 
 
 @pytest.mark.slow
-def test_a_panda_with_thin_clearances_is_slowed_down() -> None:
+def test_a_panda_with_thin_clearances_may_be_late_all_the_same() -> None:
     """Some segments of this plan are proven to be free by hardly a millimetre."""
     problem = kabo.load_problem(DOMAINS.parent / "examples" / "two_cans" / "problem.yaml")
     plan, scene = kabo.solve(problem).plan, kabo.load_scene(problem.scene)
     assert plan is not None
-    run, paces = late_run(plan, scene, 0.02, stated=0.02)
+    on_time, _ = late_run(plan, scene, 0.0)
+    run, _ = late_run(plan, scene, 0.04)
     assert run.reached_goal, run.reason
-    assert min(each["rate"] for each in paces) < 0.3
+    assert run.log.records[-1]["time"] <= 1.1 * on_time.log.records[-1]["time"]
     assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
