@@ -71,7 +71,7 @@ class Motion:
         return (each for each in self.stretches if each.begin - SAME_TIME <= time <= each.end + SAME_TIME)
 
     def rows(self, robot: Robot, resting: Sequence[float], times: Array) -> Array:
-        """Where all joints of a robot are by the plan at some times (k,): the values (k, n), `resting` for those that rest."""
+        """The values (k, n) of all joints of a robot by the plan at some times (k,): `resting` for those that rest."""
         rows = np.tile(np.asarray(resting, np.float64), (len(times), 1))
         for each in (own for own in self.stretches if own.robot == robot.name):
             columns = np.array([robot.joint_names.index(joint) for joint in each.trajectory.joints])
