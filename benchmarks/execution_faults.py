@@ -238,7 +238,7 @@ def faults(
             if perf_counter() - began > 60.0 * minutes:
                 break
         pool.terminate()
-    return [*_ends(made), _answers(made), _reasons(made)]
+    return [table for table in (*_ends(made), _answers(made), _reasons(made)) if table.rows]
 
 
 def told(each: Judged) -> str:

@@ -155,12 +155,14 @@ SECTIONS = {"distances": distances, "clearance": clearance, "mutants": mutants}
 def main() -> None:
     """Runs the sections that are asked for, prints tables and writes JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sections", nargs="*", default=list(SECTIONS), choices=list(SECTIONS), help="default: all")
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"{', '.join(SECTIONS)}; default: all")
     parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="problems with one in the name")
     parser.add_argument("--mutants", type=int, default=200, help="of all problems together")
     parser.add_argument("--output", type=Path, help="JSON")
     options = parser.parse_args()
-    tables = [SECTIONS[name](options) for name in options.sections]
+    if unknown := set(options.sections) - set(SECTIONS):
+        parser.error(f"there is no section {min(unknown)}; choose from {', '.join(SECTIONS)}")
+    tables = [SECTIONS[name](options) for name in options.sections or SECTIONS]
     for table in tables:
         print(table, end="\n\n")
     if options.output:

@@ -175,7 +175,13 @@ def test_one_surprise_again_and_again_ends_the_run(stacked: tuple[kabo.Problem, 
     recovery = Stubborn()
     run = carried_out(stacked, PushingRobot(stacked[1], "o1", 0.4, (0.02, 0.0, 0.0)), recovery)
     assert not run.reached_goal and "again and again" in run.reason
-    assert len(recovery.asked) == 3
+    kinds = [each.surprise.kind for each in recovery.asked]
+    assert kinds == [
+        "displaced",
+        "elsewhere",
+        "elsewhere",
+        "elsewhere",
+    ]  # the plan begins where no robot is any more
 
 
 # ----------------------------------------------------------------------------------------------------------- ways

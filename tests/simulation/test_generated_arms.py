@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from hypothesis import event, given, settings
+from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
 import kabo
@@ -58,6 +58,9 @@ def joints(draw: st.DrawFn) -> tuple[str, float]:
 def test_a_drawn_arm_stands_and_keeps_to_a_trajectory(
     drawn: list[tuple[str, float]], tilt: float, data: st.DataObject
 ) -> None:
+    # What a weak motor carries has to be guessed: written masses farther out may be more than it can bear.
+    weak = any(f'effort="{effort}"' in text for text, _ in drawn for effort in (0.5, 20.0))
+    assume(not weak or not any("<inertial>" in text for text, _ in drawn))
     names = [f"joint_{k + 1}" for k in range(len(drawn))]
     texts = [text.replace("@", str(k + 1)).replace("#", str(k)) for k, (text, _) in enumerate(drawn)]
     goal = [reach * data.draw(st.sampled_from([-0.7, 0.2, 0.8])) for _, reach in drawn]
