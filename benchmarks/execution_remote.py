@@ -289,7 +289,7 @@ def tables_of(rows: dict[str, list[dict[str, float]]], cases: list[str]) -> list
         stood = {"stands_after_ms": max(stands)} if stands else {}
         lost.add(name, **figures, within_50_ms=within, **stood)
     whole = Table("whole runs, STACKED n = 2")
-    for name in WHOLE:
+    for name in WHOLE if rows[next(iter(WHOLE))] else ():
         of = {key: np.array([row[key] for row in rows[name]]) for key in rows[name][0]}
         whole.add(
             name,
@@ -301,7 +301,7 @@ def tables_of(rows: dict[str, list[dict[str, float]]], cases: list[str]) -> list
             greatest_gap_ms=1000.0 * float(of["greatest_gap"].max()),
             steal=float(of["steal"].max()),
         )
-    return [lost, whole] if lost.rows else [whole]
+    return [table for table in (lost, whole) if table.rows]
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ RUNS = (
     "execution_displaced --runs 1 --only stacked --output out.json",
     "execution_faults --runs 1 --workers 1 --output out.json",
     "execution_physics --only stacked/n2 --not n20 --branches 1 --output out.json",
-    "execution_remote --runs 1 --whole 1 -o out.json",
+    "execution_remote --runs 1 --whole 0 -o out.json",
     "exploration bar --small --output out",
     "exploration line string budget reach speed journal worlds --small --seeds 1 --output out",
     "geometry predicates --scene generated --configurations 8 --output out",
