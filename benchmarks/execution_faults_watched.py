@@ -28,6 +28,7 @@ UNSEEN = 1.0  # [s] after which a body that nobody sees is a surprise
 ROUNDING = 2e-5  # [m]: of numbers in a log
 WAYS = ("finish", "undo")
 OTHER = ("asked to stop", "nearer to each other than")  # pairs are judged by the executor alone
+LATE_STEP, LATE_STEPS = 0.001, 100  # [s]: a robot that moves alone may be late
 WIDE = 0.05  # share of a hand's stroke
 
 
@@ -191,6 +192,8 @@ class Watcher:
         self.seen.update(dict.fromkeys(record["bodies"], record["time"]))
         cell, running = self._at(record["motion_time"]) if self.nodes else (self.cell, [])
         before, self.off = self.off, dict(self._unproven(record, cell, running))
+        if self.off and self._is_late(record, cell, running):
+            self.off.pop(self._robot(running[0]), None)
         if self.reason is not None:
             self._judge_reason({*before, *self.off, *self._wide(record, cell)}, record["time"])
         if not moving or not running:  # what rests may be anywhere: nothing is done
@@ -204,6 +207,20 @@ class Watcher:
             what = "; ".join(self.off.values())
             self.wrong.append(f"at {record['time']:g} s the run goes on, though {what}")
             self.since = inf
+
+    def _is_late(self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]) -> bool:
+        """Whether the one robot that moves is where it should have been up to a tenth of a second ago, all else as now."""
+        if len({self._robot(key) for key in running}) != 1:
+            return False
+        robot = self._robot(running[0])
+        for step in range(1, LATE_STEPS + 1):
+            earlier, then = self._at(record["motion_time"] - step * LATE_STEP)
+            hands = [{body: own[0] for body, own in each.hung.items()} for each in (earlier, cell)]
+            if hands[0] != hands[1] or {self._robot(key) for key in then} != {robot}:
+                return False
+            if robot not in dict(self._unproven(record, earlier, then)):
+                return True
+        return False
 
     def _unproven(
         self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]
