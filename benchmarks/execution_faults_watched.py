@@ -191,11 +191,12 @@ class Watcher:
             self.seen.update(dict.fromkeys(self.scene.movable, record["time"]))
         self.seen.update(dict.fromkeys(record["bodies"], record["time"]))
         cell, running = self._at(record["motion_time"]) if self.nodes else (self.cell, [])
-        before, self.off = self.off, dict(self._unproven(record, cell, running))
+        at_once = dict(self._unproven(record, cell, running))
+        before, self.off = self.off, dict(at_once)
         if self.off and self._is_late(record, cell, running):
             self.off.pop(self._robot(running[0]), None)
         if self.reason is not None:
-            self._judge_reason({*before, *self.off, *self._wide(record, cell)}, record["time"])
+            self._judge_reason({*before, *at_once, *self._wide(record, cell)}, record["time"])
         if not moving or not running:  # what rests may be anywhere: nothing is done
             self.since = None
             return
