@@ -115,8 +115,8 @@ def judged(fault: Fault) -> Judged:
     found = Judged(fault)
     try:
         _run(fault, found)
-    except Exception:  # noqa: BLE001 - whatever it is, it is a finding
-        found.end, found.reason = "wrong", traceback.format_exc(limit=-4)
+    except Exception as error:  # noqa: BLE001 - whatever it is, it is a finding
+        found.end, found.reason = "wrong", "".join(traceback.format_exception_only(error)).strip()
     return found
 
 
@@ -188,7 +188,8 @@ def _end(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot, found: Judge
 def _farthest(run: Run, plan: Plan, scene: Scene, robot: SimulatedRobot) -> tuple[str, float, float] | None:
     """The body that is farthest from where the last plan has put it, if one is too far [m], and what was proven."""
     roots = [number for number, (node, _) in enumerate(run.history) if node == plan.root]
-    tail = run.history[roots[-1] :] if roots else ()  # a plan is followed to its end, and comes to its root once
+    tail = run.history[roots[-1] :] if roots and plan.nodes[plan.root].kind != "goal" else ()
+    # A plan is followed to its end, and comes to its root once.
     state = state_after(plan, tail).geometry
     if state is None:
         return None
