@@ -62,9 +62,7 @@ class Pacer:
     delay: float = 0.0
     rate: float = 1.0  # that was asked for last
     late: dict[str, float] = field(default_factory=dict)  # how late robots are found to follow [s]
-    stray: dict[str, float] = field(
-        default_factory=dict
-    )  # how far they are off any place of their path, by speed [s]
+    stray: dict[str, float] = field(default_factory=dict)  # how far they are off their path, by their speed [s]
 
     def begin(
         self, motion: Motion, belief: Belief, margins: Margins, standing: Mapping[str, float]
