@@ -59,7 +59,9 @@ def test_contacts_of_a_hand_get_the_bias_that_mujoco_leaves_out(moving: Physics)
     finger, bottle = int(touches.body[geoms[0]]), int(touches.body[geoms[1]])
     pairs = np.array([[geoms[0], geoms[1]], [geoms[2], geoms[1]], [geoms[0], geoms[1]]], np.int32)
     places, frame = drawn("places", 3, 3), np.linalg.qr(drawn("frame", 3, 3))[0]
-    contacts = Contacts(pairs, places, np.tile(frame.ravel(), (3, 1)), np.array([0, 4, -1], np.int32), np.full(3, 4, np.int32))
+    contacts = Contacts(
+        pairs, places, np.tile(frame.ravel(), (3, 1)), np.array([0, 4, -1], np.int32), np.full(3, 4, np.int32)
+    )
     reference, impedance, step = np.zeros(8), np.full((8, 4), 100.0), moving.settings.timestep
     for presses in (0, 1):
         given = contacts, touches, np.array([presses, 0]), moving._tree, moving._moving, reference, impedance, step
