@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Booleans, Integers
 from kabo.geometry.collision.tight_parts import behind, tight_part
 from kabo.meshes import Mesh
 
@@ -40,7 +40,7 @@ class Notches:
     points: Array
     planes: Array
 
-    def at(self, which: Array) -> "Notches":
+    def at(self, which: Booleans | Integers) -> "Notches":
         """Some of them."""
         return Notches(self.points[which], self.planes[which])
 
@@ -102,8 +102,8 @@ def _normals(corners: Array) -> tuple[Array, Array]:
     return normals / np.where(lengths > 0.0, lengths, 1.0)[:, None], lengths
 
 
-def _concave_edges(faces: Array, vertices: Array, normals: Array) -> tuple[Array, Array, Array]:
-    """Points along edges at which two faces form a hollow, the ways (n, 3) to 1 m above both faces, and planes (n, 3, 4)."""
+def _concave_edges(faces: Integers, vertices: Array, normals: Array) -> tuple[Array, Array, Array]:
+    """Points along edges where two faces form a hollow, the ways (n, 3) to 1 m above both, and planes (n, 3, 4)."""
     ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     owner = np.tile(np.arange(len(faces)), 3)
     opposite = np.concatenate([faces[:, 2], faces[:, 0], faces[:, 1]])
