@@ -18,7 +18,7 @@ it has more. What branches share is simulated once: where they part, the process
 `--hasty` sends the same motions in 1 / sqrt(2) of their time, so everything is accelerated twice as much as planned, and
 tells whether grasps hold: proven clearances do not count then.
 
-A part that was run anew replaces its rows in the file of `--output`; all others stay.
+A part that was run anew replaces its rows in the file of `--output`; all others stay. `code` is the commit that made a row.
 """
 
 import argparse
@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from execution_physics_run import HASTY, Branch, Measured, Outcomes, branches_of, carried_out
 from motion import problems
-from table import Table, write
+from table import Table, surroundings, write
 
 import kabo
 from kabo.plan import Plan
@@ -114,7 +114,8 @@ def tables(options: argparse.Namespace, kept: dict[str, Table]) -> Iterator[None
             plan, scene, outcomes, HASTY if options.hasty else 1.0, weld=options.welds
         )
         row = figures(branches, measured, total)
-        kept[title].add(name, **row, **{"processor s": process_time() - began})
+        code = (surroundings()["commit"] or "")[:8]
+        kept[title].add(name, **row, **{"processor s": process_time() - began, "code": code})
         failed = [each for each in branches if each.reason]
         if failed:
             told = f"{name}, hasty" if options.hasty else name
