@@ -194,7 +194,7 @@ class Workspace:
         fixed, fixed_names = self._fixed()
         # They depend on what there is, not on where it is.
         key = "pairs", self.robot.name, self.permitted, self._touched, self.extras, *moving_names, *fixed_names
-        checked = self.surroundings.remembered(key, lambda: self._pairs(moving_names, fixed_names))
+        checked = self.surroundings.lasting(key, lambda: self._pairs(moving_names, fixed_names))
         return moving, fixed, checked
 
     def _grasped(
@@ -232,7 +232,7 @@ class Workspace:
         return FloorView(view, drive, len(names), epsilon), [*names, (base, drive.floor)]
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
-        own = self.surroundings.remembered(("moving links", self.robot.name), self._moving_links)
+        own = self.surroundings.lasting(("moving links", self.robot.name), self._moving_links)
         groups, names = list(own[0]), list(own[1])
         for name, held in self.carried.items():
             link = self.robot.links[held.parent.partition(".")[2]]
@@ -295,7 +295,8 @@ class Workspace:
             for q in self.situation.robots[robot.name]:
                 # Where they are decides, which for links that do not move with the robot itself is always the same.
                 key = "standing links", self.robot.name, robot.name, None if robot is self.robot else q
-                links = self.surroundings.remembered(key, partial(self._standing_links, robot, q))
+                keep = self.surroundings.lasting if robot is self.robot else self.surroundings.remembered
+                links = keep(key, partial(self._standing_links, robot, q))
                 groups.extend(links.values())
                 names.extend(links)
         for name in self.surroundings.scene.bodies:

@@ -22,9 +22,15 @@ def curves_of(parts: Sequence[MotionPart]) -> frozenset[int]:
 
 
 def _is_curve(part: MotionPart) -> bool:
-    path = np.array(part.rows)
-    if part.stretch.group != "arm" or part.stretch.exact or len(path) < 3:
+    if part.stretch.group != "arm" or part.stretch.exact or len(part.rows) < 3:
         return False
+    key = "curve", part.stretch.robot, part.joints, part.stretch.path.tobytes()
+    found: tuple[bool] = part.scene.context.surroundings.remembered(key, lambda: (_is_smooth(part),))
+    return found[0]
+
+
+def _is_smooth(part: MotionPart) -> bool:
+    path = np.array(part.rows)
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     return (
         float(lengths.sum()) > LEAST_LENGTH

@@ -102,11 +102,6 @@ class Route:
             return self._refused(made, hopeless)
         return bent
 
-    def judged(self, made: Timed) -> Refused | None:
-        """What is not proven of a motion."""
-        found = self.looked_at(made) or self.proven(made)
-        return found if isinstance(found, Refused) else None
-
     def _refused(self, made: Timed, refused: Sequence[int]) -> Refused:
         pieces = np.asarray(refused, np.int64)
         owners = frozenset(self._owners_of(made, pieces).tolist())
