@@ -139,9 +139,7 @@ def _timed(
     return found
 
 
-def _fitting(
-    rounds: Rounds, shares: Array, greatest: Array, judge: Callable[[Array], Refused | None]
-) -> Array:
+def _fitting(rounds: Rounds, shares: Array, greatest: Array, judge: Callable[[Array], Refused | None]) -> Array:
     """Shares (m,), none greater than those given, with which a judge does not refuse the path for its rounds.
 
     The path is judged before the motion along it, as times cost more.
