@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kabo.arrays import Array, Integers
 from kabo.geometry import CollisionChecker, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts
+from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts, first_along
 from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.driving.floor_view import FloorView
 from kabo.geometry_server.extras import Extra
@@ -102,11 +102,8 @@ class Workspace:
 
         `deviations` (m - 1, n): how far each joint may be from each segment [rad or m]; None for zeros.
         """
-        for k, (start, goal) in enumerate(zip(waypoints, waypoints[1:], strict=False)):
-            index = self.segment_hit(start, goal, None if deviations is None else deviations[k])
-            if index >= 0:
-                return self.pairs[index]
-        return None
+        index = first_along(self.segments_hit, np.array(waypoints), deviations, by_one=self.surroundings.exact)
+        return None if index < 0 else self.pairs[index]
 
     @property
     def pairs(self) -> list[Pair]:
