@@ -214,33 +214,41 @@ class Watcher:
         if len({self._robot(key) for key in running}) != 1:
             return False
         robot = self._robot(running[0])
+        proven, values = self._proven(), record["robots"][robot]
+        links = link_poses(self.scene.robots[robot], values)
         for step in range(1, LATE_STEPS + 1):
             earlier, then = self._at(record["motion_time"] - step * LATE_STEP)
             hands = [{body: own[0] for body, own in each.hung.items()} for each in (earlier, cell)]
             if hands[0] != hands[1] or {self._robot(key) for key in then} != {robot}:
                 return False
-            if robot not in dict(self._unproven(record, earlier, then)):
+            if self._strays(robot, values, links, earlier) <= min(proven.get(key, 0.0) for key in then) + ROUNDING:
                 return True
         return False
+
+    def _proven(self) -> dict[tuple[str, int], float]:
+        """The clearance that the plan's certificate proves for each segment [m]."""
+        certificate = self.plan.certificate
+        near = 0.0 if certificate is None else certificate.near or 0.0
+        return {
+            (each.node, each.segment): near if each.clearance is None else each.clearance
+            for each in (() if certificate is None else certificate.segments)
+        }
+
+    def _strays(self, robot: str, values: Sequence[float], links: Mapping[str, Array], cell: Cell) -> float:
+        """How far links of a robot are from where a plan has them, at most [m]."""
+        own, wanted = self.scene.robots[robot], cell.values(robot)
+        wanted[own.planned :] = values[own.planned :]  # hands close as far as they find room
+        planned = link_poses(own, wanted)
+        return max(float(np.linalg.norm(links[k][:3, 3] - planned[k][:3, 3])) for k in planned)
 
     def _unproven(
         self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]
     ) -> Iterator[tuple[str, str]]:
         """Each thing that is farther from its place than is proven, with a sentence."""
-        certificate = self.plan.certificate
-        near = 0.0 if certificate is None else certificate.near or 0.0
-        proven = {
-            (each.node, each.segment): near if each.clearance is None else each.clearance
-            for each in (() if certificate is None else certificate.segments)
-        }
-        links = {}
+        proven, links = self._proven(), {}
         for robot, values in record["robots"].items():
-            own = self.scene.robots[robot]
-            links[robot] = link_poses(own, values)
-            wanted = cell.values(robot)
-            wanted[own.planned :] = values[own.planned :]  # hands close as far as they find room
-            planned = link_poses(own, wanted)
-            off = max(float(np.linalg.norm(links[robot][k][:3, 3] - planned[k][:3, 3])) for k in planned)
+            links[robot] = link_poses(self.scene.robots[robot], values)
+            off = self._strays(robot, values, links[robot], cell)
             mine = [proven.get(key, 0.0) for key in running if self._robot(key) == robot]
             if mine and off > min(mine) + ROUNDING:
                 yield robot, f"{robot} is {1000 * off:.1f} mm off its path, {1000 * min(mine):.1f} mm are proven"
