@@ -125,7 +125,7 @@ def _within(robot: Robot, structure: Structure, q: Array) -> bool:
 
 
 def measured(ask: Callable[[], tuple[float, float, int]], rounds: int, at_least: float) -> dict[str, float]:
-    """The figures of a contestant, over so many rounds and seconds at least; the first call compiles, and is not counted."""
+    """The figures of a contestant, over so many rounds and seconds at least; the first call does not count."""
     ask()
     began, done = process_time(), 0
     while done < rounds or process_time() - began < at_least:
