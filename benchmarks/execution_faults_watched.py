@@ -28,7 +28,7 @@ UNSEEN = 1.0  # [s] after which a body that nobody sees is a surprise
 ROUNDING = 2e-5  # [m]: of numbers in a log
 WAYS = ("finish", "undo")
 OTHER = ("asked to stop", "nearer to each other than")  # pairs are judged by the executor alone
-LATE_STEP, LATE_STEPS = 0.001, 100  # [s]: a robot that moves alone may be late
+LATE_STEP, LATE_STEPS = 0.001, 100  # [s]: robots may be late, all by as much
 WIDE = 0.05  # share of a hand's stroke
 
 
@@ -193,8 +193,8 @@ class Watcher:
         cell, running = self._at(record["motion_time"]) if self.nodes else (self.cell, [])
         at_once = dict(self._unproven(record, cell, running))
         before, self.off = self.off, dict(at_once)
-        if self.off and self._is_late(record, cell, running):
-            self.off.pop(self._robot(running[0]), None)
+        if running and any(thing in self.scene.robots for thing in self.off):
+            self.off = self._if_late(record)
         if self.reason is not None:
             self._judge_reason({*before, *at_once, *self._wide(record, cell)}, record["time"])
         if not moving or not running:  # what rests may be anywhere: nothing is done
@@ -209,19 +209,13 @@ class Watcher:
             self.wrong.append(f"at {record['time']:g} s the run goes on, though {what}")
             self.since = inf
 
-    def _is_late(self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]) -> bool:
-        """Whether the one robot that moves is where it should have been up to a tenth of a second ago, all else as now."""
-        if len({self._robot(key) for key in running}) != 1:
-            return False
-        robot = self._robot(running[0])
+    def _if_late(self, record: Mapping[str, Any]) -> dict[str, str]:
+        """What is off where all robots are as late, by up to a tenth of a second, if no robot is off then; or as now."""
         for step in range(1, LATE_STEPS + 1):
-            earlier, then = self._at(record["motion_time"] - step * LATE_STEP)
-            hands = [{body: own[0] for body, own in each.hung.items()} for each in (earlier, cell)]
-            if hands[0] != hands[1] or {self._robot(key) for key in then} != {robot}:
-                return False
-            if robot not in dict(self._unproven(record, earlier, then)):
-                return True
-        return False
+            found = dict(self._unproven(record, *self._at(record["motion_time"] - step * LATE_STEP)))
+            if not any(thing in self.scene.robots for thing in found):
+                return found
+        return self.off
 
     def _unproven(
         self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]

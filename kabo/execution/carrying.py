@@ -18,6 +18,7 @@ from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margins import Margins
 from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
+from kabo.execution.off_path import OffPath
 from kabo.execution.pacing import Pace, Pacer
 from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
 from kabo.execution.state_log import StateLog
@@ -45,7 +46,7 @@ class ExecutionSettings:
             name; a plan that has less proven clearance where this robot moves is refused.
         despite_margins: whether such a plan is carried out nevertheless.
         log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
-        delay: how late robots follow what is sent, as their maker says [s].
+        delay: how late robots follow what is sent, as their maker says [s]; a tenth of a second more is no surprise.
         most_recoveries: how often a run goes on after a surprise.
     """
 
@@ -86,7 +87,7 @@ class Carrier:
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
-        self.pacer = Pacer({} if scene is None else scene.robots, settings.delay)
+        self.pacer = Pacer({} if scene is None else scene.robots)
         self.states = StateLog(log, settings.log_rate)
         self.looks = Looks(getattr(sensor, "noise", None))
         self._begin(plan, report)
@@ -104,6 +105,8 @@ class Carrier:
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
         self.part: Motion | None = None  # what is followed
+        self.waiting: list[HandAction] = []  # what hands are still to do meanwhile
+        self.stopping = False
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
@@ -115,7 +118,7 @@ class Carrier:
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
             errors = {} if self.settings.despite_margins else self._errors()
-            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors)
+            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors, self.settings.delay)
 
     def _errors(self) -> dict[str, float]:
         """The stated tracking error of each robot [m]."""
@@ -217,22 +220,20 @@ class Carrier:
     def _follow(self, part: Motion) -> None:
         """Follows a part until its end, looks at it meanwhile, and lets hands act when it is time."""
         assert self.robot is not None
-        robot, waiting = self.robot, list(part.actions)
-        self.watch.begin()
-        self._act(waiting, part.begin)
+        robot, self.waiting = self.robot, list(part.actions)
+        self.watch.begin(part, self.belief)
+        self._act(part.begin)
         self.under_way, self.part = list(part.stretches), part
         robot.follow(part)
         self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
         self._begin_pace(part)
         while (state := robot.state()).moving:
-            self._act(waiting, state.motion_time)
-            self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(
-                part.nodes[0], state
-            )
+            surprise = self.watch.tracking(part, state, self.belief)
+            self._keep_up(self.watch.path)
+            surprise = surprise or self._surprise_of_bodies(part.nodes[0], state)
             self._log_state(part.nodes[0], state)
-            self._keep_pace(state, stops=surprise is not None)
+            self._keep_pace(state, self.watch.path, stops=surprise is not None)
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
@@ -245,7 +246,7 @@ class Carrier:
             share=_finite(measured.share),
             bodies=measured.bodies,
         )
-        self._act(waiting, part.end)
+        self._act(part.end)
         self._check_grasps()
 
     def _begin_pace(self, part: Motion) -> None:
@@ -253,9 +254,14 @@ class Carrier:
         standing = self.watch.standing(self._robot.state(), self.belief)
         self._set_pace(self.pacer.begin(part, self.belief, self.margins, standing))
 
-    def _keep_pace(self, state: RobotState, *, stops: bool) -> None:
+    def _keep_up(self, path: OffPath) -> None:
+        """Lets hands do what is due, and takes into account what is done, where robots are on their path."""
+        self._act(path.time)
+        self.under_way = self._finished(self.under_way, path.time)
+
+    def _keep_pace(self, state: RobotState, path: OffPath, *, stops: bool) -> None:
         """Slows down the clock before robots are too far off their paths, or goes back to full speed."""
-        self.pacer.learn(state, self.watch.off)
+        self.pacer.learn(state, path)
         if not stops:
             self._set_pace(self.pacer.wanted(state.motion_time))
 
@@ -274,10 +280,11 @@ class Carrier:
                 self.executed.append(Executed(done.node, done.segment))
         return [each for each in stretches if each.end > time]
 
-    def _act(self, waiting: list[HandAction], time: float) -> None:
+    def _act(self, time: float) -> None:
         """Lets hands do what is due at a time of the motion."""
-        while waiting and waiting[0].time <= time + 1e-9:
-            action = waiting.pop(0)
+        while self.waiting and self.waiting[0].time <= time + 1e-9:
+            action = self.waiting.pop(0)
+            self.watch.acted(action)
             segment = self.plan.nodes[action.node].motion[action.segment]
             if action.kind == "grip":
                 self.belief.finish(segment)
@@ -299,9 +306,8 @@ class Carrier:
         self._robot.grip(action.robot, bodies)
         self._enter("gripping", robot=action.robot, bodies=bodies)
         self.gripped.append((action.robot, bodies))
-        if (
-            not self._robot.state().moving
-        ):  # another robot that moves is not kept waiting: the hand is judged later
+        # Another robot that moves is not kept waiting, and a stop is no time to judge: the hand is judged later.
+        if not self.stopping and not self._robot.state().moving:
             self._check_grasps()
 
     def _check_grasps(self) -> None:
@@ -367,15 +373,20 @@ class Carrier:
         """
         reason = "it was asked to stop" if surprise is None else surprise.sentence
         self._enter("stopping", reason=reason)
+        self.stopping = True
         self._robot.stop()
         for _ in self._looks(STOPS_WITHIN):
             state = self._robot.state()
             if not state.moving:
                 break
-            if self.part is not None:  # how late robots are is often seen only now
-                self.pacer.learn(state, self.watch.distances(self.part, state, self.belief))
-        self.part = None
-        self._stand(self._robot.state().motion_time)
+            if self.part is not None:  # how far robots are off is often seen only now
+                path = self.watch.off_path(self.part, state)
+                self._keep_up(path)
+                self.pacer.learn(state, path)
+        ended = self._robot.state().motion_time
+        if self.part is not None:
+            self._act(ended)
+        self._stand(ended)
         raise Stopped(reason, surprise)
 
     def _stand(self, time: float) -> None:
@@ -384,7 +395,7 @@ class Carrier:
             if stretch.begin < time:
                 self.belief.move(stretch.robot, stretch.trajectory.joints, stretch.trajectory.at(time))
                 self.executed.append(Executed.of(stretch, self.plan, time))
-        self.under_way = []
+        self.under_way, self.waiting, self.part, self.stopping = [], [], None, False
         for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
             self.belief.let_go(body)
 

@@ -71,7 +71,7 @@ class Motion:
         return (each for each in self.stretches if each.begin - SAME_TIME <= time <= each.end + SAME_TIME)
 
     def rows(self, robot: Robot, resting: Sequence[float], times: Array) -> Array:
-        """The values (k, n) of all joints of a robot by the plan at some times (k,): `resting` for those that rest."""
+        """The values (k, n) of all joints of a robot by the plan at times (k,) in order: `resting` before."""
         rows = np.tile(np.asarray(resting, np.float64), (len(times), 1))
         for each in (own for own in self.stretches if own.robot == robot.name):
             columns = np.array([robot.joint_names.index(joint) for joint in each.trajectory.joints])
@@ -82,16 +82,6 @@ class Motion:
             if len(begun):
                 rows[np.ix_(begun, columns)] = each.trajectory.at(np.minimum(times[begun], each.end))
         return rows
-
-    def alone_since(self, robot: str, time: float) -> float | None:
-        """Since when a robot moves alone, and no hand has acted; None: another robot moves, too."""
-        since = self.begin
-        for each in self.stretches:
-            if each.robot != robot and each.begin - SAME_TIME <= time:
-                if time <= each.end + SAME_TIME:
-                    return None
-                since = max(since, each.end)
-        return max([since, *(each.time for each in self.actions if each.time <= time)])
 
     def rests(self, time: float) -> bool:
         """Whether no robot moves at a time."""
