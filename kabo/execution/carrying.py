@@ -4,7 +4,6 @@ What no proof covers ends in a planned stop, and in the exception `Stopped`; `ex
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from typing import TypeVar
@@ -21,6 +20,7 @@ from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts
 from kabo.execution.off_path import OffPath
 from kabo.execution.pacing import Pace, Pacer
 from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
+from kabo.execution.settings import ExecutionSettings
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
@@ -34,31 +34,6 @@ STOPS_WITHIN = 30.0  # [s]
 ASKED, ASKED_EACH = 15, 0.2  # how often a sensor is asked that is silent or contradicts; after how long again [s]
 MOST_PERIODS = 10  # of the watch for each look that may be needed, since a camera is slower than the watch
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
-
-
-@dataclass(frozen=True)
-class ExecutionSettings:
-    """How a plan is carried out.
-
-    Attributes:
-        watch_rate: how often measurements are compared with the plan [Hz], 100 or more on hardware.
-        tracking_error: how far any point of a robot may be off its path, as its maker says [m], or of each robot by
-            name; a plan that has less proven clearance where this robot moves is refused.
-        despite_margins: whether such a plan is carried out nevertheless.
-        log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
-        delay: how late robots follow what is sent, as their maker says [s]; a tenth of a second more is no surprise.
-        most_recoveries: how often a run goes on after a surprise.
-    """
-
-    watch_rate: float = 100.0
-    tracking_error: float | Mapping[str, float] = 0.0
-    despite_margins: bool = False
-    log_rate: float = 0.0
-    most_recoveries: int = 20
-    delay: float = 0.0
-
-
-USUAL = ExecutionSettings()
 
 
 class Stopped(Exception):  # noqa: N818 - it is no error
