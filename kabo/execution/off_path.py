@@ -22,10 +22,11 @@ PLACES, REFINED = 11, 4  # times that are looked at, and how often ever nearer
 
 
 class Off(NamedTuple):
-    """How far any origin of a robot's links is off its path, and how far it may be [m]."""
+    """How far any origin of a robot's links is off its path, and how far it may be [m]; `planned`: its joints there."""
 
     off: float
     permitted: float
+    planned: tuple[float, ...]
 
 
 class OffPath(NamedTuple):
@@ -62,28 +63,39 @@ def off_path(
             k = int(np.argmin(seen.squares))
             high, since = seen.times[max(0, k - 1)], seen.times[min(k + 1, PLACES - 1)]
             found = seen.only(k) if seen.squares[k] < found.squares[0] else found
-    robots = {name: Off(float(off[0]), float(room[0])) for name, (off, room) in found.robots.items()}
+    robots = {
+        name: Off(float(own.off[0]), float(own.room[0]), tuple(own.rows[0].tolist()))
+        for name, own in found.robots.items()
+    }
     return OffPath(float(found.times[0]), robots)
 
 
+class _One(NamedTuple):
+    """How far a robot is off, and may be (k,) [m], from where it should be (k, n)."""
+
+    off: Array
+    room: Array
+    rows: Array
+
+
 class _Compared(NamedTuple):
-    """How far each robot is off, and may be (k,) [m], at times (k,)."""
+    """How far each robot is off at times (k,)."""
 
     times: Array
-    robots: Mapping[str, tuple[Array, Array]]
+    robots: Mapping[str, _One]
 
     @property
     def squares(self) -> Array:
         """The sum of squares of how far robots are off (k,) [m²]."""
-        return np.asarray(sum(off * off for off, _ in self.robots.values()), np.float64)
+        return np.asarray(sum(own.off * own.off for own in self.robots.values()), np.float64)
 
     @property
     def is_near(self) -> bool:
         """Whether each robot is off by so little that nothing is asked."""
-        return all(off[0] <= LATE_FROM * room[0] for off, room in self.robots.values())
+        return all(own.off[0] <= LATE_FROM * own.room[0] for own in self.robots.values())
 
     def only(self, k: int) -> "_Compared":
-        robots = {name: (off[k : k + 1], room[k : k + 1]) for name, (off, room) in self.robots.items()}
+        robots = {name: _One(*(each[k : k + 1] for each in own)) for name, own in self.robots.items()}
         return _Compared(self.times[k : k + 1], robots)
 
 
@@ -109,18 +121,17 @@ class _Path:
 
     def at(self, times: Array) -> _Compared:
         """How far robots are off where they should be at some times (k,)."""
-        robots: dict[str, tuple[Array, Array]] = {}
-        for name, own in self.proven.items():
-            robots[name] = self._off(name, times), self._room(own, times)
-        return _Compared(times, robots)
+        return _Compared(times, {name: self._one(name, times) for name in self.proven})
 
-    def _off(self, name: str, times: Array) -> Array:
+    def _one(self, name: str, times: Array) -> _One:
         robot, actual = self.scene.robots[name], self.state.positions[name]
-        rows = np.vstack([self.motion.rows(robot, self.resting[name], times[::-1]), actual])
-        rows[:, robot.planned :] = actual[robot.planned :]  # hands close as far as they find room
-        origins = LinkOrigins.of(robot).at(rows)
-        off: Array = np.linalg.norm(origins[:-1] - origins[-1], axis=2).max(axis=1, initial=0.0)
-        return off[::-1]
+        rows = self.motion.rows(robot, self.resting[name], times[::-1])
+        both = np.vstack([rows, actual])
+        both[:, robot.planned :] = actual[robot.planned :]  # hands close as far as they find room
+        origins = LinkOrigins.of(robot).at(both)
+        off = origins[:-1] - origins[-1]
+        off = np.sqrt(np.einsum("kij,kij->ki", off, off).max(axis=1, initial=0.0))
+        return _One(off[::-1], self._room(self.proven[name], times), rows[::-1])
 
     @staticmethod
     def _room(proven: Sequence[tuple[float, float, float]], times: Array) -> Array:

@@ -106,7 +106,7 @@ class Watch:
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven, and no two things too near to each other."""
         self.path = path = self.off_path(motion, state)
-        for name, (off, permitted) in path.robots.items():
+        for name, (off, permitted, _) in path.robots.items():
             for found in (self.measured, self._recent):
                 found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
                 found.share = max(
@@ -134,8 +134,8 @@ class Watch:
         running = list(motion.at(path.time))
         robots = {each.robot for each in running}
         moving = {
-            name: Moving(self._planned(motion, name, path.time), off)
-            for name, (off, _) in path.robots.items()
+            name: Moving(planned, off)
+            for name, (off, _, planned) in path.robots.items()
             if name in robots or (running and off > PUSHED)
         }
         followed = frozenset((each.node, each.segment) for each in running)
@@ -143,11 +143,6 @@ class Watch:
         if near is None:
             return None
         return Surprise("tracking", str(near), near.between[0], near.off, max(0.0, near.off - near.missing))
-
-    def _planned(self, motion: Motion, name: str, time: float) -> tuple[float, ...]:
-        """The values of all joints of a robot at a time of the motion's clock."""
-        rows = motion.rows(self.scene.robots[name], self._resting[name], np.array([time]))
-        return tuple(rows[0].tolist())
 
     def _off_path(self, name: str, actual: Sequence[float], planned: Sequence[float]) -> float:
         """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""
