@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.plan import Plan, StateChange
+from kabo.plan import Plan, Segment, StateChange
 from kabo.scene import Scene, link_poses
 from kabo.scene.transforms import transform
 
@@ -113,7 +113,8 @@ class Watcher:
         halted = ended = False
         for record in records:
             event, time = record["event"], record["time"]
-            if event in ("moving", "gripping", "releasing", "goal") and (halted or ended):
+            acts = event in ("gripping", "releasing") and (ended or not self._passes(record["robot"]))
+            if (event in ("moving", "goal") or acts) and (halted or ended):
                 self.wrong.append(f"{event} at {time:g} s without an answer to the stop before")
             if event == "node":
                 self._node(record)
@@ -163,15 +164,7 @@ class Watcher:
     def _at(self, time: float) -> tuple[Cell, list[tuple[str, int]]]:
         """Where everything is at a time of the clock of the motion, and the segments that run."""
         cell, running = self.cell.copy(), []
-        offset = end = 0.0
-        pieces = []
-        for name in self.nodes:
-            node = self.plan.nodes[name]
-            offset = end - node.overlap if pieces else 0.0
-            for number, segment in enumerate(node.motion):
-                pieces.append((segment.times[0] + offset, segment.times[-1] + offset, name, number, segment))
-                end = max(end, pieces[-1][1])
-        for begin, until, name, number, segment in sorted(pieces, key=lambda each: (each[1], each[0])):
+        for begin, until, name, number, segment in self._pieces():
             if begin > time + 1e-9:
                 continue
             own = segment.times[0] + min(time, until) - begin
@@ -184,6 +177,27 @@ class Watcher:
             if time <= until + 1e-9:
                 running.append((name, number))
         return cell, running
+
+    def _pieces(self) -> list[tuple[float, float, str, int, Segment]]:
+        """The segments on the clock of the motion, with their beginnings and ends, in order."""
+        pieces: list[tuple[float, float, str, int, Segment]] = []
+        offset = end = 0.0
+        for name in self.nodes:
+            node = self.plan.nodes[name]
+            offset = end - node.overlap if pieces else 0.0
+            for number, segment in enumerate(node.motion):
+                pieces.append((segment.times[0] + offset, segment.times[-1] + offset, name, number, segment))
+                end = max(end, pieces[-1][1])
+        return sorted(pieces, key=lambda each: (each[1], each[0]))
+
+    def _passes(self, robot: str) -> bool:
+        """Whether a hand of the robot acts while another robot moves: then it does so in a stop, too."""
+        pieces = self._pieces()
+        hands = [
+            (begin, until) for begin, until, *_, own in pieces if own.robot == robot and (own.attach or own.detach)
+        ]
+        others = [(begin, until) for begin, until, *_, own in pieces if own.robot != robot]
+        return any(begin < when < until for times in hands for when in times for begin, until in others)
 
     def _look(self, record: Mapping[str, Any], *, moving: bool) -> None:
         """Compares a record with the plan."""

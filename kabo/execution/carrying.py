@@ -16,7 +16,7 @@ from kabo.execution.interruptions import Executed
 from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margins import Margins
-from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
+from kabo.execution.motions import SAME_TIME, HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.off_path import OffPath
 from kabo.execution.pacing import Pace, Pacer
 from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
@@ -257,7 +257,7 @@ class Carrier:
 
     def _act(self, time: float) -> None:
         """Lets hands do what is due at a time of the motion."""
-        while self.waiting and self.waiting[0].time <= time + 1e-9:
+        while self.waiting and self.waiting[0].time <= time + SAME_TIME:
             action = self.waiting.pop(0)
             self.watch.acted(action)
             segment = self.plan.nodes[action.node].motion[action.segment]
@@ -303,13 +303,14 @@ class Carrier:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
-            if self.settings.log_rate > 0.0:
-                self._log_state(self.name, self._robot.state())
+            self._log_state(self.name, self._robot.state())
             yield
 
     def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
-            self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
+            seen = self.sensor.poses()
+            self.watch.saw(seen, state.time)
+            self.states.add(self.clock, state, seen, self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
         """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
@@ -356,13 +357,17 @@ class Carrier:
                 break
             if self.part is not None:  # how far robots are off is often seen only now
                 path = self.watch.off_path(self.part, state)
-                self._keep_up(path)
+                self._act_within(self.part, path.time)
                 self.pacer.learn(state, path)
         ended = self._robot.state().motion_time
         if self.part is not None:
-            self._act(ended)
+            self._act_within(self.part, ended)
         self._stand(ended)
         raise Stopped(reason, surprise)
+
+    def _act_within(self, part: Motion, time: float) -> None:
+        """Lets hands do what robots pass on their way to a stop; not what they were to do where they stand."""
+        self._act(min(time, part.end - 2.0 * SAME_TIME))
 
     def _stand(self, time: float) -> None:
         """Robots stand where they were sent at a time of the motion's clock [s]."""

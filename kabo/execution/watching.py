@@ -236,15 +236,19 @@ class Watch:
         permitted = self.margins.of_rest(node)
         return {name: Slack(permitted - each.size) for name, each in displaced.items()}
 
+    def saw(self, seen: Mapping[str, Array], time: float) -> None:
+        """Notes when bodies were seen, on the robots' clock [s]."""
+        if seen and not self.seen_at:
+            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
+        self.seen_at.update(dict.fromkeys(seen, time))
+
     def gone(self, seen: Mapping[str, Array], time: float, node: str) -> Surprise | None:
         """Whether a body is not seen any more, and something moves from a node on that may need it, or meet it.
 
         Args:
             seen: what is seen now. time: of the robots' clock [s]. node: the node from which on proofs are needed.
         """
-        if seen and not self.seen_at:
-            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
-        self.seen_at.update(dict.fromkeys(seen, time))
+        self.saw(seen, time)
         if self.margins.of_rest(node) == np.inf:
             return None
         for name, last in self.seen_at.items():

@@ -11,12 +11,14 @@ from kabo.execution import (
     Follower,
     KinematicRobot,
     KnownTruth,
+    Log,
     Margins,
     Motion,
     execute,
     motion_of,
 )
 from kabo.execution.clock import Change, StopWhileChanging
+from kabo.execution.motions import HandAction, parts_of
 from kabo.plan import Plan
 from kabo.scene import Scene, motion_limits
 
@@ -168,3 +170,36 @@ def test_a_panda_with_thin_clearances_may_be_late_all_the_same() -> None:
     assert run.reached_goal, run.reason
     assert run.log.records[-1]["time"] <= 1.1 * on_time.log.records[-1]["time"]
     assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("before", [0.05, 0.2])
+def test_in_a_stop_a_hand_does_what_its_arm_passes(before: float, two_arms: tuple[Plan, Scene]) -> None:
+    """A hand grips while the other arm moves; asked to stop just before, its arm goes on by a little, and not alone."""
+    plan, scene = two_arms
+    motion, action = passed_grip(plan, scene)
+    robot = KinematicRobot(scene)
+    log = Log()
+
+    def is_due() -> bool:
+        state = robot.state()
+        begun = [each for each in log.of("moving") if set(each["nodes"]) == set(motion.nodes)]
+        return bool(begun) and state.moving and state.motion_time > action.time - before
+
+    run = execute(plan, scene, robot, KnownTruth(poses=robot.poses), log=log, stop=is_due)
+    assert not run.reached_goal and run.reason == "it was asked to stop"
+    stopped = robot.state().motion_time
+    grips = [each for each in log.of("gripping") if each["bodies"] == [body for body, _ in action.attach]]
+    held = robot.world.objects[action.attach[0][0]].parent.startswith(f"{action.robot}.")
+    assert bool(grips) == held == (stopped > action.time + 1e-6)
+
+
+def passed_grip(plan: Plan, scene: Scene) -> tuple[Motion, HandAction]:
+    """A motion of both arms, and a grip in the middle of what the other one does."""
+    for name in plan.nodes:
+        if plan.nodes[name].motion:
+            for part in parts_of(motion_of(plan, name, scene)):
+                for action in part.actions:
+                    if action.kind == "grip" and part.begin + 0.15 < action.time < part.end - 0.15:
+                        return part, action
+    raise AssertionError("no hand grips while the other arm moves")
