@@ -51,7 +51,14 @@ def _within_limits(part: MotionPart) -> bool:
 
 def knots_of(part: MotionPart, samples: Array | None = None) -> Array:
     """The knots (k, n) of the curve that a part is, after its beginning; `samples` (m, n) are its way points by default."""
-    path = np.array(part.rows) if samples is None else samples
+    if samples is not None:
+        return _knots(samples)
+    key = "knots", part.stretch.robot, part.joints, part.stretch.path.tobytes()
+    found: Array = part.scene.context.surroundings.remembered(key, lambda: _knots(np.array(part.rows)))
+    return found
+
+
+def _knots(path: Array) -> Array:
     count = min(max(2 * (len(path) - 1), LEAST_KNOTS), MOST_KNOTS)
     return np.round(smooth_knots(path, count)[1:], JOINT_DECIMALS) + 0.0
 
