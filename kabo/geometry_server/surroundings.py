@@ -90,8 +90,9 @@ class SceneSurroundings:
         """A collision checker for these bodies: on convex parts, or on the original meshes if `exact`."""
         if self.exact:
             return geometry.ExactView(tree, moving, fixed, pairs, self.budget)
-        if any(group.mesh is None for group in (*moving, *fixed)):  # no surfaces that could be seen to meet
-            return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, None, self._bodies)
+        groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
+        if any(group.mesh is None for group in groups):  # no surfaces that could be seen to meet
+            return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, None, self._lasting.bodies)
         exact: list[geometry.ExactView] = []
 
         def touch(q: Array, pair: int) -> bool:
