@@ -1,16 +1,18 @@
 """Hollows of a mesh into which others are put: where they are, and convex parts that do not bridge them.
 
 A part for contacts is the hull of what it holds of a mesh, so it fills each hollow inside it. That is no matter in a groove
-which nothing enters. A bore, though, has to stay as wide as it is: parts are halved there until none bridges it.
+which nothing enters. A bore, though, has to stay as wide as it is: parts are cut in two there, at planes through the edges
+at which the mesh is hollow, until none bridges it [Chazelle 1984, notches].
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from kabo.arrays import Array
-from kabo.geometry.collision.tight_parts import tight_part
+from kabo.arrays import Array, Booleans, Integers
+from kabo.geometry.collision.tight_parts import behind, tight_part
 from kabo.meshes import Mesh
 
 WIDTH = 4e-3  # [m]: radius of the balls that enter hollows that count
@@ -19,29 +21,89 @@ SPACING = 1e-3  # [m] between points on surfaces
 ROOM = (
     0.05  # share of the ball's radius by which points on surfaces, and polygons in place of circles, may be in it
 )
+ROLLS = 6  # how often a ball that meets the mesh moves away from it
+CORNER = 1.415  # radii from the middle of a ball to a right corner into which it rolls
 INSIDE = 1e-7  # [m]
+LEAST_AREA = 1e-12  # [m²], twice that of triangles that have a normal
+TRIED, COUNTED = 3, 400  # hollows whose planes are tried for a cut; points of hollows that are counted meanwhile
+WORTH = 1e-3  # share of what is bridged by which a cut makes it less, at least
+MOST_CUTS, LAST_CUTS = 40, 4  # of a part of a part: all, and those over middles of triangles alone
 
 
-def open_points(mesh: Mesh) -> Array:
-    """Points (n, 3) just above a mesh where it is hollow, and a ball of radius `WIDTH` touches it from outside [m].
+@dataclass(frozen=True)
+class Notches:
+    """Points (n, 3) just above a mesh where it is hollow [m], with the planes (n, 3, 4) n·x + d = 0 that part it there.
 
-    They are `BRIDGED` above it, so parts that hold one of them bridge the hollow by more.
+    These are the planes of both faces, and the one between them; on a face its own, and two across it.
     """
-    corners = mesh.vertices[mesh.faces]
+
+    points: Array
+    planes: Array
+
+    def at(self, which: Booleans | Integers) -> "Notches":
+        """Some of them."""
+        return Notches(self.points[which], self.planes[which])
+
+
+class Hollows:
+    """The hollows of a mesh that a ball of radius `WIDTH` enters from outside.
+
+    Attributes:
+        notches: along the edges at which it is hollow. Points are `BRIDGED` above the mesh, so that parts which hold one of
+            them bridge the hollow by more.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        corners = mesh.vertices[mesh.faces]
+        normals, lengths = _normals(corners)
+        fine = lengths > 0.0
+        self._surface = cKDTree(_spread(corners[fine]))
+        self.notches = self._open(*_concave_edges(mesh.faces[fine], mesh.vertices, normals[fine]))
+
+    def _open(self, points: Array, above: Array, planes: Array, rolls: int = 0) -> Notches:
+        """Points on the mesh, above which a ball fits, moved to `BRIDGED` above it.
+
+        A ball that rolls moves away from what it meets: into a right corner it does not reach, and the corner counts.
+        """
+        if not len(points):
+            return Notches(points, planes)
+        middles = points + WIDTH * above
+        for _ in range(rolls):
+            nearest, which = self._surface.query(middles)
+            met = np.flatnonzero((nearest < WIDTH) & (nearest > 0.0))
+            away = (middles[met] - self._surface.data[which[met]]) / nearest[met, None]
+            middles[met] += (WIDTH - nearest[met])[:, None] * away
+        nearest, _ = self._surface.query(middles)
+        ways = np.maximum(np.linalg.norm(above, axis=1), CORNER) * WIDTH * (1.0 + ROOM)
+        near = np.linalg.norm(middles - points, axis=1) <= ways
+        return Notches(points + BRIDGED * above, planes).at(near & (nearest >= (1.0 - ROOM) * WIDTH))
+
+    def over(self, triangles: Array, equations: Array) -> Notches:
+        """Those hollows over the middles of triangles (T, 3, 3) that a convex part fills.
+
+        A part may reach over the corner of a hollow which it does not hold.
+        """
+        normals, lengths = _normals(triangles)
+        middles = triangles.mean(axis=1)
+        filled = (lengths > 0.0) & (_depths(middles + BRIDGED * normals, equations) > INSIDE)
+        middles, normals = middles[filled], normals[filled]
+        along = triangles[filled, 1] - triangles[filled, 0]
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), INSIDE)
+        sides = np.stack([normals, along, np.cross(normals, along)], axis=1)
+        planes = np.concatenate([sides, -np.einsum("tkj,tj->tk", sides, middles)[:, :, None]], axis=2)
+        return self._open(middles, normals, planes, ROLLS)
+
+
+def _normals(corners: Array) -> tuple[Array, Array]:
+    """The unit normals (T, 3) of triangles (T, 3, 3), and twice their areas (T,); 0 where they are degenerate."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
-    normals = normals[lengths > 0.0] / lengths[lengths > 0.0, None]
-    corners = corners[lengths > 0.0]
-    points, above = _concave_edges(mesh.faces[lengths > 0.0], mesh.vertices, normals)
-    if not len(points):
-        return points
-    tree = cKDTree(_spread(corners))
-    nearest, _ = tree.query(points + WIDTH * above)
-    return np.asarray((points + BRIDGED * above)[nearest >= (1.0 - ROOM) * WIDTH])
+    lengths = np.where(lengths > LEAST_AREA, lengths, 0.0)
+    return normals / np.where(lengths > 0.0, lengths, 1.0)[:, None], lengths
 
 
-def _concave_edges(faces: Array, vertices: Array, normals: Array) -> tuple[Array, Array]:
-    """Points along edges at which two faces form a hollow, and the ways (n, 3) to 1 m above both faces."""
+def _concave_edges(faces: Integers, vertices: Array, normals: Array) -> tuple[Array, Array, Array]:
+    """Points along edges where two faces form a hollow, the ways (n, 3) to 1 m above both, and planes (n, 3, 4)."""
     ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     owner = np.tile(np.arange(len(faces)), 3)
     opposite = np.concatenate([faces[:, 2], faces[:, 0], faces[:, 1]])
@@ -61,7 +123,11 @@ def _concave_edges(faces: Array, vertices: Array, normals: Array) -> tuple[Array
     share = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / np.repeat(counts - 1, counts)
     share = np.clip(share, INSIDE, 1.0 - INSIDE)[:, None]
     ways = 2.0 * out[fine] / size[fine, None] ** 2  # the sharper the edge, the longer
-    return begin[edge] + share * (end - begin)[edge], ways[edge]
+    between = np.cross(end - begin, out[fine])
+    between /= np.linalg.norm(between, axis=1, keepdims=True)
+    sides = np.stack([normals[first[fine]], normals[second[fine]], between], axis=1)
+    planes = np.concatenate([sides, -np.einsum("nkj,nj->nk", sides, begin)[:, :, None]], axis=2)
+    return begin[edge] + share * (end - begin)[edge], ways[edge], planes[edge]
 
 
 def _spread(corners: Array) -> Array:
@@ -79,26 +145,63 @@ def _spread(corners: Array) -> Array:
     return np.concatenate(found)
 
 
-def unbridged(mesh: Mesh, parts: Iterator[Array]) -> Iterator[Array]:
-    """The corners (V, 3) of parts which together hold what the given ones do, and bridge no hollow that counts."""
-    points = open_points(mesh)
-    for part in parts:
-        yield from _halved(mesh, part, "", points)
+def unbridged(mesh: Mesh, parts: Iterable[Array]) -> list[Array]:
+    """The corners (V, 3) of parts which together hold what the given ones (V, 3) do, and bridge no hollow that counts.
+
+    A part that does is cut in two at a plane through one of these hollows, at that after which least is bridged.
+    """
+    found: list[Array] = []
+    hollows = Hollows(mesh)
+    waiting = [(tight_part(mesh, part).triangles, hollows.notches, MOST_CUTS) for part in parts]
+    while waiting:
+        triangles, own, left = waiting.pop()
+        part = _hull(triangles)
+        if part is None:
+            continue
+        corners, equations = part
+        own = own.at(_depths(own.points, equations) > INSIDE)
+        bridged = own
+        if not len(own.points):
+            bridged, left = hollows.over(triangles, equations), min(left, LAST_CUTS)
+        halves = None if left == 0 or not len(bridged.points) else _cut(triangles, bridged, equations)
+        if halves is None:
+            found.append(corners)
+        else:
+            waiting += [(half, own, left - 1) for half in halves]
+    return found
 
 
-def _halved(mesh: Mesh, part: Array, path: str, points: Array) -> Iterator[Array]:
-    held = tight_part(mesh, part, path)
-    if not len(held.triangles):
-        return
-    corners = np.unique(held.triangles.reshape(-1, 3), axis=0)
+def _hull(triangles: Array) -> tuple[Array, Array] | None:
+    """The corners and the equations (F, 4) of the hull of triangles (T, 3, 3); None if they are flat."""
+    points = np.unique(triangles.reshape(-1, 3), axis=0)
     try:
-        hull = ConvexHull(corners)
-    except (QhullError, ValueError):  # it is flat
-        return
-    depth = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
-    inside = points[depth > INSIDE]
-    if len(inside) and held.can_be_halved(len(path)):
-        yield from _halved(mesh, part, path + "0", inside)
-        yield from _halved(mesh, part, path + "1", inside)
-        return
-    yield corners[hull.vertices]
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
+    equations = np.unique(np.round(hull.equations, 9), axis=0)
+    return points[hull.vertices], equations
+
+
+def _depths(points: Array, equations: Array) -> Array:
+    """How deep points (n, 3) are in a convex part [m]; below 0 outside."""
+    return np.asarray(-(points @ equations[:, :3].T + equations[:, 3]).max(axis=1, initial=-np.inf))
+
+
+def _cut(triangles: Array, own: Notches, equations: Array) -> tuple[Array, Array] | None:
+    """The halves of a part at the plane after which least is bridged; None if none makes it less."""
+    some = own.at(np.unique(np.linspace(0, len(own.points) - 1, COUNTED).astype(int))).points
+    deep = _depths(some, equations)
+    least, best = (1.0 - WORTH) * float(deep.sum()), None
+    deepest = int(np.argmax(_depths(own.points, equations)))
+    chosen = np.unique([*np.linspace(0, len(own.points) - 1, TRIED).astype(int), deepest])
+    for plane in np.unique(np.round(own.planes[chosen].reshape(-1, 4), 7), axis=0):
+        halves = behind(triangles, plane), behind(triangles, -plane)
+        if not all(map(len, halves)):
+            continue
+        parts = [part for half in halves if (part := _hull(half)) is not None]
+        if len(parts) < 2:
+            continue
+        left = sum(float(np.maximum(_depths(some, each), 0.0).sum()) for _, each in parts)
+        if left < least:
+            least, best = left, halves
+    return best

@@ -323,7 +323,7 @@ class Physics:
         Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
         """
         data, found = self.data, self.data.contact
-        contacts = Contacts(found.geom, found.pos, found.frame, found.efc_address)
+        contacts = Contacts(found.geom, found.pos, found.frame, found.efc_address, found.dim)
         presses = np.array([hand.pressing is not None for hand in self._hands.values()], np.int64)
         given = contacts, self._touches, presses, self._tree, self._moving, data.efc_aref
         complete_friction(*given, data.efc_KBIP, self.settings.timestep)

@@ -59,20 +59,26 @@ def test_contacts_of_a_hand_get_the_bias_that_mujoco_leaves_out(moving: Physics)
     finger, bottle = int(touches.body[geoms[0]]), int(touches.body[geoms[1]])
     pairs = np.array([[geoms[0], geoms[1]], [geoms[2], geoms[1]], [geoms[0], geoms[1]]], np.int32)
     places, frame = drawn("places", 3, 3), np.linalg.qr(drawn("frame", 3, 3))[0]
-    contacts = Contacts(pairs, places, np.tile(frame.ravel(), (3, 1)), np.array([0, 3, -1], np.int32))
-    reference, impedance, step = np.zeros(6), np.full((6, 4), 100.0), moving.settings.timestep
+    contacts = Contacts(
+        pairs, places, np.tile(frame.ravel(), (3, 1)), np.array([0, 4, -1], np.int32), np.full(3, 4, np.int32)
+    )
+    reference, impedance, step = np.zeros(8), np.full((8, 4), 100.0), moving.settings.timestep
     for presses in (0, 1):
         given = contacts, touches, np.array([presses, 0]), moving._tree, moving._moving, reference, impedance, step
         complete_friction(*given)
         if not presses:
             assert (reference == 0.0).all()
-    off = np.zeros(3)
+    off, turn = np.zeros(3), np.zeros(3)
     for body, sign in ((bottle, 1.0), (finger, -1.0)):
-        jacobian = np.zeros((3, model.nv))
-        mujoco.mj_jacDot(model, data, jacobian, None, places[0], body)
+        jacobian, turning = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        mujoco.mj_jacDot(model, data, jacobian, turning, places[0], body)
         off += sign * (jacobian @ data.qvel)
-    assert np.allclose(reference[:3], -(1.0 - 0.5 * step * 100.0) * (frame @ off), atol=1e-12)
-    assert (reference[3:] == 0.0).all()
+        turn += sign * (turning @ data.qvel)
+    share = 1.0 - 0.5 * step * 100.0
+    assert np.allclose(reference[:3], -share * (frame @ off), atol=1e-12)
+    assert abs(frame[0] @ turn) > 0.05
+    assert reference[3] == pytest.approx(-share * frame[0] @ turn, abs=1e-12)  # about the normal
+    assert (reference[4:] == 0.0).all()
 
 
 def test_joints_that_share_a_motor_share_its_limit() -> None:

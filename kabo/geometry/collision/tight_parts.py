@@ -79,7 +79,7 @@ class TightPart:
         for row, (axis, share) in enumerate(product(range(3), SHARES)):
             planes[row, axis], planes[row, 3] = 1.0, -(low[axis] + share * (high[axis] - low[axis]))
         volumes = np.array(
-            [sum(_volume(_behind(self.triangles, s * plane)) for s in (1.0, -1.0)) for plane in planes]
+            [sum(_volume(behind(self.triangles, s * plane)) for s in (1.0, -1.0)) for plane in planes]
         )
         lengths = np.repeat(high - low, len(SHARES))
         volumes[lengths < LEAST_SHARE * lengths.max()] = np.inf
@@ -146,7 +146,7 @@ def _made(mesh: Mesh, part: Array, path: str) -> TightPart:
         return _drawn_tight(start, _held(mesh, start), None)
     whole = tight_part(mesh, part, path[:-1])
     plane = whole.best_plane * (1.0 if path[-1] == "0" else -1.0)
-    return _drawn_tight(whole, _behind(whole.triangles, plane), plane)
+    return _drawn_tight(whole, behind(whole.triangles, plane), plane)
 
 
 def _volume(triangles: Array) -> float:
@@ -167,11 +167,11 @@ def _held(mesh: Mesh, part: TightPart) -> Array:
     vertices, faces = np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, np.int64)
     found = np.asarray(room[: int(triangles_at(vertices, faces, box, room))].copy())
     for plane in part.planes:
-        found = _behind(found, plane)
+        found = behind(found, plane)
     return found
 
 
-def _behind(triangles: Array, plane: Array) -> Array:
+def behind(triangles: Array, plane: Array) -> Array:
     """What of triangles (T, 3, 3) is where n·x + d <= 0, or a little beyond."""
     room = np.empty((2 * len(triangles), 3, 3))
     count = int(halve(triangles, plane, SLACK, np.empty((2, 4, 3)), room))

@@ -38,10 +38,13 @@ def add_cross(a, b, out):
     out[2] += a[0] * b[1] - a[1] * b[0]
 
 
-@kernel  # i8, (3,) f8 [m], Tree, Moving, scratch (4, 3) f8 -> writes into scratch[0] [m/s²]
+TURNS = 3  # the row of the scratch of `bias` in which angular accelerations are
+
+
+@kernel  # i8, (3,) f8 [m], Tree, Moving, scratch (4, 3) f8 -> writes into scratch[0] [m/s²] and [TURNS] [rad/s²]
 def bias(body, point, tree, moving, scratch):
-    """The acceleration of a point of a body if no joint accelerates."""
-    found, offset, speed, total = scratch[0], scratch[1], scratch[2], scratch[3]
+    """The acceleration of a point of a body, and the angular one of the body, if no joint accelerates."""
+    found, offset, speed, total = scratch[0], scratch[1], scratch[2], scratch[TURNS]
     found[:], total[:] = 0.0, 0.0
     i = tree.last[body]
     if i < 0:

@@ -6,7 +6,7 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.compilation import kernel
-from kabo.simulation.kernels.bias import bias
+from kabo.simulation.kernels.bias import TURNS, bias
 
 
 class Touches(NamedTuple):
@@ -18,18 +18,23 @@ class Touches(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """The contacts (C,) of a step: pairs of geoms (C, 2), places (C, 3), axes (C, 9), rows of constraints (C,) or -1."""
+    """The contacts (C,) of a step: pairs of geoms (C, 2), places (C, 3), axes (C, 9), rows of constraints (C,) or -1.
+
+    `size` (C,) is how many rows each has: along three axes, then turns about them.
+    """
 
     geom: Array
     place: Array
     frame: Array
     row: Array
+    size: Array
 
 
 @kernel  # Contacts, Touches, (H,) i8, Tree, Moving, (R,) f8, (R, 4) f8, f8 [s] -> changes reference (R,)
 def complete_friction(contacts, touches, presses, tree, moving, reference, impedance, step):
     """Takes the bias of both bodies from the reference accelerations of contacts of hands that press.
 
+    That of turns, too: what resists turning about the normal would else turn what is held, however hard it is pressed.
     `impedance` is `efc_KBIP`: its damping already makes up for half of it in each step, at the positions after the step.
     """
     first, second = np.empty((4, 3)), np.empty((4, 3))
@@ -52,3 +57,8 @@ def complete_friction(contacts, touches, presses, tree, moving, reference, imped
             for c in range(3):
                 off += contacts.frame[k, 3 * r + c] * (second[0, c] - first[0, c])
             reference[row + r] -= share * off
+        for r in range(contacts.size[k] - 3):  # turns: of the first one about the normal
+            off = 0.0
+            for c in range(3):
+                off += contacts.frame[k, 3 * r + c] * (second[TURNS, c] - first[TURNS, c])
+            reference[row + 3 + r] -= share * off
