@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.plan import Plan, StateChange
+from kabo.plan import Plan, Segment, StateChange
 from kabo.scene import Scene, link_poses
 from kabo.scene.transforms import transform
 
@@ -28,7 +28,7 @@ UNSEEN = 1.0  # [s] after which a body that nobody sees is a surprise
 ROUNDING = 2e-5  # [m]: of numbers in a log
 WAYS = ("finish", "undo")
 OTHER = ("asked to stop", "nearer to each other than")  # pairs are judged by the executor alone
-LATE_STEP, LATE_STEPS = 0.001, 100  # [s]: a robot that moves alone may be late
+LATE_STEP, LATE_STEPS = 0.001, 100  # [s]: robots may be late, all by as much
 WIDE = 0.05  # share of a hand's stroke
 
 
@@ -113,7 +113,8 @@ class Watcher:
         halted = ended = False
         for record in records:
             event, time = record["event"], record["time"]
-            if event in ("moving", "gripping", "releasing", "goal") and (halted or ended):
+            acts = event in ("gripping", "releasing") and (ended or not self._passes(record["robot"]))
+            if (event in ("moving", "goal") or acts) and (halted or ended):
                 self.wrong.append(f"{event} at {time:g} s without an answer to the stop before")
             if event == "node":
                 self._node(record)
@@ -163,15 +164,7 @@ class Watcher:
     def _at(self, time: float) -> tuple[Cell, list[tuple[str, int]]]:
         """Where everything is at a time of the clock of the motion, and the segments that run."""
         cell, running = self.cell.copy(), []
-        offset = end = 0.0
-        pieces = []
-        for name in self.nodes:
-            node = self.plan.nodes[name]
-            offset = end - node.overlap if pieces else 0.0
-            for number, segment in enumerate(node.motion):
-                pieces.append((segment.times[0] + offset, segment.times[-1] + offset, name, number, segment))
-                end = max(end, pieces[-1][1])
-        for begin, until, name, number, segment in sorted(pieces, key=lambda each: (each[1], each[0])):
+        for begin, until, name, number, segment in self._pieces():
             if begin > time + 1e-9:
                 continue
             own = segment.times[0] + min(time, until) - begin
@@ -185,6 +178,27 @@ class Watcher:
                 running.append((name, number))
         return cell, running
 
+    def _pieces(self) -> list[tuple[float, float, str, int, Segment]]:
+        """The segments on the clock of the motion, with their beginnings and ends, in order."""
+        pieces: list[tuple[float, float, str, int, Segment]] = []
+        offset = end = 0.0
+        for name in self.nodes:
+            node = self.plan.nodes[name]
+            offset = end - node.overlap if pieces else 0.0
+            for number, segment in enumerate(node.motion):
+                pieces.append((segment.times[0] + offset, segment.times[-1] + offset, name, number, segment))
+                end = max(end, pieces[-1][1])
+        return sorted(pieces, key=lambda each: (each[1], each[0]))
+
+    def _passes(self, robot: str) -> bool:
+        """Whether a hand of the robot acts while another robot moves: then it does so in a stop, too."""
+        pieces = self._pieces()
+        hands = [
+            (begin, until) for begin, until, *_, own in pieces if own.robot == robot and (own.attach or own.detach)
+        ]
+        others = [(begin, until) for begin, until, *_, own in pieces if own.robot != robot]
+        return any(begin < when < until for times in hands for when in times for begin, until in others)
+
     def _look(self, record: Mapping[str, Any], *, moving: bool) -> None:
         """Compares a record with the plan."""
         if not self.seen:
@@ -193,8 +207,8 @@ class Watcher:
         cell, running = self._at(record["motion_time"]) if self.nodes else (self.cell, [])
         at_once = dict(self._unproven(record, cell, running))
         before, self.off = self.off, dict(at_once)
-        if self.off and self._is_late(record, cell, running):
-            self.off.pop(self._robot(running[0]), None)
+        if running and any(thing in self.scene.robots for thing in self.off):
+            self.off = self._if_late(record)
         if self.reason is not None:
             self._judge_reason({*before, *at_once, *self._wide(record, cell)}, record["time"])
         if not moving or not running:  # what rests may be anywhere: nothing is done
@@ -209,19 +223,13 @@ class Watcher:
             self.wrong.append(f"at {record['time']:g} s the run goes on, though {what}")
             self.since = inf
 
-    def _is_late(self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]) -> bool:
-        """Whether the one robot that moves is where it should have been up to a tenth of a second ago, all else as now."""
-        if len({self._robot(key) for key in running}) != 1:
-            return False
-        robot = self._robot(running[0])
+    def _if_late(self, record: Mapping[str, Any]) -> dict[str, str]:
+        """What is off where all robots are as late, by up to a tenth of a second, if no robot is off then; or as now."""
         for step in range(1, LATE_STEPS + 1):
-            earlier, then = self._at(record["motion_time"] - step * LATE_STEP)
-            hands = [{body: own[0] for body, own in each.hung.items()} for each in (earlier, cell)]
-            if hands[0] != hands[1] or {self._robot(key) for key in then} != {robot}:
-                return False
-            if robot not in dict(self._unproven(record, earlier, then)):
-                return True
-        return False
+            found = dict(self._unproven(record, *self._at(record["motion_time"] - step * LATE_STEP)))
+            if not any(thing in self.scene.robots for thing in found):
+                return found
+        return self.off
 
     def _unproven(
         self, record: Mapping[str, Any], cell: Cell, running: Sequence[tuple[str, int]]

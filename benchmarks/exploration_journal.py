@@ -109,7 +109,7 @@ def written(run: Run, way: str, trials: int, times: int) -> int:
 
 def tables(options: argparse.Namespace) -> list[Table]:
     """A row for each way and number of threads, and whether all files are the same."""
-    trials, times = (12, 2) if options.small else (options.trials or TRIALS, TIMES)
+    trials, times = (8, 1) if options.small else (options.trials or TRIALS, TIMES)
     shown = Table(f"A run of {trials} trials: what it writes")
     digests = set()
     with tempfile.TemporaryDirectory() as folder:

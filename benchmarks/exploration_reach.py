@@ -36,7 +36,7 @@ class Told:
 
 def tables(options: argparse.Namespace) -> list[Table]:
     """A row for each exploration, and the figures that must be reached."""
-    trials, places = (12, 3) if options.small else (options.trials or TRIALS, PLACES)
+    trials, places = (6, 2) if options.small else (options.trials or TRIALS, PLACES)
     trial = trial_of(load_exploration_file(FILE))
     table = Table(f"Places told after {trials} trials")
     every: list[list[Told]] = []

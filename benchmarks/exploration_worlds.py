@@ -50,8 +50,10 @@ def outcome(points: Points) -> np.ndarray:
     return found
 
 
-def explore(world: str, dimensions: int, seed: int, budget: float | None, uniform: bool) -> Exploration:
-    """An exploration after 120 trials; it begins in the middle."""
+def explore(
+    world: str, dimensions: int, seed: int, budget: float | None, uniform: bool, trials: int
+) -> Exploration:
+    """An exploration after so many trials; it begins in the middle."""
     space = Space({f"p{k}": (0.0, 1.0) for k in range(dimensions)})
     validity = Validity(scale=SCALES[dimensions])
     start = dict.fromkeys(space.names, 0.5)
@@ -59,7 +61,7 @@ def explore(world: str, dimensions: int, seed: int, budget: float | None, unifor
         start["p0"] = 0.3
     found = Exploration(space, ["o"], seed=seed, validity=validity, invalid_budget=budget, start=start)
     rng = np.random.default_rng([seed, dimensions])
-    for number in range(TRIALS):
+    for number in range(trials):
         try:
             at = space.named(rng.random(dimensions)) if uniform and number else found.ask().parameters
         except NoParametersError:
@@ -94,20 +96,25 @@ def tables(options: argparse.Namespace) -> list[Table]:
     ways += [
         (f"questions, budget {budget}", budget, False) for budget in ((0.1,) if options.small else (0.1, 0.2, 0.3))
     ]
+    after = (10, 20) if options.small else (20, 40, 70, TRIALS)
     seeds = range(1 if options.small else options.seeds)
     for dimensions in (2,) if options.small else SCALES:
         for name, budget, uniform in ways:
             runs = [(world, seed) for world in WORLDS for seed in seeds]
-            explored = [(world, explore(world, dimensions, seed, budget, uniform)) for world, seed in runs]
-            _add(shown, f"{dimensions} parameters, {name}", explored, shuffled=False)
+            explored = [
+                (world, explore(world, dimensions, seed, budget, uniform, after[-1])) for world, seed in runs
+            ]
+            _add(shown, f"{dimensions} parameters, {name}", explored, after, shuffled=False)
             if name == "questions":
-                _add(shown, f"{dimensions} parameters, the same in random order", explored, shuffled=True)
+                _add(shown, f"{dimensions} parameters, the same in random order", explored, after, shuffled=True)
     return [shown]
 
 
-def _add(shown: Table, name: str, explored: list[tuple[str, Exploration]], shuffled: bool) -> None:
+def _add(
+    shown: Table, name: str, explored: list[tuple[str, Exploration]], after: Sequence[int], shuffled: bool
+) -> None:
     figures: dict[str, float] = {}
-    for count in (20, 40, 70, TRIALS):
+    for count in after:
         seen = []
         for world, found in explored:
             trials = found.trials

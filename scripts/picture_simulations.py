@@ -36,9 +36,10 @@ SETTLED = 0.5  # [s]
 def panel(name: str, file: str) -> Pixels:
     """The scene of a problem or scene file under its name, with the greatest way that a body has settled."""
     scene = scene_of(ROOT / file)
-    state, moved = settled(scene)
+    physics = Physics(scene)
+    state, moved = settled(scene, physics)
     pixels = picture_of(simulated_drawing(scene, state), ViewWishes(size=SIZE, labels=False))
-    shapes = len(Physics(scene).description.things)
+    shapes = len(physics.description.things)
     return captioned(framed(pixels), [f"{name}: {shapes} shapes, settled by {1000.0 * moved:.2g} mm"], 1)
 
 
@@ -51,9 +52,8 @@ def scene_of(file: Path) -> Scene:
     return load_scene(problem.scene)
 
 
-def settled(scene: Scene) -> tuple[GeometricState, float]:
+def settled(scene: Scene, physics: Physics) -> tuple[GeometricState, float]:
     """Where everything is after a moment of gravity, and how far a body has moved at most [m]."""
-    physics = Physics(scene)
     before = {name: physics.pose(name) for name in scene.movable}
     for _ in range(round(SETTLED / physics.settings.timestep)):
         physics.step()

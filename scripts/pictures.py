@@ -15,13 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
+from kabo.language import load_problem
 from kabo.pictures import PictureWishes, ViewWishes, picture_of_file
 from kabo.pictures.drawing import Drawing, Glass, Label, Solid
 from kabo.pictures.panels import png, titled
 from kabo.pictures.scenes import MOVABLE
 from kabo.pictures.views import picture_of
-from kabo.plan import load_plan
+from kabo.plan import load_plan, plan_to_json
 from kabo.plan.description import call
+from kabo.planner.solve import solve
 from kabo.whole_files import write_atomically
 from scripts.gearbox import COLLAR, SEAT, SHOULDER
 from scripts.generate_meshes import GEARBOX
@@ -118,15 +120,12 @@ NAMES = (*(row.picture for row in TABLE), GEARBOX_PICTURE, *PROGRAMS)
 
 
 def plan_of(problem: str, plans: Path) -> Path:
-    """The file of a problem's plan in a folder; it is solved if it is not there.
-
-    Raises:
-        subprocess.CalledProcessError: it found no plan.
-    """
+    """The file of a problem's plan in a folder; it is solved if it is not there."""
     path = plans / f"{problem.removesuffix('.yaml').replace('/', '-')}.json"
     if not path.exists():
-        program = [sys.executable, "-m", "kabo.cli", "solve", problem, "-o", str(path)]
-        subprocess.run(program, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+        plan = solve(load_problem(ROOT / problem)).plan
+        assert plan is not None, f"{problem} has no plan"
+        write_atomically(path, plan_to_json(plan))
     return path
 
 

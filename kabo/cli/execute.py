@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=bounded(0.0, 1.0, "s"),
         default=0.0,
         metavar="S",
-        help="how late robots follow what they are sent, in seconds: motions are slower where that is too far off; "
+        help="how late robots follow what they are sent, in seconds; a tenth of a second more is no surprise; "
         "simulated robots are so late",
     )
     parser.add_argument("--despite-margins", action="store_true", help="carry it out nevertheless")

@@ -3,7 +3,6 @@ from kabo.execution.body_margins import body_margins as body_margins
 from kabo.execution.bound_sensors import BoundSensors as BoundSensors
 from kabo.execution.bound_sensors import Instruments as Instruments
 from kabo.execution.bound_sensors import require_answers as require_answers
-from kabo.execution.carrying import ExecutionSettings as ExecutionSettings
 from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
 from kabo.execution.following import Follower as Follower
@@ -30,6 +29,7 @@ from kabo.execution.protocols import Sensor as Sensor
 from kabo.execution.sensing import KnownTruth as KnownTruth
 from kabo.execution.sequential import Decision as Decision
 from kabo.execution.sequential import decide as decide
+from kabo.execution.settings import ExecutionSettings as ExecutionSettings
 from kabo.execution.simulated_sensors import KinematicInstruments as KinematicInstruments
 from kabo.execution.simulated_sensors import SimulatedSensors as SimulatedSensors
 from kabo.execution.simulated_sensors import true_start as true_start

@@ -4,7 +4,6 @@ What no proof covers ends in a planned stop, and in the exception `Stopped`; `ex
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from typing import TypeVar
@@ -17,9 +16,11 @@ from kabo.execution.interruptions import Executed
 from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margins import Margins
-from kabo.execution.motions import HandAction, Motion, Stretch, motion_of, parts_of
+from kabo.execution.motions import SAME_TIME, HandAction, Motion, Stretch, motion_of, parts_of
+from kabo.execution.off_path import OffPath
 from kabo.execution.pacing import Pace, Pacer
 from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
+from kabo.execution.settings import ExecutionSettings
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
@@ -33,31 +34,6 @@ STOPS_WITHIN = 30.0  # [s]
 ASKED, ASKED_EACH = 15, 0.2  # how often a sensor is asked that is silent or contradicts; after how long again [s]
 MOST_PERIODS = 10  # of the watch for each look that may be needed, since a camera is slower than the watch
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
-
-
-@dataclass(frozen=True)
-class ExecutionSettings:
-    """How a plan is carried out.
-
-    Attributes:
-        watch_rate: how often measurements are compared with the plan [Hz], 100 or more on hardware.
-        tracking_error: how far any point of a robot may be off its path, as its maker says [m], or of each robot by
-            name; a plan that has less proven clearance where this robot moves is refused.
-        despite_margins: whether such a plan is carried out nevertheless.
-        log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
-        delay: how late robots follow what is sent, as their maker says [s].
-        most_recoveries: how often a run goes on after a surprise.
-    """
-
-    watch_rate: float = 100.0
-    tracking_error: float | Mapping[str, float] = 0.0
-    despite_margins: bool = False
-    log_rate: float = 0.0
-    most_recoveries: int = 20
-    delay: float = 0.0
-
-
-USUAL = ExecutionSettings()
 
 
 class Stopped(Exception):  # noqa: N818 - it is no error
@@ -86,7 +62,7 @@ class Carrier:
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
         self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
-        self.pacer = Pacer({} if scene is None else scene.robots, settings.delay)
+        self.pacer = Pacer({} if scene is None else scene.robots)
         self.states = StateLog(log, settings.log_rate)
         self.looks = Looks(getattr(sensor, "noise", None))
         self._begin(plan, report)
@@ -104,6 +80,8 @@ class Carrier:
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
         self.part: Motion | None = None  # what is followed
+        self.waiting: list[HandAction] = []  # what hands are still to do meanwhile
+        self.stopping = False
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
@@ -115,7 +93,7 @@ class Carrier:
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
             errors = {} if self.settings.despite_margins else self._errors()
-            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors)
+            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors, self.settings.delay)
 
     def _errors(self) -> dict[str, float]:
         """The stated tracking error of each robot [m]."""
@@ -217,22 +195,20 @@ class Carrier:
     def _follow(self, part: Motion) -> None:
         """Follows a part until its end, looks at it meanwhile, and lets hands act when it is time."""
         assert self.robot is not None
-        robot, waiting = self.robot, list(part.actions)
-        self.watch.begin()
-        self._act(waiting, part.begin)
+        robot, self.waiting = self.robot, list(part.actions)
+        self.watch.begin(part, self.belief)
+        self._act(part.begin)
         self.under_way, self.part = list(part.stretches), part
         robot.follow(part)
         self.clock = part.nodes[0]
         self._enter("moving", nodes=part.nodes, begin=part.begin, end=part.end)
         self._begin_pace(part)
         while (state := robot.state()).moving:
-            self._act(waiting, state.motion_time)
-            self.under_way = self._finished(self.under_way, state.motion_time)
-            surprise = self.watch.tracking(part, state, self.belief) or self._surprise_of_bodies(
-                part.nodes[0], state
-            )
+            surprise = self.watch.tracking(part, state, self.belief)
+            self._keep_up(self.watch.path)
+            surprise = surprise or self._surprise_of_bodies(part.nodes[0], state)
             self._log_state(part.nodes[0], state)
-            self._keep_pace(state, stops=surprise is not None)
+            self._keep_pace(state, self.watch.path, stops=surprise is not None)
             if surprise is not None or self.stop():
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
@@ -245,7 +221,7 @@ class Carrier:
             share=_finite(measured.share),
             bodies=measured.bodies,
         )
-        self._act(waiting, part.end)
+        self._act(part.end)
         self._check_grasps()
 
     def _begin_pace(self, part: Motion) -> None:
@@ -253,9 +229,14 @@ class Carrier:
         standing = self.watch.standing(self._robot.state(), self.belief)
         self._set_pace(self.pacer.begin(part, self.belief, self.margins, standing))
 
-    def _keep_pace(self, state: RobotState, *, stops: bool) -> None:
+    def _keep_up(self, path: OffPath) -> None:
+        """Lets hands do what is due, and takes into account what is done, where robots are on their path."""
+        self._act(path.time)
+        self.under_way = self._finished(self.under_way, path.time)
+
+    def _keep_pace(self, state: RobotState, path: OffPath, *, stops: bool) -> None:
         """Slows down the clock before robots are too far off their paths, or goes back to full speed."""
-        self.pacer.learn(state, self.watch.off)
+        self.pacer.learn(state, path)
         if not stops:
             self._set_pace(self.pacer.wanted(state.motion_time))
 
@@ -274,10 +255,11 @@ class Carrier:
                 self.executed.append(Executed(done.node, done.segment))
         return [each for each in stretches if each.end > time]
 
-    def _act(self, waiting: list[HandAction], time: float) -> None:
+    def _act(self, time: float) -> None:
         """Lets hands do what is due at a time of the motion."""
-        while waiting and waiting[0].time <= time + 1e-9:
-            action = waiting.pop(0)
+        while self.waiting and self.waiting[0].time <= time + SAME_TIME:
+            action = self.waiting.pop(0)
+            self.watch.acted(action)
             segment = self.plan.nodes[action.node].motion[action.segment]
             if action.kind == "grip":
                 self.belief.finish(segment)
@@ -299,9 +281,8 @@ class Carrier:
         self._robot.grip(action.robot, bodies)
         self._enter("gripping", robot=action.robot, bodies=bodies)
         self.gripped.append((action.robot, bodies))
-        if (
-            not self._robot.state().moving
-        ):  # another robot that moves is not kept waiting: the hand is judged later
+        # Another robot that moves is not kept waiting, and a stop is no time to judge: the hand is judged later.
+        if not self.stopping and not self._robot.state().moving:
             self._check_grasps()
 
     def _check_grasps(self) -> None:
@@ -322,13 +303,14 @@ class Carrier:
     def _looks(self, seconds: float) -> Iterator[None]:
         for _ in range(ceil(seconds * self.settings.watch_rate)):
             self._robot.wait(1.0 / self.settings.watch_rate)
-            if self.settings.log_rate > 0.0:
-                self._log_state(self.name, self._robot.state())
+            self._log_state(self.name, self._robot.state())
             yield
 
     def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
-            self.states.add(self.clock, state, self.sensor.poses(), self.watch, self.margins.of_rest(node))
+            seen = self.sensor.poses()
+            self.watch.saw(seen, state.time)
+            self.states.add(self.clock, state, seen, self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
         """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
@@ -367,16 +349,25 @@ class Carrier:
         """
         reason = "it was asked to stop" if surprise is None else surprise.sentence
         self._enter("stopping", reason=reason)
+        self.stopping = True
         self._robot.stop()
         for _ in self._looks(STOPS_WITHIN):
             state = self._robot.state()
             if not state.moving:
                 break
-            if self.part is not None:  # how late robots are is often seen only now
-                self.pacer.learn(state, self.watch.distances(self.part, state, self.belief))
-        self.part = None
-        self._stand(self._robot.state().motion_time)
+            if self.part is not None:  # how far robots are off is often seen only now
+                path = self.watch.off_path(self.part, state)
+                self._act_within(self.part, path.time)
+                self.pacer.learn(state, path)
+        ended = self._robot.state().motion_time
+        if self.part is not None:
+            self._act_within(self.part, ended)
+        self._stand(ended)
         raise Stopped(reason, surprise)
+
+    def _act_within(self, part: Motion, time: float) -> None:
+        """Lets hands do what robots pass on their way to a stop; not what they were to do where they stand."""
+        self._act(min(time, part.end - 2.0 * SAME_TIME))
 
     def _stand(self, time: float) -> None:
         """Robots stand where they were sent at a time of the motion's clock [s]."""
@@ -384,7 +375,7 @@ class Carrier:
             if stretch.begin < time:
                 self.belief.move(stretch.robot, stretch.trajectory.joints, stretch.trajectory.at(time))
                 self.executed.append(Executed.of(stretch, self.plan, time))
-        self.under_way = []
+        self.under_way, self.waiting, self.part, self.stopping = [], [], None, False
         for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
             self.belief.let_go(body)
 

@@ -50,7 +50,7 @@ def _looked_at(trajectory: Trajectory, change: Change, start: float) -> tuple[Ar
     """Seconds since the change was asked for (k,) while it is under way, with the times of the motion (k,)."""
     seconds = np.append(np.arange(change.delay, change.ends, STEP), change.ends)
     times = start + change.passed(seconds)
-    knots = np.asarray(trajectory.times)
+    knots = trajectory.knots
     inner = knots[(knots > times[0] + SIDE) & (knots <= times[-1])]
     at = np.interp(inner, times, seconds)
     for _ in range(2):  # Newton's steps: the time at which the clock passes a border of pieces

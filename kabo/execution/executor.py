@@ -11,10 +11,11 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import InputError
-from kabo.execution.carrying import SETTLED_AFTER, USUAL, Carrier, ExecutionSettings, Stopped
+from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stopped
 from kabo.execution.interruptions import SAME_PLACE, Interruption, Recovery, hand_within_limits, observed
 from kabo.execution.log import Log
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
+from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
 from kabo.plan import Plan, State, state_after
 from kabo.scene import Scene

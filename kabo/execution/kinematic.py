@@ -21,17 +21,23 @@ class KinematicRobot:
         scene: the scene.
         start: where everything is at first; None: as the scene says.
         rate: setpoints a second [Hz].
-        delay: how late it follows setpoints [s].
+        delay: how late robots follow setpoints, or each of them by name [s].
     """
 
     def __init__(
-        self, scene: Scene, start: GeometricState | None = None, rate: float = 500.0, delay: float = 0.0
+        self,
+        scene: Scene,
+        start: GeometricState | None = None,
+        rate: float = 500.0,
+        delay: float | Mapping[str, float] = 0.0,
     ) -> None:
         self.scene, self.world, self.rate = scene, start or scene.start, rate
         self.time = 0.0
         self._follower = Follower(scene)
-        self._late = round(delay * rate)  # setpoints
-        self._waiting: deque[list[Setpoint]] = deque()
+        delays = delay if isinstance(delay, Mapping) else dict.fromkeys(scene.robots, delay)
+        self._late = {name: round(delays.get(name, 0.0) * rate) for name in scene.robots}  # setpoints
+        self._latest = max(self._late.values(), default=0)
+        self._sent: deque[list[Setpoint]] = deque(maxlen=self._latest + 1)
         self._behind = 0  # setpoints that are still on their way, of a motion that has ended
         self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
         self._pressing: dict[str, float] = {}
@@ -90,9 +96,9 @@ class KinematicRobot:
         for _ in range(max(1, round(seconds * self.rate))):
             self.time += 1.0 / self.rate
             self._velocities = {name: (0.0,) * len(q) for name, q in self.world.robots.items()}
-            self._behind = self._late if self._follower.moving else max(0, self._behind - 1)
-            self._waiting.append(list(self._follower.advance(1.0 / self.rate)))
-            for sent in self._waiting.popleft() if len(self._waiting) > self._late else ():
+            self._behind = self._latest if self._follower.moving else max(0, self._behind - 1)
+            self._sent.append(list(self._follower.advance(1.0 / self.rate)))
+            for sent in self._arrived():
                 names = self.scene.robots[sent.robot].joint_names
                 values, speeds = list(self.world.robots[sent.robot]), list(self._velocities[sent.robot])
                 for joint, value, speed in zip(sent.joints, sent.positions, sent.velocities, strict=True):
@@ -102,6 +108,11 @@ class KinematicRobot:
             while self._joined and self._joined[0].time <= self._follower.time + SAME_TIME:
                 for body, parent in self._joined.pop(0).attach:
                     self._hang(body, parent)
+
+    def _arrived(self) -> list[Setpoint]:
+        """The setpoints that reach each robot now."""
+        lists = {name: self._sent[-1 - late] for name, late in self._late.items() if late < len(self._sent)}
+        return [sent for name, own in lists.items() for sent in own if sent.robot == name]
 
     def poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) of all movable bodies."""

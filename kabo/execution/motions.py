@@ -71,27 +71,23 @@ class Motion:
         return (each for each in self.stretches if each.begin - SAME_TIME <= time <= each.end + SAME_TIME)
 
     def rows(self, robot: Robot, resting: Sequence[float], times: Array) -> Array:
-        """The values (k, n) of all joints of a robot by the plan at some times (k,): `resting` for those that rest."""
-        rows = np.tile(np.asarray(resting, np.float64), (len(times), 1))
-        for each in (own for own in self.stretches if own.robot == robot.name):
-            columns = np.array([robot.joint_names.index(joint) for joint in each.trajectory.joints])
-            if each.end <= times[0]:
-                rows[:, columns] = each.trajectory.waypoints[-1]
-                continue
-            begun = np.flatnonzero(times >= each.begin - SAME_TIME)
-            if len(begun):
-                rows[np.ix_(begun, columns)] = each.trajectory.at(np.minimum(times[begun], each.end))
-        return rows
-
-    def alone_since(self, robot: str, time: float) -> float | None:
-        """Since when a robot moves alone, and no hand has acted; None: another robot moves, too."""
-        since = self.begin
+        """The values (k, n) of all joints of a robot by the plan at times (k,) in order: `resting` before."""
+        rows = np.empty((len(times), len(resting)))
+        rows[:] = resting
         for each in self.stretches:
-            if each.robot != robot and each.begin - SAME_TIME <= time:
-                if time <= each.end + SAME_TIME:
-                    return None
-                since = max(since, each.end)
-        return max([since, *(each.time for each in self.actions if each.time <= time)])
+            begin = each.begin - SAME_TIME
+            if each.robot != robot.name or times[-1] < begin:
+                continue
+            columns, trajectory = (
+                [robot.joint_names.index(joint) for joint in each.trajectory.joints],
+                each.trajectory,
+            )
+            if each.end <= times[0]:
+                rows[:, columns] = trajectory.waypoints[-1]
+            else:
+                begun = 0 if times[0] >= begin else int(np.searchsorted(times, begin))
+                rows[begun:, columns] = trajectory.at(times[begun:])
+        return rows
 
     def rests(self, time: float) -> bool:
         """Whether no robot moves at a time."""

@@ -15,16 +15,15 @@ from kabo.execution.belief import Belief
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
 from kabo.execution.margins import Displacement, Margins, Slack
-from kabo.execution.motions import Motion
+from kabo.execution.motions import HandAction, Motion
 from kabo.execution.nearness import Moving, Nearness
-from kabo.execution.pacing import Off
+from kabo.execution.off_path import OffPath, off_path
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
-LATEST = 0.1  # [s] by which a robot that moves alone may be late
-LATE_FROM = 0.1  # share of what is permitted, from which it is asked whether a robot that is off is only late
-PLACES, REFINED = 11, 3  # places of the path that are looked at, and how often ever nearer
+LATEST = 0.1  # [s] by which robots may be later than they are stated to be
+PUSHED = 1e-4  # [m]: a robot that should rest and is off by more may be in the way of another one
 AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
 NOTED = 5e-4  # [m]: that a body is off by more, and yet no surprise, is told once at each node
 CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower or wider than planned
@@ -60,6 +59,7 @@ class Watch:
             never seen anything is no camera: then nothing is gone.
         looks: the means of poses that are seen with noise.
         errors: how far robots may be off their paths, as their makers say [m].
+        delay: how late robots follow, as their makers say [s].
     """
 
     def __init__(
@@ -69,9 +69,10 @@ class Watch:
         seen_at: dict[str, float] | None = None,
         looks: Looks | None = None,
         errors: Mapping[str, float] | None = None,
+        delay: float = 0.0,
     ) -> None:
         self.scene, self.margins = scene, margins
-        self.looks, self.errors = looks or Looks(None), errors or {}
+        self.looks, self.errors, self.latest = looks or Looks(None), errors or {}, LATEST + delay
         self.displaced: dict[str, Displacement] = {}  # of bodies, by what was seen last
         self.undecided: set[str] = set()  # bodies that may be a surprise or not, as far as looks tell
         self.tolerated: list[
@@ -82,14 +83,20 @@ class Watch:
         self.seen_at = {} if seen_at is None else seen_at
         self.measured = Measured()
         self._recent = Measured(bodies={})  # since it was taken
-        self.off: dict[str, Off] = {}  # of robots, at the last look
+        self.path = OffPath(0.0, {})  # how far robots are off theirs, at the last look
+        self._since = 0.0  # from when on robots may be late, on the motion's clock [s]
+        self._resting: Mapping[str, Sequence[float]] = {}  # the values of all joints before the motion
         self._radius = {
             name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
         }
 
-    def begin(self) -> None:
-        """Begins the figures of a motion."""
-        self.measured = Measured(bodies={})
+    def begin(self, motion: Motion, belief: Belief) -> None:
+        """Begins a motion, and its figures; `belief`: where all is before it."""
+        self.measured, self._resting, self._since = Measured(bodies={}), dict(belief.state.robots), motion.begin
+
+    def acted(self, action: HandAction) -> None:
+        """A hand has acted: where robots were before that does not count any more."""
+        self._since = action.time
 
     def take_recent(self) -> Measured:
         """The figures since they were taken last."""
@@ -98,8 +105,8 @@ class Watch:
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven, and no two things too near to each other."""
-        self.off = self.distances(motion, state, belief)
-        for name, (off, permitted, *_) in self.off.items():
+        self.path = path = self.off_path(motion, state)
+        for name, (off, permitted, _) in path.robots.items():
             for found in (self.measured, self._recent):
                 found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
                 found.share = max(
@@ -110,63 +117,32 @@ class Watch:
                     f"{name} is {1000 * off:.1f} mm off its path, {1000 * permitted:.1f} mm are proven to be free"
                 )
                 return Surprise("tracking", text, name, off, permitted)
-        return self._together(motion, state, belief)
+        return self._together(motion, path, state, belief)
 
-    def _together(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
-        moving: dict[str, Moving] = {}
-        followed: set[tuple[str, int]] = set()
-        for name, (off, _, late, _) in self.off.items():
-            time = state.motion_time - late
-            if running := [each for each in motion.at(time) if each.robot == name]:
-                moving[name] = Moving(self._planned(motion, name, time, belief), off)
-                followed.update((each.node, each.segment) for each in running)
-        near = self._nearness.judge(self.margins, frozenset(followed), moving, state, belief, self.displaced)
+    def off_path(self, motion: Motion, state: RobotState) -> OffPath:
+        """How far robots are off the path of the motion that has begun."""
+        return off_path(
+            self.scene,
+            self.margins,
+            motion,
+            self._resting,
+            state,
+            max(self._since, state.motion_time - self.latest),
+        )
+
+    def _together(self, motion: Motion, path: OffPath, state: RobotState, belief: Belief) -> Surprise | None:
+        running = list(motion.at(path.time))
+        robots = {each.robot for each in running}
+        moving = {
+            name: Moving(planned, off)
+            for name, (off, _, planned) in path.robots.items()
+            if name in robots or (running and off > PUSHED)
+        }
+        followed = frozenset((each.node, each.segment) for each in running)
+        near = self._nearness.judge(self.margins, followed, moving, state, belief, self.displaced)
         if near is None:
             return None
         return Surprise("tracking", str(near), near.between[0], near.off, max(0.0, near.off - near.missing))
-
-    def distances(self, motion: Motion, state: RobotState, belief: Belief) -> dict[str, Off]:
-        """How far each robot is off its path, and how far it may be; infinitely if it stands by the plan.
-
-        A robot that moves alone may be late: it is compared with where it should have been, not long ago, since the last
-        thing that hands or other robots did. Where robots move at once, proofs are of their times.
-        """
-        found, time = {}, state.motion_time
-        for name in self.scene.robots:
-            permitted = self._permitted(motion, name, time)
-            planned = self._planned(motion, name, time, belief)
-            since = motion.alone_since(name, time)
-            off = Off(self._off_path(name, state.positions[name], planned), permitted, alone=since is not None)
-            if since is not None and off.off > LATE_FROM * permitted:
-                off = self._late(motion, name, state, belief, max(since, time - LATEST), off)
-            found[name] = off
-        return found
-
-    def _permitted(self, motion: Motion, name: str, time: float) -> float:
-        running = (each for each in motion.at(time) if each.robot == name)
-        return float(min((self.margins.of_segment(each.node, each.segment) for each in running), default=np.inf))
-
-    def _late(self, motion: Motion, name: str, state: RobotState, belief: Belief, since: float, now: Off) -> Off:
-        """How far a robot is off the nearest place of its path since a time, if that is nearer than where it should be."""
-        robot, (low, high) = self.scene.robots[name], (since, state.motion_time)
-        actual, best = list(state.positions[name]), now
-        for _ in range(REFINED):
-            times = np.linspace(low, high, PLACES)
-            rows = np.vstack([motion.rows(robot, belief.state.robots[name], times), actual])
-            rows[:, robot.planned :] = actual[robot.planned :]
-            origins = LinkOrigins.of(robot).at(rows)
-            off = np.linalg.norm(origins[:-1] - origins[-1], axis=2).max(axis=1, initial=0.0)
-            k = int(np.argmin(off))
-            if off[k] < best.off:
-                permitted = self._permitted(motion, name, times[k])
-                best = Off(float(off[k]), permitted, state.motion_time - float(times[k]), alone=True)
-            low, high = times[max(0, k - 1)], times[min(k + 1, PLACES - 1)]
-        return best
-
-    def _planned(self, motion: Motion, name: str, time: float, belief: Belief) -> tuple[float, ...]:
-        """The values of all joints of a robot at a time of the motion's clock."""
-        rows = motion.rows(self.scene.robots[name], belief.state.robots[name], np.array([time]))
-        return tuple(rows[0].tolist())
 
     def _off_path(self, name: str, actual: Sequence[float], planned: Sequence[float]) -> float:
         """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""
@@ -260,15 +236,19 @@ class Watch:
         permitted = self.margins.of_rest(node)
         return {name: Slack(permitted - each.size) for name, each in displaced.items()}
 
+    def saw(self, seen: Mapping[str, Array], time: float) -> None:
+        """Notes when bodies were seen, on the robots' clock [s]."""
+        if seen and not self.seen_at:
+            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
+        self.seen_at.update(dict.fromkeys(seen, time))
+
     def gone(self, seen: Mapping[str, Array], time: float, node: str) -> Surprise | None:
         """Whether a body is not seen any more, and something moves from a node on that may need it, or meet it.
 
         Args:
             seen: what is seen now. time: of the robots' clock [s]. node: the node from which on proofs are needed.
         """
-        if seen and not self.seen_at:
-            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
-        self.seen_at.update(dict.fromkeys(seen, time))
+        self.saw(seen, time)
         if self.margins.of_rest(node) == np.inf:
             return None
         for name, last in self.seen_at.items():

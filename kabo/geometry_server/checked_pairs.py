@@ -1,12 +1,12 @@
 """The pairs of bodies that a workspace checks, by their indices and by their names."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from kabo.arrays import Integers
+from kabo.arrays import Array, Integers
 from kabo.geometry_server.answers import Pair
 
 Contacts = frozenset[frozenset[str]]
@@ -15,6 +15,24 @@ Contacts = frozenset[frozenset[str]]
 def contacts(pairs: Iterable[Pair]) -> Contacts:
     """The pairs of things as a set of unordered pairs."""
     return frozenset(frozenset(pair) for pair in pairs)
+
+
+def first_along(
+    segments_hit: Callable[[Array, Array, Array], Integers], path: Array, strays: Array | None, *, by_one: bool
+) -> int:
+    """The answer of `segments_hit` about the first segment of a path (m, n) that is not free; -1 if all are.
+
+    `strays` (m - 1, n) are its third argument, None for zeros. Kernels check all segments sooner than Python asks for each;
+    `by_one` is for meshes, which are slow: there the first hit ends it.
+    """
+    count = len(path) - 1
+    off = np.zeros((max(0, count), path.shape[-1])) if strays is None else strays
+    step = 1 if by_one else max(1, count)
+    for k in range(0, count, step):
+        found = segments_hit(path[k : k + step], path[k + 1 : k + 1 + step], off[k : k + step])
+        if found.max() >= 0:
+            return int(found[found >= 0][0])
+    return -1
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 The object is treated as a free body: a tree of six joints is projected onto the placement's constraints, and at
 each pose found the robot tries to grasp it. Finding no grasp is no proof, but saves a search from trying
-every grasp.
+every grasp. The samples are the same for every seed, so what is found of a scene lasts as long as the scene is loaded.
 """
 
 from collections.abc import Iterator
@@ -23,6 +23,7 @@ from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import length, unflat
 from kabo.streams import stream_key
 
+SEED = 0  # of all samples
 PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
 PLACES_PROJECTED = 3  # poses at which grasps are projected where none could be drawn
 PLACES_MEASURED = 1  # poses at which the distance out of reach is measured
@@ -41,7 +42,7 @@ def places(context: ProcedureContext, body: Body, target: Destination, situation
             parts = [rows(family.constraints, roles)]
             if target.region is not None:
                 parts.append(within(this, body, target.region, 0.0))
-            key = stream_key(context.seed, "foresight", body.name, family.name, str(target.support))
+            key = stream_key(SEED, "foresight", body.name, family.name, str(target.support))
             found, valid = sample(
                 FREE_BODY,
                 stacked(parts),
@@ -60,6 +61,17 @@ def may_place(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> bool:
     """Whether the robot has a grasp of the body at some sampled pose on the target; True if no pose was found."""
+    hand = _open_hand(robot, situation.configuration(robot.name))
+    key = "may place", robot.name, hand, *_place_key(context, body, target, situation)
+    found: tuple[bool] = context.surroundings.lasting(
+        key, lambda: (_may_place(context, robot, body, target, situation),)
+    )
+    return found[0]
+
+
+def _may_place(
+    context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
+) -> bool:
     streams: list[
         Stream | None
     ] = []  # None where every grasp is proven out of reach: there none is drawn or projected
@@ -95,15 +107,22 @@ def _nearest_places(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> list[Array]:
     """The poses (4, 4) of `places`, those nearest to the robot's base first."""
-    under = () if target.support is None else context.surroundings.poses(situation, target.support)
-    region = None if target.region is None else target.region.name
-    key = "places", context.seed, body.name, target.support, region, *(pose.tobytes() for pose in under)
     # Of every robot it is asked about the same places.
-    found: tuple[Array, ...] = context.surroundings.remembered(
-        key, lambda: tuple(places(context, body, target, situation))
+    found: tuple[Array, ...] = context.surroundings.lasting(
+        ("places", *_place_key(context, body, target, situation)),
+        lambda: tuple(places(context, body, target, situation)),
     )
     base = base_position(robot)
     return sorted(found, key=lambda pose: length(pose[:3, 3] - base))
+
+
+def _place_key(
+    context: ProcedureContext, body: Body, target: Destination, situation: Situation
+) -> tuple[object, ...]:
+    """A body, where it is to be placed, and where that is now."""
+    under = () if target.support is None else context.surroundings.poses(situation, target.support)
+    region = None if target.region is None else target.region.name
+    return body.name, target.support, region, *(pose.tobytes() for pose in under)
 
 
 def _grasps(
@@ -114,7 +133,7 @@ def _grasps(
     standing = standing_of(context.surroundings, robot)
     for pose in poses:
         for family in body.grasps.values():
-            made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
+            made = grasp_stream(robot, body, family, pose, hand, SEED, standing)
             if made is not None:
                 yield made
 

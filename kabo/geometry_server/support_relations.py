@@ -151,7 +151,7 @@ def _box(surroundings: SceneSurroundings, body: Body, pose: Array) -> tuple[Arra
         points = pose[:3, :3] @ body.mesh.vertices.T + pose[:3, 3:]  # (3, V): each row is read at once
         return points.min(axis=1), points.max(axis=1)
 
-    found: tuple[Array, Array] = surroundings.remembered(("box", body.name, pose.tobytes()), made)
+    found: tuple[Array, Array] = surroundings.lasting(("box", body.name, pose.tobytes()), made)
     return found
 
 
@@ -166,7 +166,7 @@ def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region:
 
 def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> float:
     """The distance by which a body at a pose (4, 4) reaches out of a region [m]; negative if it lies inside."""
-    region_T_world = surroundings.remembered(
+    region_T_world = surroundings.lasting(
         ("region_T_world", region.name), lambda: np.linalg.inv(region.world_T_region)
     )
     region_T_body = region_T_world @ pose
@@ -174,7 +174,7 @@ def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Reg
     offsets = region.offsets - region.normals @ region_T_body[:3, 3]
     farthest = -np.inf
     for number, element in enumerate(surroundings.scene.bodies[name].elements):
-        points = surroundings.remembered(("corners", name, number), partial(_corners_of, surroundings, element))
+        points = surroundings.lasting(("corners", name, number), partial(_corners_of, surroundings, element))
         rounding = element.rounding or Rounding()
         heights = (points @ normals.T).max(axis=0) + rounding.reach(normals)
         farthest = max(farthest, float((heights - offsets).max()))
@@ -186,5 +186,5 @@ def _corners_of(surroundings: SceneSurroundings, element: Element) -> Array:
     if element.corners is not None:
         return element.corners
     vertices = element.mesh.vertices
-    found: Array = surroundings.remembered(("hull", vertices.tobytes()), lambda: corners(vertices))
+    found: Array = surroundings.lasting(("hull", vertices.tobytes()), lambda: corners(vertices))
     return found

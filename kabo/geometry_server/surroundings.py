@@ -1,4 +1,7 @@
-"""The surroundings of all robots of a scene: bodies as convex parts and poses of links, computed once."""
+"""The surroundings of all robots of a scene: bodies as convex parts and poses of links, computed once.
+
+What depends on neither a seed nor the state of a run is kept with the scene, for all who load it: `lasting`.
+"""
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +14,8 @@ import numpy as np
 from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array, Integers
 from kabo.geometry import Budget, CollisionChecker, Enclosure, FixedGroup, MovingGroup
-from kabo.geometry_server.answers import GeometryStatistics, Pair
+from kabo.geometry_server.answers import GeometryStatistics
+from kabo.geometry_server.lasting import Lasting
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures
 from kabo.geometry_server.situation import Situation
 from kabo.scene import Attachment, Configuration, Element, KinematicTree, Mesh, Scene, link_poses
@@ -47,8 +51,7 @@ class SceneSurroundings:
         self.enclosures = SceneEnclosures(scene, budget.geometry) if enclosures is None else enclosures
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._own_poses: dict[Attachment, Array] = {}
-        self._apart: dict[Pair, bool] = {}
-        self._bodies = geometry.BodyMemories()
+        self._lasting = Lasting.of(scene, budget, exact, clearance)
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
 
     @property
@@ -87,6 +90,9 @@ class SceneSurroundings:
         """A collision checker for these bodies: on convex parts, or on the original meshes if `exact`."""
         if self.exact:
             return geometry.ExactView(tree, moving, fixed, pairs, self.budget)
+        groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
+        if any(group.mesh is None for group in groups):  # no surfaces that could be seen to meet
+            return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, None, self._lasting.bodies)
         exact: list[geometry.ExactView] = []
 
         def touch(q: Array, pair: int) -> bool:
@@ -94,7 +100,7 @@ class SceneSurroundings:
                 exact.append(geometry.ExactView(tree, moving, fixed, pairs, self.budget))
             return exact[0].surfaces_touch(q, pair)
 
-        return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch, self._bodies)
+        return geometry.CollisionView(tree, moving, fixed, pairs, self.budget, touch, self._lasting.bodies)
 
     def kept(self, name: str, carrier: str | None = None) -> float:
         """The share of a body or `robot.link` in the distance that a pair keeps [m].
@@ -171,9 +177,10 @@ class SceneSurroundings:
 
     def never_collide(self, first: str, second: str) -> bool:
         """The result of `Scene.never_collide`, cached for each pair."""
-        if (first, second) not in self._apart:
-            self._apart[first, second] = self.scene.never_collide(first, second)
-        return self._apart[first, second]
+        found = self._lasting.apart.get((first, second))
+        if found is None:
+            found = self._lasting.apart[first, second] = self.scene.never_collide(first, second)
+        return found
 
     def poses(self, situation: Situation, name: str) -> list[Array]:
         """The poses (4, 4) in the world that a body may have in a situation, without repetitions."""
@@ -201,6 +208,10 @@ class SceneSurroundings:
                 self._memory.popitem(last=False)
         self._memory[key] = known
         return known
+
+    def lasting(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
+        """As `remembered`, for what the key and the loaded scene alone determine: whoever loads the scene finds it."""
+        return self._lasting.found(key, make)
 
     def recalled(self, key: tuple[object, ...]) -> Any:
         """The cached result for `key`; None if there is none."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kabo.arrays import Array, Integers
 from kabo.geometry import CollisionChecker, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts
+from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts, first_along
 from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.driving.floor_view import FloorView
 from kabo.geometry_server.extras import Extra
@@ -102,11 +102,8 @@ class Workspace:
 
         `deviations` (m - 1, n): how far each joint may be from each segment [rad or m]; None for zeros.
         """
-        for k, (start, goal) in enumerate(zip(waypoints, waypoints[1:], strict=False)):
-            index = self.segment_hit(start, goal, None if deviations is None else deviations[k])
-            if index >= 0:
-                return self.pairs[index]
-        return None
+        index = first_along(self.segments_hit, np.array(waypoints), deviations, by_one=self.surroundings.exact)
+        return None if index < 0 else self.pairs[index]
 
     @property
     def pairs(self) -> list[Pair]:
@@ -194,7 +191,7 @@ class Workspace:
         fixed, fixed_names = self._fixed()
         # They depend on what there is, not on where it is.
         key = "pairs", self.robot.name, self.permitted, self._touched, self.extras, *moving_names, *fixed_names
-        checked = self.surroundings.remembered(key, lambda: self._pairs(moving_names, fixed_names))
+        checked = self.surroundings.lasting(key, lambda: self._pairs(moving_names, fixed_names))
         return moving, fixed, checked
 
     def _grasped(
@@ -232,7 +229,7 @@ class Workspace:
         return FloorView(view, drive, len(names), epsilon), [*names, (base, drive.floor)]
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
-        own = self.surroundings.remembered(("moving links", self.robot.name), self._moving_links)
+        own = self.surroundings.lasting(("moving links", self.robot.name), self._moving_links)
         groups, names = list(own[0]), list(own[1])
         for name, held in self.carried.items():
             link = self.robot.links[held.parent.partition(".")[2]]
@@ -295,7 +292,8 @@ class Workspace:
             for q in self.situation.robots[robot.name]:
                 # Where they are decides, which for links that do not move with the robot itself is always the same.
                 key = "standing links", self.robot.name, robot.name, None if robot is self.robot else q
-                links = self.surroundings.remembered(key, partial(self._standing_links, robot, q))
+                keep = self.surroundings.lasting if robot is self.robot else self.surroundings.remembered
+                links = keep(key, partial(self._standing_links, robot, q))
                 groups.extend(links.values())
                 names.extend(links)
         for name in self.surroundings.scene.bodies:

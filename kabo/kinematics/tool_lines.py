@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from kabo.arrays import Array
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
 from kabo.kinematics.kernels import rows as columns
+from kabo.kinematics.kernels.line_following import followed
 from kabo.kinematics.kernels.motion_bounds import Pieces, first_row_not_kept, pieces_of
 from kabo.kinematics.kernels.projection import FREEZES, Rule, Wanted, project_seeds
 from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, limited, storable_limits, values
@@ -102,19 +103,14 @@ class _Follower:
 
     def follow(self, start: Array, length: float) -> Array | OffLine:
         """The way points from start to end of the line, or why there are none; steps are halved where they fail."""
-        way, here, share = [start], 0.0, 1.0
-        while here < 1.0:
-            there = min(1.0, here + share)
-            q = self.configuration_at(way[-1], there * length)
-            fault = self.fault(way[-1], q, here * length, there * length)
-            if q is not None and fault is None:
-                way.append(q)
-                share, here = 2.0 * (there - here), there
-                continue
-            share = 0.5 * (there - here)
-            if share < MIN_LINE_SHARE and fault is not None:
-                return fault
-        return np.array(way)
+        limits = np.array([MAX_JOINT_CHANGE, MIN_LINE_SHARE, 10.0**STORED_DECIMALS])
+        given = self.rows, self.tolerances, self.tree, self.within, self.active, self.pieces
+        way, here, there = followed(start, length, *given, MAX_ITERATIONS, limits)
+        if here == 1.0:
+            return np.asarray(way)
+        fault = self.fault(way[-1], self.configuration_at(way[-1], there * length), here * length, there * length)
+        assert fault is not None, "the last step failed"
+        return fault
 
     def configuration_at(self, near: Array, progress: float, *, limits: bool = True) -> Array | None:
         """The configuration near another one with the tool at a point of the line, rounded; None if there is none.

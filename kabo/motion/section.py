@@ -1,16 +1,16 @@
 """The motion along a smooth path from rest to rest: time law, knots, pieces, and the way points that it passes."""
 
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.motion.blending import MIN_PIECE_LENGTH, Blended
-from kabo.motion.kernels.barrier import fastest_law
 from kabo.motion.kernels.chords_of_path import way_points_on
 from kabo.motion.kernels.grids import grid_of, sampled_speeds, with_rest_cells
-from kabo.motion.kernels.limit_rows import limit_rows
-from kabo.motion.kernels.pieces import few_pieces, in_time, knots_of, states_at, times_at, used_shares
+from kabo.motion.kernels.laws import law_in_time
+from kabo.motion.kernels.pieces import few_pieces, knots_of, states_at, times_at, used_shares
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import LIMIT_ROUNDING, LIMIT_SHARE, MAX_LIMIT
@@ -143,7 +143,7 @@ class _Problem(NamedTuple):
         pieces, borders, curved = with_rest_cells(
             path.coefficients, path.borders, path.curved, full, REST_SHARES, MAX_LIMIT
         )
-        ramp = float(np.median(full[1] / np.maximum(full[2], 1e-300)))
+        ramp = median((full[1] / np.maximum(full[2], 1e-300)).tolist())
         places, squares, _ = sampled_speeds(pieces, borders, full, SAMPLES_PER_PIECE, 1e-300)
         grid, owner = grid_of(
             places, squares, curved, STEP_OF_RAMP * ramp, MAX_CELLS + MAX_CELLS_PER_PIECE * len(curved)
@@ -152,13 +152,10 @@ class _Problem(NamedTuple):
 
     def law(self, shares: Array) -> _Law:
         """The fastest law that uses the shares (N, 3) of the limits of velocity, acceleration and jerk in each cell."""
-        rows = limit_rows(
-            self.path, self.borders, self.curved, self.grid, self.owner, self.full, shares, self.held
-        )
-        x, g, w, steps = fastest_law(rows, PRECISION, MAX_STEPS)
+        given = self.path, self.borders, self.curved, self.grid, self.owner, self.full, shares, self.held
+        times, cells, steps = law_in_time(*given, PRECISION, MAX_STEPS)
         if steps < 0:
             raise ValueError("no motion along the path keeps the limits")
-        times, cells = in_time(self.grid, x, g, w)
         return _Law(times, cells, self.owner, self.path, self.borders, self.curved)
 
 

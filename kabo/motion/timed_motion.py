@@ -8,20 +8,31 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kabo.arrays import Array
+from kabo.arrays import Array, Integers
 from kabo.motion.bernstein import derivative, recentred, values
-from kabo.motion.blending import Blended, blended
+from kabo.motion.blending import (
+    CORNER_SHARE,
+    GENTLE_TURN,
+    MAX_SHRINKING,
+    MIN_PIECE_LENGTH,
+    MIN_SHRINKING,
+    Blended,
+    blended,
+)
 from kabo.motion.following import path_deviations
 from kabo.motion.kernels.deviations import pieces_beyond, positions_at
+from kabo.motion.kernels.near_pieces import Course, with_middles
+from kabo.motion.kernels.rounded_paths import rounded_path_of, usable_corners
 from kabo.motion.limits import Held, MotionLimits
 from kabo.motion.rounding import rounded_coefficients
 from kabo.motion.s_curves import TICK, line_limits, line_pieces, stopping_ticks
-from kabo.motion.section import LEAST_SPARE, Section, held_share, section, way_points
+from kabo.motion.section import CURVATURE_SAMPLES, LEAST_SPARE, Section, held_share, section, way_points
 from kabo.motion.trajectory import Trajectory
 
 WAYPOINT_DECIMALS = 9  # of joint values in plans
 SAME_CORNER = 2e-9  # [rad or m, L2]: corners that are closer differ by rounding
 REVERSAL = 1.99  # norm of the difference of two unit vectors from which the path turns back on itself
+_SHRINKING = np.array([MIN_SHRINKING, MAX_SHRINKING])
 MIN_DEVIATION = 1e-9  # [rad or m]: what rounding of coefficients and way points may leave
 
 
@@ -53,6 +64,26 @@ class Timed:
     def deviations(self) -> Array:
         """The distance (m - 1, n) that no joint exceeds while the motion follows each piece of the path."""
         return path_deviations(self.times, self.coefficients, self.waypoints, self.passing)
+
+    def with_deviations(self, deviations: Array) -> "Timed":
+        """The same motion; its deviations (m - 1, n) are known already."""
+        vars(self)["deviations"] = deviations
+        return self
+
+    @property
+    def course(self) -> Course:
+        """The arrays of the motion as kernels take them."""
+        corners = np.array(self.corners, np.int64)
+        return Course(self.times, self.coefficients, self.waypoints, self.passing, self.deviations, corners)
+
+    def with_middles(self, pieces: Integers, decimals: int) -> tuple["Timed", Integers]:
+        """The same motion with a way point in the middle of some pieces of its path, and the indices of their halves.
+
+        Times of way points are rounded to some decimals.
+        """
+        waypoints, passing, deviations, corners, halves = with_middles(self.course, pieces, 10.0**decimals)
+        found = Timed(waypoints, passing, tuple(corners.tolist()), self.times, self.coefficients)
+        return found.with_deviations(deviations), halves
 
     def at(self, moments: Array) -> Array:
         """The values (k, n) of the joints at some moments (k,) [s]."""
@@ -149,13 +180,31 @@ def rounded_path(
 
     Corners at which a stop saves time are rounded, too. What is not proven of the path need not be timed.
     """
-    rows = np.asarray(corners, np.float64)
+    rows = np.ascontiguousarray(corners, np.float64)
+    points, different, back = usable_corners(rows, SAME_CORNER, REVERSAL)
+    if len(points) > 1 and different and deviation > 0.0:
+        return _rounded_at_once(
+            points, np.where(back, 0.0, np.asarray(shares, np.float64)), deviation, chord, slopes
+        )
     points, numbers, own = _prepared(rows, rows.shape[1], _Rounding(deviation, shares, chord, 0.0, None, slopes))
     path = _blended(points, own)
     passing, indices = way_points(path, chord)
     waypoints = np.round(path.at(passing), WAYPOINT_DECIMALS) + 0.0
     places = tuple(indices[number] for number in numbers)
     return Timed(waypoints, passing, places, path.borders, path.coefficients), path.trims[numbers]
+
+
+def _rounded_at_once(
+    points: Array, shares: Array, deviation: float, chord: float, slopes: Array | None
+) -> tuple[Timed, Array]:
+    """`rounded_path` of corners (m, n) that differ, in one kernel."""
+    given = np.zeros((0, 2, 0)) if slopes is None else np.ascontiguousarray(slopes, np.float64)
+    limits = np.array([deviation, CORNER_SHARE, GENTLE_TURN, MIN_PIECE_LENGTH])
+    trims, borders, pieces, passing, indices, waypoints, deviations = rounded_path_of(
+        points, given, slopes is None, shares, chord, CURVATURE_SAMPLES, limits, _SHRINKING
+    )
+    path = Timed(waypoints, passing, tuple(indices.tolist()), borders, pieces)
+    return path.with_deviations(deviations), trims
 
 
 class _Rounding(NamedTuple):

@@ -127,10 +127,15 @@ class Trajectory:
         if not 0.0 <= self.deviation < inf:
             raise ValueError(f"a deviation is a distance, never {self.deviation}")
 
+    @cached_property
+    def knots(self) -> Array:
+        """The ends (k + 1,) of the pieces [s]."""
+        return np.array(self.times)
+
     @property
     def spans(self) -> Array:
         """The durations (k,) of the pieces [s]."""
-        return np.diff(self.times)
+        return np.diff(self.knots)
 
     def at(self, times: ArrayLike, order: int = 0) -> Array:
         """The values (…, n) of the joints at `times` [s], or their derivatives of the given order.
@@ -143,12 +148,10 @@ class Trajectory:
         if order < 0:
             raise ValueError(f"derivatives have the order 0 or more, not {order}")
         wanted = np.asarray(times, np.float64)
-        clipped = np.clip(wanted, self.times[0], self.times[-1])
-        knots = np.asarray(self.times)
-        k = np.clip(np.searchsorted(knots, clipped, side="right") - 1, 0, len(self.coefficients) - 1)
-        value = values(derivative(self.padded[k], order), (clipped - knots[k])[..., None])
-        outside = (wanted < self.times[0]) | (wanted > self.times[-1])
-        return np.where(outside[..., None] & (order > 0), 0.0, value)
+        clipped = np.minimum(np.maximum(wanted, self.times[0]), self.times[-1])
+        k = np.minimum(np.searchsorted(self.knots, clipped, side="right"), len(self.coefficients)) - 1
+        value = values(derivative(self.padded[k], order), (clipped - self.knots[k])[..., None])
+        return value if order == 0 else np.where((wanted == clipped)[..., None], value, 0.0)
 
     def sampled(self, rate: float) -> Samples:
         """Times, positions, velocities and accelerations `rate` times a second [Hz], from the beginning to the end.
@@ -225,7 +228,7 @@ class Trajectory:
         later = self.padded[inner:].copy()
         if not on_border:
             later[0] = recentred(later[0], np.full(len(self.joints), time - self.times[inner]))
-        index, place = place_on_path(self.padded, np.asarray(self.times), np.asarray(self.waypoints), time)
+        index, place = place_on_path(self.padded, self.knots, np.asarray(self.waypoints), time)
         first, second = self.waypoints[: index + 1], self.waypoints[index + 1 :]
         point = tuple(map(float, place))
         before = replace(

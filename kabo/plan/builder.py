@@ -25,7 +25,7 @@ class PlanBuilder:
 
     def __init__(self) -> None:
         self._nodes: dict[str, Node] = {}
-        self._handles: dict[tuple[bytes, Hashable], str] = {}
+        self._handles: dict[tuple[bytes, Hashable, Hashable], str] = {}
 
     def goal(self) -> str:
         """The handle of the only goal node."""
@@ -45,7 +45,9 @@ class PlanBuilder:
         for successor in node.successors:
             if successor not in self._nodes:
                 raise ValueError(f"add the successor {successor!r} first: plans are built from their leaves")
-        key = hashlib.sha256(canonical(rounded_to_json(node))).digest(), moved
+        # Motions are compared as they are: most of a node are their numbers, which are much slower to write.
+        rest = canonical(rounded_to_json(replace(node, motion=())))
+        key = hashlib.sha256(rest).digest(), node.motion, moved
         handle = self._handles.setdefault(key, f"#{len(self._handles)}")
         self._nodes.setdefault(handle, node)
         return handle

@@ -11,16 +11,14 @@ from kabo.execution import (
     Follower,
     KinematicRobot,
     KnownTruth,
+    Log,
     Margins,
     Motion,
-    RobotState,
     execute,
     motion_of,
 )
-from kabo.execution.belief import Belief
 from kabo.execution.clock import Change, StopWhileChanging
-from kabo.execution.motions import parts_of
-from kabo.execution.watching import LATE_FROM, Watch
+from kabo.execution.motions import HandAction, parts_of
 from kabo.plan import Plan
 from kabo.scene import Scene, motion_limits
 
@@ -98,7 +96,7 @@ def test_a_motion_begins_at_the_rate_that_was_asked_for_before(motion: Motion, s
 
 
 def late_run(
-    plan: Plan, scene: Scene, delay: float, stated: float = 0.0
+    plan: Plan, scene: Scene, delay: float | dict[str, float], stated: float = 0.0
 ) -> tuple[object, list[dict[str, object]]]:
     robot = KinematicRobot(scene, delay=delay)
     settings = ExecutionSettings(delay=stated)
@@ -118,29 +116,6 @@ def test_a_late_robot_that_moves_alone_is_on_its_path(
     assert paces == []
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_where_a_robot_was_a_while_ago_is_its_path_unless_a_hand_has_acted(
-    seed: int, stacked_plan: Plan, stacked_scene: Scene
-) -> None:
-    draw = np.random.default_rng(seed)
-    motion = parts_of(motion_of(stacked_plan, stacked_plan.root, stacked_scene))[0]
-    watch, belief = Watch(stacked_scene, Margins(stacked_plan)), Belief(stacked_scene, stacked_scene.start)
-    time, late = draw.uniform(0.3, 1.0) * motion.end, draw.uniform(0.0, 0.09)
-    robot = stacked_scene.robots["mobile"]
-    resting = stacked_scene.start.robots["mobile"]
-
-    def at(moment: float) -> RobotState:
-        row = motion.rows(robot, resting, np.array([moment]))[0]
-        return RobotState(time, time, True, {"mobile": tuple(row)}, {"mobile": (0.0,) * len(row)})
-
-    here, before, long_ago = (watch.distances(motion, at(time - by), belief)["mobile"] for by in (0.0, late, 0.25))
-    assert here.off == 0.0 and here.late == 0.0
-    assert before.off <= max(5e-4, LATE_FROM * before.permitted)
-    direct = watch._off_path("mobile", at(time - 0.25).positions["mobile"], at(time).positions["mobile"])
-    nearest = watch._off_path("mobile", at(time - 0.25).positions["mobile"], at(time - 0.1).positions["mobile"])
-    assert nearest - 1e-3 <= long_ago.off <= direct + 1e-9  # no more than a tenth of a second is made good
-
-
 def test_a_robot_that_is_on_its_path_is_never_slowed_down(stacked_plan: Plan, stacked_scene: Scene) -> None:
     run, paces = late_run(stacked_plan, stacked_scene, 0.0)
     assert run.reached_goal and paces == []
@@ -152,15 +127,35 @@ def test_what_is_too_late_still_stops_the_run(stacked_plan: Plan, stacked_scene:
     assert run.surprise.off > Margins(stacked_plan).of_rest(stacked_plan.root)
 
 
-@pytest.mark.slow
-def test_two_arms_that_move_at_once_share_the_slower_clock() -> None:
+@pytest.fixture(scope="module")
+def two_arms() -> tuple[Plan, Scene]:
     problem = kabo.load_problem(DOMAINS / "circular_rearrange" / "n3.yaml")
-    plan, scene = kabo.solve(problem, quality="good").plan, kabo.load_scene(problem.scene)
+    plan = kabo.solve(problem, quality="good").plan
     assert plan is not None and any(node.overlap > 0.0 for node in plan.nodes.values())
-    run, paces = late_run(plan, scene, 0.02, stated=0.02)
+    return plan, kabo.load_scene(problem.scene)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("delay", "stated"), [(0.02, 0.0), (0.08, 0.0), (0.3, 0.3)])
+def test_two_arms_that_are_both_as_late_are_on_their_path(
+    delay: float, stated: float, two_arms: tuple[Plan, Scene]
+) -> None:
+    """Hands act while the other arm moves: when the arms are there, not when they should be."""
+    on_time, _ = late_run(*two_arms, 0.0)
+    run, paces = late_run(*two_arms, delay, stated)
     assert run.reached_goal, run.reason
-    both = [each for each in run.log.of("moving") if len(set(each["nodes"])) > 1]
-    assert both and min(pace["rate"] for pace in paces) < 0.8
+    assert any(len(set(each["nodes"])) > 1 for each in run.log.of("moving"))
+    assert all(each["share"] <= 0.3 for each in run.log.of("followed"))
+    assert paces == []
+    waited = run.log.records[-1]["time"] - on_time.log.records[-1]["time"]
+    assert waited <= 2.0 * delay * len(list(run.log.of("moving")))
+
+
+@pytest.mark.slow
+def test_of_two_arms_one_of_which_is_later_the_clock_is_slower(two_arms: tuple[Plan, Scene]) -> None:
+    run, paces = late_run(*two_arms, {"left": 0.045, "right": 0.04})
+    assert run.reached_goal, run.reason
+    assert paces and min(pace["rate"] for pace in paces) < 0.8
     assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
 
 
@@ -175,3 +170,36 @@ def test_a_panda_with_thin_clearances_may_be_late_all_the_same() -> None:
     assert run.reached_goal, run.reason
     assert run.log.records[-1]["time"] <= 1.1 * on_time.log.records[-1]["time"]
     assert all(each["share"] <= 1.0 for each in run.log.of("followed"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("before", [0.05, 0.2])
+def test_in_a_stop_a_hand_does_what_its_arm_passes(before: float, two_arms: tuple[Plan, Scene]) -> None:
+    """A hand grips while the other arm moves; asked to stop just before, its arm goes on by a little, and not alone."""
+    plan, scene = two_arms
+    motion, action = passed_grip(plan, scene)
+    robot = KinematicRobot(scene)
+    log = Log()
+
+    def is_due() -> bool:
+        state = robot.state()
+        begun = [each for each in log.of("moving") if set(each["nodes"]) == set(motion.nodes)]
+        return bool(begun) and state.moving and state.motion_time > action.time - before
+
+    run = execute(plan, scene, robot, KnownTruth(poses=robot.poses), log=log, stop=is_due)
+    assert not run.reached_goal and run.reason == "it was asked to stop"
+    stopped = robot.state().motion_time
+    grips = [each for each in log.of("gripping") if each["bodies"] == [body for body, _ in action.attach]]
+    held = robot.world.objects[action.attach[0][0]].parent.startswith(f"{action.robot}.")
+    assert bool(grips) == held == (stopped > action.time + 1e-6)
+
+
+def passed_grip(plan: Plan, scene: Scene) -> tuple[Motion, HandAction]:
+    """A motion of both arms, and a grip in the middle of what the other one does."""
+    for name in plan.nodes:
+        if plan.nodes[name].motion:
+            for part in parts_of(motion_of(plan, name, scene)):
+                for action in part.actions:
+                    if action.kind == "grip" and part.begin + 0.15 < action.time < part.end - 0.15:
+                        return part, action
+    raise AssertionError("no hand grips while the other arm moves")

@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ TREES = {"bt": readers.ticked_by_behavior_tree_cpp, "py_trees": readers.ticked_b
 LINEAR = [to for to, form in FORMATS.items() if "branch" in form.takes]
 MUTATIONS = 1000
 PROBLEMS = sorted(path for path in DOMAINS.glob("*/*.yaml") if path.stem not in ("domain", "scene"))
+TEXTS = 40 if PROPERTY_SCALE >= 1.0 else 6  # branches whose texts are read; trees follow all of them
 LARGEST = {f"force_sensing/n{count}" for count in range(7, 11)}  # 128 leaves and more: followed in whole runs
 
 
@@ -51,9 +53,8 @@ def follow_every_leaf(plan: Plan) -> None:
         assert [tick(outcomes) for tick in ticked] == [walk] * len(ticked)
     for to, graph in GRAPHS.items():
         assert graph(export(plan, to)) == readers.graph_of_plan(plan)
-    for number, (outcomes, walk) in enumerate(readers.walks(plan)):
-        if number == 40:  # the texts of one branch each; trees have followed all of them above
-            break
+    walks = list(islice(readers.walks(plan), 40))
+    for outcomes, walk in walks[:: -(-len(walks) // TEXTS)]:  # the texts of one branch each
         branch = ",".join(outcomes.values()) or None
         rows = readers.rows_of_table(export(plan, "csv", branch=branch, rate=10.0))
         assert readers.nodes_of_rows(rows) == walk

@@ -1,5 +1,7 @@
 """Whether a robot may place a body anywhere: what is proven out of reach is neither drawn nor projected."""
 
+from dataclasses import replace
+
 import pytest
 
 from kabo.geometry_server import GeometryServer, Situation
@@ -13,6 +15,11 @@ from tests.geometry_server.conftest import scene_of
 SCENE = scene_of("circular_rearrange/n3.yaml")
 NEAR = {"left": "loc_1", "right": "loc_3"}
 FAR = {"left": "loc_3", "right": "loc_1"}
+
+
+def fresh() -> ProcedureContext:
+    """A context in which nothing is known of the scene."""
+    return GeometryServer(replace(SCENE, memory={})).context()
 
 
 def may(robot: str, region: str, context: ProcedureContext) -> bool:
@@ -35,7 +42,7 @@ def test_no_grasp_is_sampled_where_all_are_proven_out_of_reach(
             return own(stream, *given)  # type: ignore[operator]
 
         monkeypatch.setattr(Stream, name, noted)
-    context = GeometryServer(SCENE).context()
+    context = fresh()
     assert not may(robot, FAR[robot], context)
     assert not sampled
     assert may(robot, NEAR[robot], context)
@@ -63,7 +70,7 @@ def test_all_robots_are_asked_about_the_same_places(monkeypatch: pytest.MonkeyPa
         return places(context, body, *others)  # type: ignore[arg-type]
 
     monkeypatch.setattr(placement_check, "places", noted)
-    context = GeometryServer(SCENE).context()
+    context = fresh()
     for robot in ("left", "right"):
         may(robot, "loc_2", context)
     assert len(made) == 1

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 import trimesh
 
-from kabo.geometry import Solid
+from kabo.geometry import Budget, Solid
 from kabo.geometry_server import GeometryServer, make_robot_model, robot_findings, robot_scene_text, robot_summary
+from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.robot_models.covers import covers_of
+from kabo.geometry_server.robot_models.link_pairs import LinkPairs
 from kabo.geometry_server.robot_models.model import AlwaysPair
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
 from kabo.geometry_server.robot_models.self_contacts import SelfContacts, rounded_within
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.language import load_scene_description
 from kabo.language.yaml.paths import installed_folder
 from kabo.meshes import Mesh
@@ -205,3 +208,21 @@ def test_a_foreign_robot_is_ready(tmp_path: Path, urdf: str) -> None:
     assert robot_findings(description) == []
     scene = load_scene(description)
     assert not GeometryServer(scene).collides("robot", list(scene.start.robots["robot"]))
+
+
+def test_links_without_their_meshes_are_judged_at_any_precision(cans_scene: Scene) -> None:
+    """Where parts are finer than the roots of their trees, surfaces could be asked, and these links have none."""
+    robot = cans_scene.robots["arm"]
+    rows = np.random.default_rng(0).uniform(robot.tree.lower, robot.tree.upper, (100, robot.tree.size))
+    met = {}
+    for epsilon in (0.01, 0.004):
+        surroundings = SceneSurroundings(cans_scene, Budget.share(epsilon), False, GeometryStatistics())
+        pairs = LinkPairs(surroundings, robot)
+        met[epsilon] = pairs.any_meeting(rows, pairs.pairs)
+    assert 0 < met[0.004].sum() < len(rows)
+    assert not (met[0.004] & ~met[0.01]).any()
+
+
+@pytest.fixture(scope="module")
+def cans_scene() -> Scene:
+    return load_scene(Path(__file__).parents[2] / "examples" / "two_cans" / "scene.yaml")

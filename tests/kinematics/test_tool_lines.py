@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from kabo.kinematics import FrameFeature, OffLine, rows_of, sample, satisfied, stacked, straight_line
+from kabo.kinematics import FrameFeature, OffLine, rows_of, sample, satisfied, stacked, straight_line, tool_lines
 from kabo.streams import stream_key
 from tests.kinematics.trees import planar, seven_axes, twin
 
@@ -166,3 +166,28 @@ def test_what_does_not_fit_is_refused():
             "opposed", FrameFeature(7, "line", (0, 0, 0), (0, 0, 1)), FrameFeature(0, "line", (0, 0, 0), (1, 0, 0))
         )
         straight_line(TREE, READY, 7, TOOL, (0, 0, 0.1), keep=keep)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_line_that_is_followed_in_a_kernel_is_the_one_of_single_steps(seed):
+    """Projections and proofs of single steps, as they are asked when a line fails."""
+    rng = np.random.default_rng(seed)
+    start, shift = READY + rng.uniform(-0.3, 0.3, 7), rng.normal(size=3)
+    length = float(np.linalg.norm(shift) * 0.25)
+    shift *= length / np.linalg.norm(shift)
+    rows = tool_lines._line_rows(TREE, start, 7, TOOL, shift / length, None)
+    tolerances = tool_lines._tolerances(rows, 1e-3, 5e-3)
+    steps = tool_lines._Follower(TREE, rows, np.ones(7, bool), tolerances)
+    way, here, share, fault = [start], 0.0, 1.0, None
+    while here < 1.0 and fault is None:
+        there = min(1.0, here + share)
+        q = steps.configuration_at(way[-1], there * length)
+        failed = steps.fault(way[-1], q, here * length, there * length)
+        if failed is None:
+            way.append(q)
+            share, here = 2.0 * (there - here), there
+        else:
+            share = 0.5 * (there - here)
+            fault = failed if share < tool_lines.MIN_LINE_SHARE else None
+    found = straight_line(TREE, start, 7, TOOL, shift)
+    assert found == fault if isinstance(found, OffLine) else np.array_equal(found, way)

@@ -1,11 +1,13 @@
 """The gallery: what README files say of a plan, and their pictures, are what the commands make."""
 
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from kabo.pictures import runs
 from kabo.plan import load_plan
 from scripts import picture_run, picture_simulations
 from scripts.gallery import readme_of, renewed
@@ -87,8 +89,10 @@ def test_a_plan_with_motion_is_what_the_commands_write(folder, plans):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("module", [picture_run, picture_simulations])
-def test_pictures_of_physics_are_like_those_drawn_now(module):
+def test_pictures_of_physics_are_like_those_drawn_now(module, monkeypatch):
     pytest.importorskip("pyvista")
     pytest.importorskip("mujoco")
+    frames = runs._drawn
+    monkeypatch.setattr(runs, "_drawn", lambda *arguments: islice(frames(*arguments), 2))  # one is compared
     name = next(name for name, program in PROGRAMS.items() if program == module.__name__)
     require_like(name, module.made())

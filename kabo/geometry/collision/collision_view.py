@@ -274,7 +274,8 @@ class CollisionView:
         """The numbers of checks that were made so far, by roots alone and by all parts."""
         own = self._own.counts
         counts = own if self._coarse is None else own + self._coarse._own.counts
-        return Counters(*counts[[CHECKS, SWEEPS, SEARCHES, POSITIVE]].tolist())
+        found = counts.tolist()
+        return Counters(found[CHECKS], found[SWEEPS], found[SEARCHES], found[POSITIVE])
 
     def _refusal(self, row: Array) -> ValueError:
         if row.ndim != 1:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.boxes import place_groups
+from kabo.geometry.collision.kernels.boxes import place_cores, place_groups
 from kabo.geometry.collision.kernels.bundles import (
     AXIS,
     PARTS,
@@ -53,16 +53,7 @@ def place(
     groups = np.ascontiguousarray(source.groups[:, first : end + 1])
     own = Extents(extents.parts, extents.groups[some])
     place_groups(Hulls(packed.blocks, packed.sizes, packed.rounds), groups, poses[some], hulls, own, radii[some])
-    parts = slice(*source.groups[PARTS, [first, end]].tolist())
-    cores[parts] = _placed_cores(source.cores[parts], poses[source.owner[parts]])
-
-
-def _placed_cores(cores: Array, poses: Array) -> Array:
-    """The cores (B, 9) of parts at poses (B, 12): means are moved, spreads are turned."""
-    rotations = poses[:, :9].reshape(-1, 3, 3)
-    means = (rotations @ cores[:, :3, None])[..., 0] + poses[:, 9:]
-    spreads = rotations @ cores[:, [[3, 4, 5], [4, 6, 7], [5, 7, 8]]] @ rotations.transpose(0, 2, 1)
-    return np.column_stack([means, spreads[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]])
+    place_cores(source.cores, source.owner, poses, int(groups[PARTS, 0]), int(groups[PARTS, -1]), cores)
 
 
 def cores_of(hulls: Hulls) -> Array:

@@ -84,7 +84,7 @@ class _Replay:
             passing = np.asarray(timed.times)
             rows = np.asarray(segment["waypoints"])
             trajectory = timed.trajectory
-            away[:, columns] = path_deviations(np.asarray(trajectory.times), trajectory.padded, rows, passing)
+            away[:, columns] = path_deviations(trajectory.knots, trajectory.padded, rows, passing)
         moves = bool(np.ptp(path, axis=0).max() > 0.0)
         if moves:
             self._prove(segment, path, away)

@@ -88,6 +88,22 @@ def _centre(boxes, target):
         boxes[target, r], boxes[target, 3 + r] = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
 
 
+@lean_kernel  # (B, 9) f8, (B,) i8, (G, 12) f8, i8, i8 -> writes (B, 9) f8
+def place_cores(source, owner, poses, first, end, cores):
+    """Writes the cores of parts `first` to `end` - 1 at the poses of their groups: means are moved, spreads are turned."""
+    for p in range(first, end):
+        g, spread = owner[p], source[p]
+        for r in range(3):
+            a, b, c = poses[g, 3 * r], poses[g, 3 * r + 1], poses[g, 3 * r + 2]
+            cores[p, r] = a * spread[0] + b * spread[1] + c * spread[2] + poses[g, 9 + r]
+            x = a * spread[3] + b * spread[4] + c * spread[5]
+            y = a * spread[4] + b * spread[6] + c * spread[7]
+            z = a * spread[5] + b * spread[7] + c * spread[8]
+            for s in range(r, 3):  # of rows 0, 1, 2 the places 3, 6 and 8 are the first
+                at = (3, 5, 6)[r] + s
+                cores[p, at] = x * poses[g, 3 * s] + y * poses[g, 3 * s + 1] + z * poses[g, 3 * s + 2]
+
+
 @lean_kernel  # Hulls, (4, G+1) i8, (G, 12) f8 -> writes Hulls, Extents, (G, 2) f8
 def place_groups(packed, groups, poses, hulls, extents, radii):
     """Writes all parts in their joint's frame, the boxes of parts and groups, and how far groups reach from its origin.

@@ -22,9 +22,15 @@ def curves_of(parts: Sequence[MotionPart]) -> frozenset[int]:
 
 
 def _is_curve(part: MotionPart) -> bool:
-    path = np.array(part.rows)
-    if part.stretch.group != "arm" or part.stretch.exact or len(path) < 3:
+    if part.stretch.group != "arm" or part.stretch.exact or len(part.rows) < 3:
         return False
+    key = "curve", part.stretch.robot, part.joints, part.stretch.path.tobytes()
+    found: tuple[bool] = part.scene.context.surroundings.remembered(key, lambda: (_is_smooth(part),))
+    return found[0]
+
+
+def _is_smooth(part: MotionPart) -> bool:
+    path = np.array(part.rows)
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     return (
         float(lengths.sum()) > LEAST_LENGTH
@@ -45,7 +51,14 @@ def _within_limits(part: MotionPart) -> bool:
 
 def knots_of(part: MotionPart, samples: Array | None = None) -> Array:
     """The knots (k, n) of the curve that a part is, after its beginning; `samples` (m, n) are its way points by default."""
-    path = np.array(part.rows) if samples is None else samples
+    if samples is not None:
+        return _knots(samples)
+    key = "knots", part.stretch.robot, part.joints, part.stretch.path.tobytes()
+    found: Array = part.scene.context.surroundings.remembered(key, lambda: _knots(np.array(part.rows)))
+    return found
+
+
+def _knots(path: Array) -> Array:
     count = min(max(2 * (len(path) - 1), LEAST_KNOTS), MOST_KNOTS)
     return np.round(smooth_knots(path, count)[1:], JOINT_DECIMALS) + 0.0
 

@@ -112,21 +112,21 @@ class MotionPart:
             and self._free(workspace, middle, b, splits - 1)
         )
 
-    def proven_near(self, starts: Array, ends: Array, deviations: Array, apart: Booleans) -> Booleans:
+    def proven_near(self, starts: Array, ends: Array, deviations: Array, *, apart: bool) -> Booleans:
         """Whether all that is near straight segments of joint space is proven collision-free, and each to be kept.
 
         Args:
             starts, ends: the ends (N, n) of the segments, configurations of the robot.
             deviations: (N, n) how far each joint may be from each segment [rad or m].
-            apart: (N,) as of `proven`.
+            apart: as of `proven`.
         """
-        proven = np.ones(len(starts), bool)
-        if self._keep is not None:
-            proven &= deviations.max(axis=1, initial=0.0) <= KEPT_DEVIATION
-            for i in np.flatnonzero(proven):
-                proven[i] = self._keep.keeps(starts[i], ends[i])
-        for which in (False, True):
-            rows = np.flatnonzero(proven & (apart == which))
-            if len(rows):
-                proven[rows] = self._workspaces[which].segments_hit(starts[rows], ends[rows], deviations[rows]) < 0
-        return proven
+        workspace = self._workspaces[apart]
+        if self._keep is None:
+            return np.asarray(workspace.segments_hit(starts, ends, deviations) < 0)
+        proven = deviations.max(axis=1, initial=0.0) <= KEPT_DEVIATION
+        for i in np.flatnonzero(proven):
+            proven[i] = self._keep.keeps(starts[i], ends[i])
+        rows = np.flatnonzero(proven)
+        if len(rows):
+            proven[rows] = workspace.segments_hit(starts[rows], ends[rows], deviations[rows]) < 0
+        return np.asarray(proven)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kabo.arrays import Array, Booleans
+from kabo.arrays import Array
 from kabo.motion.blending import CORNER_SHARE
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.tool_lines import STRAIGHT_SHARE, ToolLine, tool_line
@@ -42,14 +42,10 @@ class RestingStroke:
         found[far] = (1.0 - STRAIGHT_SHARE) * self.distances[-1]
         return found
 
-    def steady(self, starts: Array, ends: Array, away: Array, *, curved: bool = False) -> Booleans:
-        """Whether the motion is near enough (N,) to pieces of the stroke's path from `starts` to `ends` (N, n).
-
-        `away` (N,): how far it is from each of them [rad or m].
-        """
-        rest = np.array(self.part.stretch.path[-1 if self.backward else 0, self.part.columns])
-        nearest = np.minimum(np.linalg.norm(starts - rest, axis=1), np.linalg.norm(ends - rest, axis=1))
-        return np.asarray(away <= CLOSENESS * nearest + (CURVED if curved else ROUNDING))
+    @property
+    def rest(self) -> Array:
+        """Where the motion rests (n,)."""
+        return np.array(self.part.stretch.path[-1 if self.backward else 0, self.part.columns])
 
     @property
     def backward(self) -> bool:

@@ -6,20 +6,21 @@ permitted on that stroke only; motion that leaves the stroke is proven without i
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from kabo.arrays import Array, Booleans, Integers
+from kabo.arrays import Array, Integers
 from kabo.motion import Timed, thinned
 from kabo.motion.blending import CORNER_SHARE, GENTLE_TURN
+from kabo.motion.kernels.near_pieces import REFUSED, Whose, asked_of
 from kabo.tasks.robots.motion.curves import knots_of, slopes_of
 from kabo.tasks.robots.motion.insertions import inserts, keeps_insertion
 from kabo.tasks.robots.motion.parts import JOINT_DECIMALS, MOVING, MotionPart
-from kabo.tasks.robots.motion.resting_strokes import RestingStroke, resting_stroke
+from kabo.tasks.robots.motion.resting_strokes import CLOSENESS, CURVED, ROUNDING, RestingStroke, resting_stroke
 from kabo.tasks.robots.timed_paths import TIME_DECIMALS
 
 ON_PATH = 1e-8  # rad or m: deviations of straight pieces; they are proven already
@@ -28,6 +29,7 @@ ON_PATH = 1e-8  # rad or m: deviations of straight pieces; they are proven alrea
 MARGIN = 4.0
 AT_LIMIT = 1e-10  # rad or m by which rounding may take a joint out of its limits
 MAX_HALVINGS = 4  # of a chord that is not proven with its margin; the last ones are proven without
+NEARNESS = np.array([CLOSENESS, CURVED, ROUNDING])  # of a motion to strokes
 LINE_PLACES = np.linspace(0.0, 1.0, 9)  # shares of the time of a stroke at which its line is compared
 BENDING_SHARE = 0.7  # rounds that bend the path as much as this share of the most that one does, shrink
 STROKE_TOLERANCE = 1e-9  # rad of the distance of a point from a stroke
@@ -83,14 +85,14 @@ class Route:
         """A motion with as many way points on its blends as their proofs need, or what has none."""
         if beyond := self._beyond(made):
             return self._refused(made, beyond)
-        waiting = list(range(len(made.passing) - 1))
+        waiting = np.arange(len(made.passing) - 1)
         for level in range(MAX_HALVINGS + 1):
             margin = MARGIN if level < MAX_HALVINGS else 1.0
             refused = self._unproven(made, waiting, margin)
-            if not refused:
+            if not len(refused):
                 return self._bent(made) or made
             if level < MAX_HALVINGS:
-                made, waiting = halved(made, refused)
+                made, waiting = made.with_middles(refused, TIME_DECIMALS)
         return self._refused(made, refused)
 
     def looked_at(self, made: Timed) -> Refused | None:
@@ -98,16 +100,12 @@ class Route:
         if beyond := self._beyond(made):
             return self._refused(made, beyond)
         bent = self._bent(made, inserted=False)
-        if bent is None and (hopeless := self._unproven(made, list(range(len(made.passing) - 1)), None)):
-            return self._refused(made, hopeless)
-        return bent
+        if bent is not None:
+            return bent
+        hopeless = self._unproven(made, np.arange(len(made.passing) - 1), None)
+        return self._refused(made, hopeless) if len(hopeless) else None
 
-    def judged(self, made: Timed) -> Refused | None:
-        """What is not proven of a motion."""
-        found = self.looked_at(made) or self.proven(made)
-        return found if isinstance(found, Refused) else None
-
-    def _refused(self, made: Timed, refused: Sequence[int]) -> Refused:
+    def _refused(self, made: Timed, refused: Sequence[int] | Integers) -> Refused:
         pieces = np.asarray(refused, np.int64)
         owners = frozenset(self._owners_of(made, pieces).tolist())
         corners = sorted({corner for i in pieces for corner in self._corners_by(made, i)})
@@ -201,49 +199,37 @@ class Route:
             found.update(range(max(0, int(ends[0])), min(int(ends[1]), len(made.deviations) - 1) + 1))
         return sorted(found)
 
-    def _unproven(self, made: Timed, pieces: Sequence[int], margin: float | None) -> list[int]:
+    def _unproven(self, made: Timed, pieces: Integers, margin: float | None) -> Integers:
         """Those pieces of the path that are not proven for a motion near them; without a margin, in their middle only."""
-        numbers = np.asarray(pieces, np.int64)
-        owners = self._owners_of(made, numbers)
-        off_path = made.deviations[numbers].max(axis=1) > ON_PATH
-        refused: list[Integers] = []
-        for owner in range(len(self.parts)):
-            own = numbers[(owners == owner) & (off_path | (owner in self.curves))]
-            if len(own):
-                refused.append(own[~self._proven(made, own, owner, margin)])
-        return sorted(np.concatenate(refused).tolist()) if refused else []
+        asked = asked_of(made.course, self._whose, pieces, -1.0 if margin is None else margin, ON_PATH, NEARNESS)
+        chosen, owners, kinds, starts, ends, strays = asked
+        proven = kinds != REFUSED
+        for owner, part in enumerate(self.parts):
+            for apart in (False, True):
+                rows = np.flatnonzero((owners == owner) & (kinds == apart))
+                if len(rows):
+                    proven[rows] = part.proven_near(starts[rows], ends[rows], strays[rows], apart=apart)
+        return np.asarray(chosen[~proven])
 
-    def _proven(self, made: Timed, pieces: Integers, owner: int, margin: float | None) -> Booleans:
-        """Whether pieces (k,) of the path of one part are proven for a motion that stays near them."""
-        if margin is None:
-            middles = made.at((made.passing[pieces] + made.passing[pieces + 1]) / 2)
-            return self._near(middles, middles, np.zeros(middles.shape), owner)
-        part, away = self.parts[owner], made.deviations[pieces]
-        starts, ends = made.waypoints[pieces], made.waypoints[pieces + 1]
-        proven = np.ones(len(pieces), bool)
-        for stroke in self._strokes:
-            if stroke.part is part:
-                proven &= stroke.steady(starts, ends, away.max(axis=1), curved=owner in self.curves)
-        proven[proven] = self._near(starts[proven], ends[proven], margin * away[proven], owner)
-        return proven
-
-    def _near(self, starts: Array, ends: Array, away: Array, owner: int) -> Booleans:
-        """Whether a part's motion that is `away` (k, n) from segments is proven, from `starts` to `ends` (k, n)."""
-        part, apart = self.parts[owner], np.zeros(len(away), bool)
-        strays = np.zeros((len(away), len(self._resting)))
-        strays[:, part.columns] = away
-        if part.touches:
-            near = self.stroke + self._bulge(owner) + STROKE_TOLERANCE
-            apart = np.maximum(self._distances(starts, owner), self._distances(ends, owner)) > near
-        return part.proven_near(self.whole(starts), self.whole(ends), strays, apart)
-
-    def _distances(self, rows: Array, owner: int) -> Array:
-        """The distance (k,) of each point (k, n) from the straight pieces of a part [rad, L2]."""
-        own = np.flatnonzero(np.asarray(self.owners) == owner)
-        a, b = self.corners[own], self.corners[own + 1]
-        steps, since = b - a, rows[:, None] - a
-        shares = np.clip((since * steps).sum(axis=2) / (steps**2).sum(axis=1), 0.0, 1.0)
-        return np.asarray(np.linalg.norm(since - shares[..., None] * steps, axis=2).min(axis=1))
+    @cached_property
+    def _whose(self) -> Whose:
+        numbers, strokes = range(len(self.parts)), self._strokes
+        whose = [(owner, each) for each in strokes for owner in numbers if self.parts[owner] is each.part]
+        rests = [each.rest for _, each in whose]
+        touching = [
+            self.stroke + self._bulge(owner) + STROKE_TOLERANCE if part.touches else -1.0
+            for owner, part in enumerate(self.parts)
+        ]
+        return Whose(
+            self.corners,
+            np.array(self.owners, np.int64),
+            np.array([owner in self.curves for owner in numbers], np.bool_),
+            np.array(touching, np.float64),
+            np.array(rests, np.float64).reshape(-1, self.corners.shape[1]),
+            np.array([owner for owner, _ in whose], np.int64),
+            self._resting,
+            self.parts[0].columns.start,
+        )
 
     def _bulge(self, owner: int) -> float:
         """How far the curve that a part is may be from the straight pieces between its corners [rad, L2]."""
@@ -266,22 +252,6 @@ class Route:
             while after < last and self.bends[after] == 0.0:
                 after += 1
         return [i for i in (before, after) if 0 < i < last]
-
-
-def halved(made: Timed, pieces: Sequence[int]) -> tuple[Timed, list[int]]:
-    """The same motion with a way point in the middle of some pieces of its path, and the indices of their halves."""
-    places = np.asarray(pieces)
-    inner = np.round((made.passing[places] + made.passing[places + 1]) / 2, TIME_DECIMALS)
-    rows = np.round(made.at(inner), JOINT_DECIMALS) + 0.0
-    shifts = np.searchsorted(places, made.corners, side="left")
-    found = replace(
-        made,
-        waypoints=np.insert(made.waypoints, places + 1, rows, axis=0),
-        passing=np.insert(made.passing, places + 1, inner),
-        corners=tuple((np.asarray(made.corners) + shifts).tolist()),
-    )
-    first = (places + np.arange(len(places))).tolist()
-    return found, [i for at in first for i in (at, at + 1)]
 
 
 def turns(corners: Array) -> Array:

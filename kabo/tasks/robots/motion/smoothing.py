@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.motion import Held, MotionLimits, Timed, rounded_path, timed_path
+from kabo.motion import Held, MotionLimits, Timed, timed_path
 from kabo.motion.bernstein import derivative, values
 from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.insertions import insertion_nearness, inserts
 from kabo.tasks.robots.motion.parts import MotionPart
+from kabo.tasks.robots.motion.rounds import Rounds
 from kabo.tasks.robots.motion.routes import Refused, Route, route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
 
@@ -90,7 +91,8 @@ def _rounded(
     greatest = route.greatest_shares(within) if within > 0.0 else np.zeros(len(route.corners))
     near = nearness_of(route.parts, route.curves, within)
     chord = min(COARSEST_DRIVEN_CHORD if any(part.drives for part in route.parts) else COARSEST_CHORD, near)
-    shares = _fitting(route, greatest, greatest, within, chord, route.looked_at)
+    rounds = Rounds(route, within, chord)
+    shares = _fitting(rounds, greatest, greatest, rounds.looked_at)
     while True:
         made = _timed(route, limits, within, shares, chord, min(TOLERANCE, near), held)
         if made.duration >= seconds:
@@ -101,7 +103,7 @@ def _rounded(
         if not shares[found.corners].any():
             # With stops at all corners in question nothing is left to shrink: the straight path was proven before.
             return found.curves or route.curves or made
-        less = _fitting(route, shares, greatest, within, chord, route.judged)
+        less = _fitting(rounds, shares, greatest, rounds.judged)
         shares = _shrunk(shares, found.corners, greatest) if np.array_equal(less, shares) else less
 
 
@@ -137,24 +139,14 @@ def _timed(
     return found
 
 
-def _fitting(
-    route: Route,
-    shares: Array,
-    greatest: Array,
-    within: float,
-    chord: float,
-    judge: Callable[[Timed], Refused | None],
-) -> Array:
+def _fitting(rounds: Rounds, shares: Array, greatest: Array, judge: Callable[[Array], Refused | None]) -> Array:
     """Shares (m,), none greater than those given, with which a judge does not refuse the path for its rounds.
 
     The path is judged before the motion along it, as times cost more.
     """
     while shares.any():
-        path, trims = rounded_path(
-            route.corners, deviation=within, shares=shares, chord=chord, slopes=route.slopes
-        )
-        refused = judge(path)
-        bending = [] if refused is None else route.bending(path, trims, refused.spans)
+        refused = judge(shares)
+        bending = [] if refused is None else rounds.bending(shares, refused)
         if not bending:
             break
         shares = _shrunk(shares, bending, greatest)

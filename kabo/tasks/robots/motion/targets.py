@@ -93,7 +93,7 @@ class GraspTarget:
         hand = tuple(float(value) for value in scene.configuration(self.robot)[robot.planned :])
         body = scene.context.scene.bodies[self.object]
         key = "too wide", self.robot, body.name, family.name, hand
-        known: tuple[Measure | None] = scene.context.surroundings.remembered(
+        known: tuple[Measure | None] = scene.context.surroundings.lasting(
             key, lambda: (too_wide(robot, body, family, hand),)
         )
         return known[0]

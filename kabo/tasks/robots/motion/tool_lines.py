@@ -50,6 +50,13 @@ def tool_line(part: MotionPart, *, backward: bool) -> ToolLine | None:
     if robot.tool is None:
         return None
     path = part.stretch.path[::-1] if backward else part.stretch.path
+    # Branches of a plan move along the same strokes, and each is asked about several times.
+    key = "tool line", robot.name, path.tobytes()
+    found: tuple[ToolLine | None] = part.scene.context.surroundings.remembered(key, lambda: (_line(robot, path),))
+    return found[0]
+
+
+def _line(robot: Robot, path: Array) -> ToolLine | None:
     poses = poses_at(robot, tool_frame(robot), np.concatenate([path, (path[:-1] + path[1:]) / 2]))
     near, far = poses[0], poses[len(path) - 1]
     away = far[:3, 3] - near[:3, 3]

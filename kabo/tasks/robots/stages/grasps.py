@@ -153,7 +153,7 @@ def _refuted(
 ) -> Refusal | None:
     pose = context.surroundings.poses(situation, name)[0]
     key = "refuted", robot.name, name, wanted, pose.tobytes()
-    known: tuple[Refusal | None] = context.surroundings.remembered(
+    known: tuple[Refusal | None] = context.surroundings.lasting(
         key, lambda: (_beyond(_body(context, name), pose, robot, wanted),)
     )
     return known[0]

@@ -143,7 +143,7 @@ def _uncontained(context: ProcedureContext, name: str, place: Destination, wante
     if region is None:
         return None
     key = "uncontained", name, region.name, place.support, wanted
-    known: tuple[Measure | None] = context.surroundings.remembered(
+    known: tuple[Measure | None] = context.surroundings.lasting(
         key, lambda: (uncontained(context.scene, body, region, place.support, wanted),)
     )
     measure = known[0]

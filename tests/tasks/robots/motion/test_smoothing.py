@@ -133,7 +133,7 @@ def test_where_nothing_is_proven_it_stops(monkeypatch: pytest.MonkeyPatch, block
     """With obstacles everywhere beside the path every blend is refused, and the motion stops at each corner."""
     part = group()[0]
     if blocked:
-        monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__: np.zeros(len(starts), bool))
+        monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__, **___: np.zeros(len(starts), bool))
     found = smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
     inner = len(route_of(group(), 0.1 * DEVIATION).corners) - 2
     assert inner > 0
@@ -166,7 +166,7 @@ def test_what_is_surely_not_proven_of_a_path_is_not_timed(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(smoothing, "_timed", counted)
     monkeypatch.setattr(smoothing, "route_of", found)
-    monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__: np.zeros(len(starts), bool))
+    monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__, **___: np.zeros(len(starts), bool))
     smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
     assert len(timed) == len(routes) > 1  # with its curves, and with chords instead
 

@@ -1,0 +1,29 @@
+"""How a plan is carried out: how often robots are looked at, and how far off and how late they may be."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ExecutionSettings:
+    """How a plan is carried out.
+
+    Attributes:
+        watch_rate: how often measurements are compared with the plan [Hz], 100 or more on hardware.
+        tracking_error: how far any point of a robot may be off its path, as its maker says [m], or of each robot by
+            name; a plan that has less proven clearance where this robot moves is refused.
+        despite_margins: whether such a plan is carried out nevertheless.
+        log_rate: how often a record `state` is added to the log [Hz]: where everything is; 0: never.
+        delay: how late robots follow what is sent, as their maker says [s]; a tenth of a second more is no surprise.
+        most_recoveries: how often a run goes on after a surprise.
+    """
+
+    watch_rate: float = 100.0
+    tracking_error: float | Mapping[str, float] = 0.0
+    despite_margins: bool = False
+    log_rate: float = 0.0
+    most_recoveries: int = 20
+    delay: float = 0.0
+
+
+USUAL = ExecutionSettings()
