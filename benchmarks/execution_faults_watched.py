@@ -110,6 +110,7 @@ class Watcher:
         self.off: dict[str, str] = {}
         self.reason: str | None = None  # of a stop, which is not judged yet
         self.seen: dict[str, float] = {}
+        self.clock = 0.0  # of the motion, at the last record [s]
         halted = ended = False
         for record in records:
             event, time = record["event"], record["time"]
@@ -211,7 +212,8 @@ class Watcher:
             self.off = self._if_late(record)
         if self.reason is not None:
             self._judge_reason({*before, *at_once, *self._wide(record, cell)}, record["time"])
-        if not moving or not running:  # what rests may be anywhere: nothing is done
+        stands, self.clock = record["motion_time"] == self.clock, record["motion_time"]
+        if not moving or not running or stands:  # what rests may be anywhere: nothing is done
             self.since = None
             return
         if not self.off:

@@ -8,6 +8,8 @@ from functools import partial
 from math import ceil
 from typing import TypeVar
 
+import numpy as np
+
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
@@ -24,7 +26,7 @@ from kabo.execution.settings import ExecutionSettings
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
-from kabo.scene import Scene
+from kabo.scene import MAX_DISTANCE, Scene
 from kabo.verify import Report
 
 _T = TypeVar("_T")
@@ -308,7 +310,7 @@ class Carrier:
 
     def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
-            seen = self.sensor.poses()
+            seen = self._poses()
             self.watch.saw(seen, state.time)
             self.states.add(self.clock, state, seen, self.watch, self.margins.of_rest(node))
 
@@ -326,16 +328,21 @@ class Carrier:
             self._halt(surprise)
 
     def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
-        seen = self.sensor.poses()
+        seen = self._poses()
         found = self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
         for record in self.watch.tolerated:
             self._enter("tolerated", **record)
         self.watch.tolerated.clear()
         return found
 
+    def _poses(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies as they are seen; what is too far away to plan with counts as not seen."""
+        seen = self.sensor.poses()
+        return {name: pose for name, pose in seen.items() if np.abs(pose[:3, 3]).max() <= MAX_DISTANCE}
+
     def _seen(self) -> Mapping[str, Array]:
         """The poses (4, 4) of bodies; with noise, the means of looks at them."""
-        seen = self.sensor.poses()
+        seen = self._poses()
         if self.looks.noise is None:
             return seen
         self.watch.look(seen, self._robot.state(), self.belief)

@@ -250,7 +250,7 @@ class _Executor(Carrier):
             raise Stopped(f"{stopped}; {late}, and does not come back", stopped.surprise)
 
     def _gone(self) -> Surprise | None:
-        return self.watch.gone(self.sensor.poses(), self.time, self.name)
+        return self.watch.gone(self._poses(), self.time, self.name)
 
     def _unseen(self, seen: Mapping[str, Array]) -> bool:
         """Whether a body is not seen, and it is not yet time to say that it is gone."""

@@ -29,7 +29,7 @@ SLOWER, FASTER = 0.91, 1.2  # ratio to the rate now, beyond which the rate is ch
 FORESEEN = 1.0  # [s] on the clock of the motion
 CELL = 0.02  # [s]
 RECENT = 0.06  # [s] within which a robot was as fast as it is off now
-MOVES = 0.05  # [m/s] below which nothing is said about a robot
+MOVES = 0.05  # [m/s] below which a robot is not found to stray
 FORGOTTEN = 1.0  # [s], time constant
 
 
@@ -76,12 +76,12 @@ class Pacer:
             if own.off < NOTICED * own.permitted and name not in self.strays:
                 continue
             moved = self._speeds[name][0][self._cell(path.time - RECENT) : self._cell(state.motion_time) + 1]
-            speed = float(moved.max(initial=0.0)) * rate
-            if speed < MOVES:
-                continue
-            found = max(0.0, own.off - self.standing.get(name, 0.0)) / speed
-            if (known := self.strays.get(name, 0.0)) > found:
+            speed, known = float(moved.max(initial=0.0)) * rate, self.strays.get(name, 0.0)
+            found = max(0.0, own.off - self.standing.get(name, 0.0)) / max(speed, MOVES)
+            if known > found:
                 found = known + (found - known) * min(1.0, seconds / FORGOTTEN)
+            elif speed < MOVES:  # it may be off for other reasons
+                continue
             self.strays[name] = found
 
     def wanted(self, time: float) -> Pace | None:

@@ -5,6 +5,7 @@ checks, sampling or motion.
 """
 
 from kabo.meshes import Mesh, Rounding, load_mesh
+from kabo.scene.bounds import MAX_DISTANCE
 from kabo.scene.changes import beginning_at, with_change
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
@@ -20,6 +21,7 @@ from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 __all__ = [
+    "MAX_DISTANCE",
     "BASE_VALUES",
     "Drive",
     "PRISMATIC",

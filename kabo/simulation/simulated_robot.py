@@ -18,6 +18,7 @@ from kabo.simulation.judging import DEEP
 from kabo.simulation.physics import Physics
 from kabo.simulation.settings import USUAL, PhysicsSettings
 
+IN_HAND = 0.2  # [m] between the tool and the nearest point of what a hand takes, at most
 JUDGED_EACH = 5  # time steps
 SAGGED = 0.01  # [rad or m] by which a joint that its motor cannot hold has given way
 STILL = 0.003  # [rad/s or m/s] below which a hand stands
@@ -119,12 +120,22 @@ class SimulatedRobot:
         return self._follower.pace(rate)
 
     def grip(self, robot: str, bodies: tuple[str, ...]) -> None:
-        """The hand presses, or locks where hands lock."""
+        """The hand presses, or locks where hands lock; what is far away it does not take."""
+        bodies = tuple(body for body in bodies if self._is_near(robot, body))
         self.physics.grip(robot, bodies)
         self._held[robot] = bodies
         self._add_loads(robot, bodies)
         for body in bodies if self.settings.welds else ():
             self.physics.weld(robot, body)
+
+    def _is_near(self, robot: str, body: str) -> bool:
+        """Whether a body could be between the fingers: a controller would bear what is elsewhere on a long lever."""
+        tool = self.scene.robots[robot].tool
+        if tool is None:
+            return True
+        hand, place = self.physics.pose(f"{robot}.{tool.frame}"), self.physics.pose(body)
+        radius = np.linalg.norm(self.scene.bodies[body].mesh.vertices, axis=1).max()
+        return bool(np.linalg.norm(place[:3, 3] - hand[:3, 3]) <= radius + IN_HAND)
 
     def _add_loads(self, robot: str, bodies: tuple[str, ...]) -> None:
         """What the hand holds, as the scene says, limits stops from now on."""

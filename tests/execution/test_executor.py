@@ -12,6 +12,7 @@ from kabo.arrays import Array
 from kabo.errors import InputError
 from kabo.execution import ExecutionSettings, KinematicRobot, KnownTruth, Log, Margins, execute
 from kabo.plan import Plan
+from kabo.recovery import Replanner
 from kabo.scene import Scene, world_T
 
 DOMAINS = Path(__file__).parents[2] / "domains"
@@ -207,3 +208,15 @@ def test_a_sensor_that_is_silent_is_asked_again_a_few_times(silent: int, reaches
     run = execute(doors, None, None, Slow())
     assert run.reached_goal is reaches
     assert len(list(run.log.of("silent"))) == 14
+
+
+def test_a_body_that_is_seen_too_far_away_to_plan_with_counts_as_not_seen(
+    stacked_plan: Plan, stacked_scene: Scene
+) -> None:
+    """A simulator throws what overlaps, and a camera may err: no plan is looked for from a kilometre away."""
+    robot = KinematicRobot(stacked_scene)
+    sensor = Pushed(robot, "o1", np.array([1500.0, 0.0, 0.0]), 1.0)
+    recovery = Replanner(kabo.load_problem(DOMAINS / "stacked" / "n2.yaml"), stacked_scene)
+    run = execute(stacked_plan, stacked_scene, robot, sensor, recovery=recovery)
+    assert not run.reached_goal and run.surprise is not None
+    assert run.surprise.kind == "gone" and "o1 has not been seen" in run.reason

@@ -14,11 +14,15 @@ from kabo.execution import (
     Log,
     Margins,
     Motion,
+    RobotState,
     execute,
     motion_of,
 )
+from kabo.execution.belief import Belief
 from kabo.execution.clock import Change, StopWhileChanging
 from kabo.execution.motions import HandAction, parts_of
+from kabo.execution.off_path import Off, OffPath
+from kabo.execution.pacing import Pacer
 from kabo.plan import Plan
 from kabo.scene import Scene, motion_limits
 
@@ -119,6 +123,24 @@ def test_a_late_robot_that_moves_alone_is_on_its_path(
 def test_a_robot_that_is_on_its_path_is_never_slowed_down(stacked_plan: Plan, stacked_scene: Scene) -> None:
     run, paces = late_run(stacked_plan, stacked_scene, 0.0)
     assert run.reached_goal and paces == []
+
+
+def test_a_robot_that_was_far_off_its_path_is_not_slow_for_ever(
+    motion: Motion, stacked_plan: Plan, stacked_scene: Scene
+) -> None:
+    """Its brakes were on, and at a fiftieth of its speed it never moves as fast as is needed to tell how it strays."""
+    pacer, belief = Pacer(stacked_scene.robots), Belief(stacked_scene, stacked_scene.start)
+    pacer.strays["mobile"] = 2.0
+    slow = pacer.begin(motion, belief, Margins(stacked_plan), {})
+    assert slow is not None and slow.rate < 0.1
+    rows = dict(stacked_scene.start.robots)
+    for seconds in np.arange(0.01, 10.0, 0.01).tolist():
+        clock = motion.begin + slow.rate * seconds
+        path = OffPath(clock, {"mobile": Off(1e-6, 0.01, rows["mobile"])})
+        pacer.learn(RobotState(seconds, clock, True, rows, {}), path)
+    pacer.rate = slow.rate
+    fast = pacer.wanted(motion.begin + slow.rate * 10.0)
+    assert fast is not None and fast.rate == 1.0
 
 
 def test_what_is_too_late_still_stops_the_run(stacked_plan: Plan, stacked_scene: Scene) -> None:

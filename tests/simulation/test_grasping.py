@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kabo
@@ -27,6 +28,18 @@ def test_fingers_that_are_coupled_stay_so_under_the_force_of_the_hand(scene: Sce
     left, right = (physics.data.joint(f"arm:{name}").qpos[0] for name in ("finger_joint", "finger_joint_2"))
     assert abs(left) < 0.002  # the fingers have met
     assert left == pytest.approx(right, abs=1e-4)
+
+
+def test_a_hand_that_closes_where_nothing_is_does_not_bear_what_is_elsewhere(scene: Scene) -> None:
+    """On a lever of 30 m it would throw the arm away."""
+    robot = SimulatedRobot(scene)
+    before = np.array(robot.state().positions["arm"])
+    robot.physics.displace("box_1", np.array([30.0, 0.0, 0.0]))
+    robot.grip("arm", ("box_1",))
+    robot.wait(0.3)
+    count = scene.robots["arm"].planned
+    assert np.abs(np.array(robot.state().positions["arm"]) - before)[:count].max() < 1e-3
+    assert robot.held_by("arm") == ()
 
 
 def test_a_body_that_falls_over_by_itself_is_told() -> None:
