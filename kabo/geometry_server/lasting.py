@@ -1,4 +1,4 @@
-"""What is known of a loaded scene whatever its state and the seed: it lasts as long as the scene is loaded.
+"""What is known of a loaded scene whatever its state: it lasts as long as the scene is loaded.
 
 A process may solve, verify and repair problems of a scene again and again. What the scene, the accuracy and the distances
 to be kept determine is computed once for all of them.

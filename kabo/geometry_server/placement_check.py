@@ -2,7 +2,7 @@
 
 The object is treated as a free body: a tree of six joints is projected onto the placement's constraints, and at
 each pose found the robot tries to grasp it. Finding no grasp is no proof, but saves a search from trying
-every grasp. The samples are the same for every seed, so what is found of a scene lasts as long as the scene is loaded.
+every grasp. With another seed other samples are drawn; what is found with one lasts as long as the scene is loaded.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,6 @@ from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import length, unflat
 from kabo.streams import stream_key
 
-SEED = 0  # of all samples
 PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
 PLACES_PROJECTED = 3  # poses at which grasps are projected where none could be drawn
 PLACES_MEASURED = 1  # poses at which the distance out of reach is measured
@@ -42,7 +41,7 @@ def places(context: ProcedureContext, body: Body, target: Destination, situation
             parts = [rows(family.constraints, roles)]
             if target.region is not None:
                 parts.append(within(this, body, target.region, 0.0))
-            key = stream_key(SEED, "foresight", body.name, family.name, str(target.support))
+            key = stream_key(context.seed, "foresight", body.name, family.name, str(target.support))
             found, valid = sample(
                 FREE_BODY,
                 stacked(parts),
@@ -119,10 +118,10 @@ def _nearest_places(
 def _place_key(
     context: ProcedureContext, body: Body, target: Destination, situation: Situation
 ) -> tuple[object, ...]:
-    """A body, where it is to be placed, and where that is now."""
+    """The seed, a body, where it is to be placed, and where that is now."""
     under = () if target.support is None else context.surroundings.poses(situation, target.support)
     region = None if target.region is None else target.region.name
-    return body.name, target.support, region, *(pose.tobytes() for pose in under)
+    return context.seed, body.name, target.support, region, *(pose.tobytes() for pose in under)
 
 
 def _grasps(
@@ -133,7 +132,7 @@ def _grasps(
     standing = standing_of(context.surroundings, robot)
     for pose in poses:
         for family in body.grasps.values():
-            made = grasp_stream(robot, body, family, pose, hand, SEED, standing)
+            made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
             if made is not None:
                 yield made
 

@@ -1,6 +1,6 @@
 """The surroundings of all robots of a scene: bodies as convex parts and poses of links, computed once.
 
-What depends on neither a seed nor the state of a run is kept with the scene, for all who load it: `lasting`.
+What does not depend on the state of a run is kept with the scene, for all who load it: `lasting`.
 """
 
 from collections import OrderedDict

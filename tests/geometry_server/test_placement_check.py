@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from kabo.geometry_server import GeometryServer, Situation
 from kabo.geometry_server.candidates import Stream
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
-from kabo.geometry_server.placement_check import may_place
+from kabo.geometry_server.placement_check import may_place, places
 from kabo.geometry_server.reachability import grasp_missing
 from tests.geometry_server.conftest import scene_of
 
@@ -17,9 +18,9 @@ NEAR = {"left": "loc_1", "right": "loc_3"}
 FAR = {"left": "loc_3", "right": "loc_1"}
 
 
-def fresh() -> ProcedureContext:
+def fresh(seed: int = 0) -> ProcedureContext:
     """A context in which nothing is known of the scene."""
-    return GeometryServer(replace(SCENE, memory={})).context()
+    return GeometryServer(replace(SCENE, memory={}), seed=seed).context()
 
 
 def may(robot: str, region: str, context: ProcedureContext) -> bool:
@@ -52,10 +53,18 @@ def test_no_grasp_is_sampled_where_all_are_proven_out_of_reach(
 @pytest.mark.parametrize("robot", ["left", "right"])
 def test_the_answer_is_that_of_sampling_everywhere(robot: str, monkeypatch: pytest.MonkeyPatch) -> None:
     regions = ("loc_1", "loc_2", "loc_3")
-    found = [may(robot, region, GeometryServer(SCENE, seed=7).context()) for region in regions]
+    found = [may(robot, region, fresh(7)) for region in regions]
     name = f"{may_place.__module__}.{grasp_missing.__name__}"
     monkeypatch.setattr(name, lambda *_: 0.0)  # as if nothing were proven
-    assert [may(robot, region, GeometryServer(SCENE, seed=7).context()) for region in regions] == found
+    assert [may(robot, region, fresh(7)) for region in regions] == found
+
+
+def test_another_seed_draws_other_places() -> None:
+    """No grasp found is no proof: whoever tries again with another seed gets another chance."""
+    place, now = Destination("table", SCENE.regions["loc_1"]), Situation.of(SCENE.start)
+    found = [list(places(fresh(seed), SCENE.bodies["o1"], place, now)) for seed in (1, 2, 1)]
+    assert found[0] and np.array_equal(found[0], found[2])
+    assert not np.array_equal(found[0], found[1])
 
 
 def test_all_robots_are_asked_about_the_same_places(monkeypatch: pytest.MonkeyPatch) -> None:
