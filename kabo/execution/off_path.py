@@ -6,6 +6,7 @@ robots are where they should be at that time; then no time before it counts any 
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +54,12 @@ def off_path(
     """
     now = state.motion_time
     since = min(since, now)
-    path = _Path(scene, margins, motion, resting, state, since)
+    proven: dict[str, list[tuple[float, float, float]]] = {name: [] for name in scene.robots}
+    for each in motion.stretches:
+        if each.begin <= now + SAME_TIME and each.end >= since - SAME_TIME:
+            room = margins.of_segment(each.node, each.segment)
+            proven[each.robot].append((each.begin - SAME_TIME, each.end + SAME_TIME, room))
+    path = _Path(scene, motion, resting, state, proven)
     found = path.at(np.array([now]))
     if not found.is_near and since < now:
         high = now
@@ -99,25 +105,15 @@ class _Compared(NamedTuple):
         return _Compared(self.times[k : k + 1], robots)
 
 
+@dataclass
 class _Path:
-    """The path of all robots within the times that count; arguments as of `off_path`, `since` the first such time."""
+    """The path of all robots; `proven`: begin, end and clearance of each robot's stretches within the times that count."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        margins: Margins,
-        motion: Motion,
-        resting: Mapping[str, Sequence[float]],
-        state: RobotState,
-        since: float,
-    ) -> None:
-        self.scene, self.motion, self.resting, self.state = scene, motion, resting, state
-        now = state.motion_time
-        self.proven: dict[str, list[tuple[float, float, float]]] = {name: [] for name in scene.robots}
-        for each in motion.stretches:
-            if each.begin <= now + SAME_TIME and each.end >= since - SAME_TIME:
-                room = margins.of_segment(each.node, each.segment)
-                self.proven[each.robot].append((each.begin - SAME_TIME, each.end + SAME_TIME, room))
+    scene: Scene
+    motion: Motion
+    resting: Mapping[str, Sequence[float]]
+    state: RobotState
+    proven: Mapping[str, Sequence[tuple[float, float, float]]]
 
     def at(self, times: Array) -> _Compared:
         """How far robots are off where they should be at some times (k,)."""
