@@ -48,6 +48,16 @@ def test_a_plan_is_the_same_whatever_was_kept_and_a_moved_body_is_judged_anew() 
     assert not report.ok
 
 
+def test_the_least_distance_is_the_same_whatever_was_verified_before() -> None:
+    problem = kabo.load_problem(DOMAINS / "circular_rearrange" / "n2.yaml")
+    plans = [plan for seed in (0, 1, 2) if (plan := kabo.solve(problem, seed=seed, workers=1).plan) is not None]
+    least = [kabo.verify(problem, plan, scene=kabo.load_scene(problem.scene)).least for plan in plans]
+    assert len(set(least)) > 1
+    scene = kabo.load_scene(problem.scene)
+    kept = [kabo.verify(problem, plan, scene=scene).least for plan in (*plans, *reversed(plans))]
+    assert kept == [*least, *reversed(least)]
+
+
 @pytest.mark.parametrize("name", ["stacked/n2.yaml"])
 def test_a_solve_with_a_fresh_problem_gives_the_same_plan(name: str) -> None:
     plans = [kabo.solve(kabo.load_problem(DOMAINS / name)).plan for _ in range(2)]

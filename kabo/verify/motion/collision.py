@@ -27,6 +27,10 @@ class Tally:
     stretches: list[MotionStretch] = field(default_factory=list)  # all stretches checked, for the certificate
     trajectories: TrajectoryFigures = field(default_factory=TrajectoryFigures)
 
+    def below(self, shift: np.ndarray | None) -> float:
+        """Nearer than this [m] a pair has to come to be the nearest one; where contact is permitted, none is."""
+        return 0.0 if shift is not None else np.inf if self.least is None else self.least.distance
+
 
 def check_collision(
     node: str,
@@ -68,11 +72,7 @@ def check_pairs(
         shift = permits.shift(*names)
         proof = _known_proof(pair, intervals, shift, fine, tally)
         tally.distances += proof.distances
-        if (
-            shift is None
-            and np.isfinite(proof.least)
-            and (tally.least is None or proof.least < tally.least.distance)
-        ):
+        if proof.least < min(proof.below, tally.below(shift)):
             tally.least = Least(max(0.0, proof.least), names, node, proof.time)
         if proof.contact is not None:
             yield _finding(node, names, proof)
@@ -90,28 +90,28 @@ def _pairs(
 
 def _known_proof(pair: Pair, intervals: Intervals, shift: np.ndarray | None, fine: Path, tally: Tally) -> Proof:
     """The proof for a pair, or the one that was found before; beside the finer path where the first does not do."""
-    key = _key(pair, shift)
-    if key not in tally.known:
+    key, below = _key(pair, shift), tally.below(shift)
+    if key not in tally.known or not tally.known[key].tells(below):
         finer = fine is not pair.path and not pair.path.exact
         proof = Proof(Contact(0.0, 0.0, 0.0))
         if shift is None:
-            proof = _prove(pair, intervals, shift)
+            proof = _prove(pair, intervals, shift, below)
         elif not finer:
-            proof = _prove(*closer(pair, intervals), shift)  # bodies that nearly touch along the whole path
+            proof = _prove(*closer(pair, intervals), shift, below)  # bodies that nearly touch along the whole path
         if proof.contact is not None and finer:
             again = Pair(fine, pair.first, pair.second, weights(fine, pair.first, pair.second))
             whole = again, [(0.0, again.length)]
-            proof = _prove(*(whole if shift is None else closer(*whole)), shift)
+            proof = _prove(*(whole if shift is None else closer(*whole)), shift, below)
         tally.known[key] = proof
     return tally.known[key]
 
 
-def _prove(pair: Pair, intervals: Intervals, shift: np.ndarray | None) -> Proof:
+def _prove(pair: Pair, intervals: Intervals, shift: np.ndarray | None, below: float) -> Proof:
     if intervals[0][0] == 0.0 and pair.contained(shift):
         a, b = pair.poses(0.0)
         depth = hull_depth(pair.first.surface, a, pair.second.surface, b)
         return Proof(Contact(float(pair.path.times[0]), None, depth, True), 0.0, float(pair.path.times[0]))
-    return pair.advance(intervals, shift)
+    return pair.advance(intervals, shift, below)
 
 
 def _key(pair: Pair, shift: np.ndarray | None) -> bytes:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+import coal
 import numpy as np
 
 from kabo.arrays import Array, Integers
@@ -32,8 +33,6 @@ class Shape:
 
 def round_shape(element: Element) -> Shape | None:
     """The shape of a sphere, capsule or cylinder; None for all other elements."""
-    import coal
-
     if element.corners is None or element.rounding is None:
         return None
     ball, disc, axis = element.rounding
@@ -51,8 +50,6 @@ def round_shape(element: Element) -> Shape | None:
 
 def triangles(vertices: Array, faces: Integers) -> Any:
     """The triangles of a mesh as coal's tree."""
-    import coal
-
     tree = coal.BVHModelOBBRSS()
     tree.beginModel(len(faces), len(vertices))
     tree.addVertices(vertices)

@@ -5,7 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import coal
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
 from kabo.scene import Element, Mesh
@@ -15,6 +19,7 @@ DISTANCE_ERROR = (
     1e-7  # [m] by which a distance that coal measures may be too large (4e-8 measured on healthy meshes)
 )
 ROUND_ERROR = 2e-6  # [m] the same for round shapes (8e-7 measured, two cylinders of a metre)
+SAME_AREA = 1e-9  # share of the hull's area
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,7 @@ class Surface:
     shapes: tuple[Shape, ...]  # what the body is: round shapes, and the triangles of all else
     hull: Any  # coal convex hull, or None for flat or tiny meshes
     hull_vertices: Array  # (H, 3)
+    is_convex: bool  # its triangles are those of the hull, as far as areas tell
     centre: Array  # (3,) of a ball around it
     radius: float  # [m]
     lower: Array  # (3,) of its box
@@ -53,12 +59,16 @@ def surface(mesh: Mesh, elements: Sequence[Element] = ()) -> Surface:
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
     tree, rounds = triangles(vertices, faces), [shape for shape in map(round_shape, elements) if shape is not None]
     others = [each.mesh for each in elements if each.rounding is None] if rounds else [mesh]
-    hull, hull_vertices = _hull(vertices)
+    hull, hull_vertices, area = _hull(vertices)
+    own = float(
+        np.linalg.norm(np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))), axis=1).sum()
+    )
     return Surface(
         tree,
         (*rounds, *(Shape(triangles(np.ascontiguousarray(m.vertices), m.faces), np.eye(4)) for m in others)),
         hull,
         hull_vertices,
+        not rounds and abs(0.5 * own - area) <= SAME_AREA * area,
         centre,
         radius,
         lower,
@@ -81,26 +91,20 @@ def identity(mesh: Mesh, elements: Sequence[Element]) -> bytes:
     return digest.digest()
 
 
-def _hull(vertices: Array) -> tuple[Any, Array]:
-    """The convex hull for coal and its vertices; None and all vertices if they span no volume."""
-    import coal
-    from scipy.spatial import ConvexHull, QhullError
-
+def _hull(vertices: Array) -> tuple[Any, Array, float]:
+    """The convex hull for coal, its vertices, and its area; None, all vertices, and 0 if they span no volume."""
     try:
         found = ConvexHull(vertices)
     except QhullError:
-        return None, vertices
+        return None, vertices, 0.0
     corners = np.ascontiguousarray(vertices[found.vertices])
     points = coal.StdVec_Vec3s()
     for corner in corners:
         points.append(corner)
-    return coal.Convex.convexHull(points, False, "Qt"), corners
+    return coal.Convex.convexHull(points, False, "Qt"), corners, float(found.area)
 
 
 def _witnesses(vertices: Array, faces: Integers) -> Array:
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
     graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(vertices),) * 2)
     count, label = connected_components(graph, directed=False)
@@ -136,12 +140,9 @@ def hull_gap(first: Surface, world_T_first: Array, second: Surface, world_T_seco
 
     coal proposes an axis; the gap along it is computed here from all hull vertices, so coal need not be trusted.
     """
-    import coal
-
     if first.hull is None or second.hull is None:
         return 0.0
-    result = coal.DistanceResult()
-    coal.distance(first.hull, _pose(world_T_first), second.hull, _pose(world_T_second), _REQUEST, result)
+    result = _measured(first.hull, world_T_first, second.hull, world_T_second, _REQUEST)
     axis = np.asarray(result.getNearestPoint2()) - np.asarray(result.getNearestPoint1())
     length = float(np.linalg.norm(axis))
     if not length > 0.0 or not result.min_distance > 0.0:
@@ -154,12 +155,9 @@ def hull_gap(first: Surface, world_T_first: Array, second: Surface, world_T_seco
 
 def hull_depth(first: Surface, world_T_first: Array, second: Surface, world_T_second: Array) -> float:
     """An estimate of how deep two hulls overlap [m], 0 if they do not; for messages only."""
-    import coal
-
     if first.hull is None or second.hull is None:
         return 0.0
-    result = coal.DistanceResult()
-    coal.distance(first.hull, _pose(world_T_first), second.hull, _pose(world_T_second), _REQUEST, result)
+    result = _measured(first.hull, world_T_first, second.hull, world_T_second, _REQUEST)
     return max(0.0, -float(result.min_distance))
 
 
@@ -180,16 +178,17 @@ def mesh_distance(first: Surface, world_T_first: Array, second: Surface, world_T
 
 
 def _distance(first: Any, world_T_first: Array, second: Any, world_T_second: Array) -> float:
-    import coal
+    return float(_measured(first, world_T_first, second, world_T_second, _FINE).min_distance)
 
+
+def _measured(first: Any, world_T_first: Array, second: Any, world_T_second: Array, request: Any) -> Any:
+    poses = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in (world_T_first, world_T_second)]
     result = coal.DistanceResult()
-    coal.distance(first, _pose(world_T_first), second, _pose(world_T_second), _FINE, result)
-    return float(result.min_distance)
+    coal.distance(first, poses[0], second, poses[1], request, result)
+    return result
 
 
 def _request(tolerance: float | None = None) -> Any:
-    import coal
-
     request = coal.DistanceRequest()
     if tolerance is not None:
         request.gjk_tolerance, request.gjk_max_iterations = tolerance, 300
@@ -197,12 +196,6 @@ def _request(tolerance: float | None = None) -> Any:
 
 
 _REQUEST, _FINE = _request(), _request(1e-9)
-
-
-def _pose(world_T: Array) -> Any:
-    import coal
-
-    return coal.Transform3s(world_T[:3, :3], world_T[:3, 3])
 
 
 def inverse(matrix: Array) -> Array:

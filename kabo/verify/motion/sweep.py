@@ -21,6 +21,7 @@ Intervals = list[tuple[float, float]]  # from, to, in metres of a pair's relativ
 CONTACT_DISTANCE = 1e-7  # [m] bodies nearer than this count as touching
 MIN_STEP_SHARE = 1e-6  # of a pair's whole motion: a smaller step is given up as undecided
 STATION_SPACING = 0.04  # [m] of motion, about, between the places where balls are compared
+HULLS_TELL = 1e-4  # [m]: convex bodies farther apart are as far apart as their hulls
 MAX_STATIONS = 400  # such places, at most
 
 
@@ -124,12 +125,20 @@ class Contact:
 
 @dataclass(frozen=True)
 class Proof:
-    """The result for one pair: a contact or None, the least distance that was measured, and when."""
+    """The result for one pair: a contact or None, the least distance that was measured, and when.
+
+    `least` is measured between meshes if it is less than `below`; if not, the bodies are nowhere nearer than `below`.
+    """
 
     contact: Contact | None = None
     least: float = np.inf
     time: float = 0.0
     distances: int = 0
+    below: float = np.inf
+
+    def tells(self, below: float) -> bool:
+        """Whether it says how near the bodies come, if that is nearer than `below` [m]."""
+        return self.least < self.below or below <= self.below
 
 
 class Pair:
@@ -158,62 +167,66 @@ class Pair:
         width = self.ends[piece + 1] - self.ends[piece]
         return piece, float(min(1.0, max(0.0, (s - self.ends[piece]) / width))) if width > 0 else 0.0
 
-    def poses(self, s: float) -> tuple[Array, Array]:
-        """The poses of both bodies where the bound of their relative motion reaches `s` metres."""
+    def poses(self, s: float, shift: Array | None = None) -> tuple[Array, Array]:
+        """The poses of both bodies where the bound of their relative motion reaches `s` metres.
+
+        `shift`: a vector (3,) in the world by which the first body is shifted.
+        """
         joints = self.path.poses(*self.place(s))
-        return self.first.pose(joints), self.second.pose(joints)
+        first, second = self.first.pose(joints), self.second.pose(joints)
+        if shift is not None:
+            first = first.copy()
+            first[:3, 3] += shift
+        return first, second
 
     def contained(self, shift: Array | None = None) -> bool:
         """Whether one body begins inside the other when the first is shifted by `shift` (3,) in the world."""
-        a, b = self.poses(0.0)
-        if shift is not None:
-            a = a.copy()
-            a[:3, 3] += shift
+        a, b = self.poses(0.0, shift)
         return encloses(self.first.surface, a, self.second.surface, b) or encloses(
             self.second.surface, b, self.first.surface, a
         )
 
-    def advance(self, intervals: Intervals, shift: Array | None = None) -> Proof:
+    def advance(self, intervals: Intervals, shift: Array | None = None, below: float = np.inf) -> Proof:
         """Tries to prove that the pair stays apart on the given intervals of the path.
 
         Args:
             intervals: the start and end of each interval, in metres of the pair's relative motion.
             shift: a vector (3,) in the world by which the first body is shifted before distances are measured.
+            below: how near bodies come is of interest only where it is less than this [m].
         """
         least, when, count = np.inf, 0.0, 0
         stack = list(reversed(intervals))
         shortest, exact = MIN_STEP_SHARE * self.length, not self.strays.any()
+        convex = self.first.surface.is_convex and self.second.surface.is_convex
         while stack:
             start, end = stack.pop()
             middle, half = (start + end) / 2, (end - start) / 2
             stray = 0.0 if exact else self.stray(start, end)
-            a, b = self.poses(middle)
-            if shift is not None:
-                a = a.copy()
-                a[:3, 3] += shift
+            a, b = self.poses(middle, shift)
             distance = hull_gap(self.first.surface, a, self.second.surface, b)
             left = distance - stray
             helps = left <= half and left < 0.5 * half + CONTACT_DISTANCE or left <= CONTACT_DISTANCE
-            if helps or distance < least:  # hulls prove, but only meshes say how near the bodies come
+            helps = helps and not (convex and distance > HULLS_TELL)
+            if helps or distance < min(least, below):  # hulls prove, only meshes say how near the bodies come
                 distance = max(distance, mesh_distance(self.first.surface, a, self.second.surface, b))
             count += 1
             if distance < least:
                 least, when = distance, self.path.time(*self.place(middle))
             if distance <= CONTACT_DISTANCE:
                 depth = hull_depth(self.first.surface, a, self.second.surface, b)
-                return Proof(Contact(when, None, depth), least, when, count)
+                return Proof(Contact(when, None, depth), least, when, count, below)
             left = distance - stray
             if left > half:
                 continue
             if left < shortest or left <= 0.0:
                 if exact or half <= shortest:
                     time = self.path.time(*self.place(middle))
-                    return Proof(Contact(time, distance, 0.0, stray=stray), least, when, count)
+                    return Proof(Contact(time, distance, 0.0, stray=stray), least, when, count, below)
                 left = 0.0  # other pieces of the path may have a smaller deviation
             # The later half goes onto the stack first, so that contacts are found in the order of time.
             stack.append((middle + left, end))
             stack.append((start, middle - left))
-        return Proof(None, least, when, count)
+        return Proof(None, least, when, count, below)
 
 
 def weights(path: Path, first: SweptBody, second: SweptBody) -> Array:
@@ -288,10 +301,8 @@ def _apart(path: Path, pairs: Sequence[tuple[SweptBody, SweptBody]], places: Seq
 
 def _centres(thing: SweptBody, joints: Poses, stations: int) -> Array:
     """The centre of a body's ball at every station (stations, 3)."""
-    if thing.mount is None:
-        poses = thing.pose({})[None]
-    else:
-        poses = joints[thing.mount.robot][:, thing.mount.joint] @ thing.mount.joint_T_body
+    own = thing.mount
+    poses = thing.pose({})[None] if own is None else joints[own.robot][:, own.joint] @ own.joint_T_body
     centres = poses[:, :3, :3] @ thing.surface.centre + poses[:, :3, 3]
     return np.asarray(np.broadcast_to(centres, (stations, 3)))
 

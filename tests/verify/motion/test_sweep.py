@@ -24,7 +24,7 @@ def prove(tmp_path):
     arm = Arm(robot)
     box = trimesh.creation.box
 
-    def run(size, place, xs=(-1.0, 1.0)):
+    def run(size, place, xs=(-1.0, 1.0), below=np.inf):
         """The proof for a box of this size, or a mesh, at this place, and how many pairs moved at all."""
         block = SweptBody("s.block", surface(robot.links["block"].mesh), mount=arm.mounts["block"])
         made = box(size) if isinstance(size, tuple) else size
@@ -34,7 +34,7 @@ def prove(tmp_path):
         other.world_T[:3, 3] = place
         path = Path(arm, np.array(xs)[:, None], np.arange(len(xs), dtype=float))
         moving, left = open_intervals(path, [(block, other)])
-        return (left[0][0].advance(left[0][1]) if left else None), moving
+        return (left[0][0].advance(left[0][1], below=below) if left else None), moving
 
     return run
 
@@ -53,15 +53,30 @@ def test_a_long_way_beside_a_near_wall_is_proven_with_steps_of_the_gap(prove):
         assert proof.distances < 5 / gap
 
 
-def test_the_least_distance_is_that_of_the_bodies_not_of_their_hulls(prove):
-    """A short way in front of a C: its hull, 1 cm away, proves that it is free, but its back is 21 cm away."""
+def a_c():
     ends = [
         trimesh.creation.box((0.2, 0.3, 1), trimesh.transformations.translation_matrix((x, 0, 0))) for x in (-2, 2)
     ]
     back = trimesh.creation.box((4, 0.1, 1), trimesh.transformations.translation_matrix((0, 0.1, 0)))
-    proof, _ = prove(trimesh.util.concatenate([*ends, back]), (0, 0.21, 0), xs=(-0.01, 0.0))
+    return trimesh.util.concatenate([*ends, back])
+
+
+def test_the_least_distance_is_that_of_the_bodies_not_of_their_hulls(prove):
+    """A short way in front of a C: its hull, 1 cm away, proves that it is free, but its back is 21 cm away."""
+    proof, _ = prove(a_c(), (0, 0.21, 0), xs=(-0.01, 0.0))
     assert proof.contact is None
     assert proof.least == pytest.approx(0.21, abs=1e-6)
+
+
+@pytest.mark.parametrize("below", [0.0, 0.15, 0.25, np.inf])
+def test_the_least_distance_is_measured_only_where_it_is_of_interest(prove, below):
+    proof, _ = prove(a_c(), (0, 0.21, 0), xs=(-0.01, 0.0), below=below)
+    assert proof.contact is None and proof.tells(below)
+    if below > 0.21:
+        assert proof.least == pytest.approx(0.21, abs=1e-6) and proof.tells(np.inf)
+    else:
+        assert below <= proof.least <= 0.21 and (below > 0.0 or proof.least < 0.02)  # of the hull
+        assert not proof.tells(0.25)
 
 
 def test_a_gap_too_small_to_decide_is_said_to_be_that(prove):
