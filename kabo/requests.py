@@ -32,6 +32,7 @@ from kabo.planner.result import Progress, invalid_to_json, result_to_json
 if TYPE_CHECKING:  # for the same reason
     from kabo.explain.explain import Explanation
     from kabo.geometry_server import Preparing
+    from kabo.scene import Scene
     from kabo.tasks.procedures import GeometricProcedures
     from kabo.verify import Report
 
@@ -140,10 +141,12 @@ def verify_file(
     knowledge_only: bool = False,
     paranoid: bool = False,
     start: Path | None = None,
+    scene: "Scene | None" = None,
 ) -> "Report":
     """Verifies the plan in a file for the problem in a file; if `paranoid`, its certificate in exact arithmetic.
 
-    `start` is the file of the state in which the plan is to begin, if it does not begin where the problem does.
+    `start` is the file of the state in which the plan is to begin, if it does not begin where the problem does;
+    `scene` is the problem's, for whoever goes on with it: its files are not read again.
 
     For a scene file the plan is one of a task, as `kabo task export` writes it: its motion is judged, not its purpose.
 
@@ -159,7 +162,7 @@ def verify_file(
     with phase("reading the plan", log=_LOG):
         judged = load_plan(plan)
     begins = None if start is None else load_state(start)
-    return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid, start=begins)
+    return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid, start=begins, scene=scene)
 
 
 def verify_task_report(

@@ -100,13 +100,13 @@ def run(options: argparse.Namespace) -> int:
     report = None
     with clean_standard_output():
         filming = Filming(options)
+        plan = rooms.load_plan(options.plan)
+        scene = None if plan.start is None else rooms.load_scene(options.problem)
         if options.verify:
-            report = rooms.verify_file(options.problem, options.plan, domain=options.domain)
+            report = rooms.verify_file(options.problem, options.plan, domain=options.domain, scene=scene)
             if not report.ok:
                 answer(f"{options.plan}: {report}".rstrip("\n"))
                 return exit_codes.VERIFICATION_FAILED
-        plan = rooms.load_plan(options.plan)
-        scene = None if plan.start is None else rooms.load_scene(options.problem)
         sensors, hidden = truth_of(options, options.problem, options.domain)
         if sensors is not None:
             rooms.require_answers(plan, sensors)

@@ -1,11 +1,12 @@
 """The executor: walks a plan from its root to a goal, or to a safe stop with its reason [K 6.1.3; T 3.8].
 
-States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `releasing`, `sensing`, `stopping`, and
-at the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
+States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `releasing`, `sensing`, `stopping`,
+`answer`, `proven`, and at the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from kabo.errors import InputError
 from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stopped
 from kabo.execution.interruptions import SAME_PLACE, Interruption, Recovery, hand_within_limits, observed
 from kabo.execution.log import Log
+from kabo.execution.margins import Margins
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
@@ -80,6 +82,15 @@ def execute(
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 
+class _Planned(NamedTuple):
+    """An answer that has a plan."""
+
+    kind: str
+    plan: Plan
+    report: Report | None
+    rest: Callable[[], Report] | None
+
+
 class _Executor(Carrier):
     """A run: the plan, and after each surprise the one that it goes on with."""
 
@@ -101,6 +112,7 @@ class _Executor(Carrier):
         self.recoveries = 0
         self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
         self.answered: Surprise | None = None  # the last of these
+        self.rest: tuple[Plan, Callable[[], Report]] | None = None  # a plan, and its proof that is being made
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
@@ -122,10 +134,36 @@ class _Executor(Carrier):
     def _walk(self) -> None:
         """Carries out the plan to its goal."""
         self._require_begin()
-        while (node := self.plan.nodes[self.name]).kind != "goal":
+        while True:
+            if self.history:
+                self._require_proven()
+            node = self.plan.nodes[self.name]
+            if node.kind == "goal":
+                return
             if self.stop():
                 raise Stopped("it was asked to stop")
             self.name = self._after(node)
+
+    def _require_proven(self) -> None:
+        """Waits for the proof of the rest of a plan of which only the first motion was proven before it began.
+
+        Raises:
+            Stopped: it is not proven, or has less proven clearance than the robots' tracking error.
+        """
+        if self.rest is None or self.rest[0] is not self.plan:
+            return
+        report, self.rest = self.rest[1](), None
+        text = None if report.ok else report.findings[0].message
+        if report.ok:
+            self.margins = self.watch.margins = Margins(self.plan, report)
+            try:
+                self._require_margins()
+            except InputError as error:
+                text = str(error).rstrip("\n")
+        self._enter("proven", node=self.name, rest=text is None)
+        if text is not None:
+            text = f"the rest of the plan is not proven: {text}"
+            raise Stopped(text, Surprise("unproven", text, self.name, 0.0, 0.0))
 
     def _require_begin(self) -> None:
         """Checks that robots stand where the plan begins; if not, nothing of it is proven.
@@ -177,20 +215,21 @@ class _Executor(Carrier):
             if self.recovered.count(now) >= MOST_ALIKE:
                 raise Stopped(f"{stopped}, again and again", stopped.surprise)
             self.recovered.append(now)
-        kind, plan, report = self._answer(stopped)
+        answer = self._answer(stopped)
         try:
-            if kind in ("finish", "undo"):
-                stopped = self._detour(plan, report, done=kind == "finish") or stopped
+            if answer.kind in ("finish", "undo"):
+                stopped = self._detour(answer) or stopped
             else:
                 self.followed += self.history
-                self._begin(plan, report)
+                self._begin(answer.plan, answer.report)
+                self.rest = None if answer.rest is None else (answer.plan, answer.rest)
                 return
         except InputError as error:
             raise Stopped(f"{stopped}; {error}", stopped.surprise) from None
         self._recover(stopped)
 
-    def _answer(self, stopped: Stopped) -> tuple[str, Plan, Report | None]:
-        """How to go on from where all rests, as the recovery says: the kind of its answer, a plan, and its check.
+    def _answer(self, stopped: Stopped) -> "_Planned":
+        """How to go on from where all rests, as the recovery says.
 
         Raises:
             Stopped: not at all; it says why.
@@ -215,7 +254,7 @@ class _Executor(Carrier):
         self._enter("answer", kind=answer.kind, reason=answer.reason)
         if answer.plan is None:
             raise Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
-        return answer.kind, answer.plan, answer.report
+        return _Planned(answer.kind, answer.plan, answer.report, answer.rest)
 
     def _let_go_of(self, lost: tuple[tuple[str, str], ...]) -> None:
         """Hands press no more on what they do not hold as planned: it stays, or falls from where it is."""
@@ -256,15 +295,15 @@ class _Executor(Carrier):
         """Whether a body is not seen, and it is not yet time to say that it is gone."""
         return any(name not in seen for name in self.seen_at) and self._gone() is None
 
-    def _detour(self, way: Plan, report: Report | None, *, done: bool) -> Stopped | None:
-        """Follows a way out of the middle of the node; `done`: to its end, or else back to where it began.
+    def _detour(self, way: "_Planned") -> Stopped | None:
+        """Follows a way out of the middle of the node, to its end, or back to where it began.
 
         Returns:
             the surprise that has ended the way before; then the node is given up where the robots stand.
         """
         plan, name, history, margins = self.plan, self.name, self.history, self.margins
         try:
-            self._follow_way(way, report)
+            self._follow_way(way)
         except Stopped as stopped:
             if stopped.surprise is None:
                 raise
@@ -272,19 +311,19 @@ class _Executor(Carrier):
         finally:  # what was done is told by the plan, whatever becomes of the way
             self.plan, self.name, self.history, self.executed = plan, name, history, []
             self.margins = self.watch.margins = margins
-        if done:
+        if way.kind == "finish":
             self.name = self._left(name)
         return None
 
-    def _follow_way(self, way: Plan, report: Report | None, *, again: bool = True) -> None:
+    def _follow_way(self, way: "_Planned", *, again: bool = True) -> None:
         """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
-        self._begin(way, report)
+        self._begin(way.plan, way.report)
         try:
             self._walk()
         except Stopped as stopped:
             if not again or stopped.surprise is None or not self.executed:
                 raise
-            kind, rest, checked = self._answer(stopped)
-            if kind != "finish":
+            rest = self._answer(stopped)
+            if rest.kind != "finish":
                 raise
-            self._follow_way(rest, checked, again=False)
+            self._follow_way(rest, again=False)

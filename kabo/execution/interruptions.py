@@ -1,6 +1,6 @@
 """Where a run stands when something happened that no proof covers, and how others may tell it to go on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -69,13 +69,15 @@ class Answer:
             asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
         plan: what is to be carried out.
         reason: why, in a sentence.
-        report: of the check of the plan, from which margins are taken.
+        report: of the check of the plan, from which margins are taken; with `rest` only of its first motion.
+        rest: waits for the report of the check of the whole plan, which goes on while its first motion is carried out.
     """
 
     kind: Literal["finish", "undo", "repair", "replan", "none"]
     plan: Plan | None
     reason: str
     report: Report | None = None
+    rest: Callable[[], Report] | None = None
 
 
 class Recovery(Protocol):

@@ -254,7 +254,7 @@ class _Way:
         nodes = {NODE: Node("action", name, next=GOAL, motion=motion, after=after), GOAL: Node("goal")}
         options = Options(seed=0, epsilon=scene.epsilon, clearance=self.clearance).written()
         start = whole_state(scene, {**first.robots, **first.objects})
-        plan = Plan(name, _files(scene), options, NODE, nodes, start)
+        plan = Plan(name, files_of(scene), options, NODE, nodes, start)
         models = {body: each.model for body, each in scene.description.bodies.items()}
         surroundings = GeometryServer(scene, clearance=self.clearance).surroundings
         return certified(granted(plan, scene, models), surroundings)[0]
@@ -283,7 +283,7 @@ def _distinct(rows: Sequence[Sequence[float]]) -> Array:
     return np.array(found)
 
 
-def _files(scene: Scene) -> dict[str, str]:
+def files_of(scene: Scene) -> dict[str, str]:
     """The hashes of the scene's files, by their paths relative to its folder, as plans of tasks have them."""
     assert scene.description is not None
     path = scene.description.path

@@ -1,6 +1,7 @@
 """Plans anew after a surprise: back to where the node began, then the rest of the plan, then other actions."""
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
@@ -9,9 +10,10 @@ from kabo.errors import InputError
 from kabo.execution import Answer, Interruption
 from kabo.language.problem import Problem
 from kabo.options import SolveOptions
-from kabo.plan import Plan
+from kabo.plan import Plan, State
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
+from kabo.recovery.first_motion import begun, first_motion
 from kabo.recovery.node_ways import NoWayError, way_back, way_on, way_open
 from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
@@ -23,7 +25,7 @@ TIMEOUT = 20.0  # [s] for which robots stand and wait, at most
 
 @dataclass
 class Replanner:
-    """Answers surprises by plans from where everything is observed to be; each is verified first.
+    """Answers surprises by plans from where everything is observed to be; each motion is verified before it begins.
 
     Args:
         problem: the problem.
@@ -36,9 +38,18 @@ class Replanner:
     scene: Scene
     options: SolveOptions = field(default_factory=dict)  # type: ignore[assignment]
     memo: Memo = field(default_factory=Memo)
+    _proving: "Future[Report] | None" = field(
+        default=None, init=False, repr=False
+    )  # of the rest of the last answer
 
     def answer(self, interruption: Interruption) -> Answer:
-        """A proven plan from where the run stands, or the reason for having none."""
+        """A proven plan from where the run stands, or the reason for having none.
+
+        Of a plan of several motions the first one is proven, and the rest while that one is carried out (`Answer.rest`).
+        """
+        if self._proving is not None:  # what is kept of a scene is not for two threads
+            wait([self._proving])
+            self._proving = None
         gone = interruption.surprise.kind == "gone"
         if gone:
             return Answer("none", None, "nobody knows where it is")
@@ -128,11 +139,21 @@ class Replanner:
             reason = result.reason
             more = "" if reason is None or not reason.details else f" ({reason.details[0]})"
             return Answer("none", None, ("no plan was found" if reason is None else reason.message) + more)
-        report = verify_plan(self.problem, result.plan, start=state, scene=self.scene)
+        return self._proven(result.plan, state)
+
+    def _proven(self, plan: Plan, state: State) -> Answer:
+        """The plan as an answer, if its first motion is proven, or else all of it."""
+        first = first_motion(plan, self.scene)
+        check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
+        assert self.scene.description is not None
+        report = check() if first is None else verify_plan(self.scene.description, first, scene=self.scene)
         if not report.ok:
             return Answer("none", None, f"the new plan is not proven: {report.findings[0].message}")
+        rest = None
+        if first is not None:
+            self._proving = begun(check)
+            rest = self._proving.result
+        told = "are proven" if rest is None else "begin with a motion that is proven,"
         if self.memo.continued:
-            return Answer(
-                "repair", result.plan, "the same actions are proven from where everything is now", report
-            )
-        return Answer("replan", result.plan, "other actions are proven from where everything is now", report)
+            return Answer("repair", plan, f"the same actions {told} from where everything is now", report, rest)
+        return Answer("replan", plan, f"other actions {told} from where everything is now", report, rest)

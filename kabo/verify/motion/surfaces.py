@@ -60,9 +60,8 @@ def surface(mesh: Mesh, elements: Sequence[Element] = ()) -> Surface:
     tree, rounds = triangles(vertices, faces), [shape for shape in map(round_shape, elements) if shape is not None]
     others = [each.mesh for each in elements if each.rounding is None] if rounds else [mesh]
     hull, hull_vertices, area = _hull(vertices)
-    own = float(
-        np.linalg.norm(np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))), axis=1).sum()
-    )
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    own = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     return Surface(
         tree,
         (*rounds, *(Shape(triangles(np.ascontiguousarray(m.vertices), m.faces), np.eye(4)) for m in others)),

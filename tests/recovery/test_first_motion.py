@@ -1,0 +1,139 @@
+"""A new plan begins when its first motion is proven; nothing goes on before all of it is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kabo
+from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run, execute
+from kabo.plan import Plan
+from kabo.recovery import Replanner
+from kabo.recovery.first_motion import begun, first_motion
+from kabo.scene import Attachment, Scene
+
+DOMAINS = Path(__file__).parents[2] / "domains"
+NAMES = ["stacked/n2.yaml", "circular_rearrange/n2.yaml", "force_sensing/n1.yaml", "inspection/three_boxes.yaml"]
+
+
+def solved(name: str) -> tuple[kabo.Problem, Scene, Plan]:
+    problem = kabo.load_problem(DOMAINS / name)
+    plan = kabo.solve(problem).plan
+    assert plan is not None
+    return problem, kabo.load_scene(problem.scene), plan
+
+
+@pytest.fixture(scope="module")
+def stacked() -> tuple[kabo.Problem, Scene, Plan]:
+    return solved(NAMES[0])
+
+
+def shaken(plan: Plan, node: str) -> Plan:
+    """The plan with a node whose last joint is elsewhere in the middle of its first trajectory."""
+    first, *others = plan.nodes[node].motion
+    assert first.trajectory is not None
+    pieces = [np.array(piece) for piece in first.trajectory.coefficients]
+    pieces[len(pieces) // 2][-1, 0] += 0.3
+    motion = (replace(first, trajectory=replace(first.trajectory, coefficients=tuple(pieces))), *others)
+    return replace(plan, nodes={**plan.nodes, node: replace(plan.nodes[node], motion=motion)})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_first_motion_is_proven_by_itself_with_the_same_gaps(name: str) -> None:
+    problem, scene, plan = solved(name)
+    first = first_motion(plan, scene)
+    assert first is not None and plan.root == first.root
+    alone, whole = kabo.verify(scene, first), kabo.verify(problem, plan, scene=scene)
+    assert alone.ok, alone
+    assert alone.certificate is not None and whole.certificate is not None
+    nodes = {gap.node for gap in alone.certificate.gaps}
+    assert nodes <= {name for name in first.nodes if first.nodes[name].motion} and len(first.nodes) < len(
+        plan.nodes
+    )
+    told = [(gap.node, gap.names, gap.segments, gap.least) for gap in whole.certificate.gaps if gap.node in nodes]
+    assert told == [(gap.node, gap.names, gap.segments, gap.least) for gap in alone.certificate.gaps]
+    assert not kabo.verify(scene, shaken(first, first.root)).ok
+
+
+def test_a_plan_of_one_motion_has_no_first_one(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    _, scene, plan = stacked
+    last = next(name for name, node in plan.nodes.items() if node.motion and not plan.nodes[str(node.next)].motion)
+    rest = {name: plan.nodes[name] for name in (last, str(plan.nodes[last].next))}
+    assert first_motion(replace(plan, root=last, nodes=rest), scene) is None
+    assert first_motion(replace(plan, certificate=None), scene) is None
+
+
+class Shifting(KinematicRobot):
+    """A robot in whose world a body is elsewhere from a time on."""
+
+    def wait(self, seconds: float) -> None:
+        super().wait(seconds)
+        own = self.world.objects["o1"]
+        if self.time >= 0.4 and own.parent == "world" and own.position == self.scene.start.objects["o1"].position:
+            x, y, z = own.position
+            self.world = self.world.replace({"o1": Attachment("world", (x + 0.014, y, z), own.quaternion)})
+
+
+class Careless(Replanner):
+    """Spoils a node of each plan that it finds, before anything is proven."""
+
+    spoilt = 0  # the number of the node
+
+    def _proven(self, plan: Plan, state: kabo.State) -> Answer:
+        names = [name for name, node in plan.nodes.items() if node.motion]
+        return super()._proven(shaken(plan, names[min(self.spoilt, len(names) - 1)]), state)
+
+
+def carried_out(case: tuple[kabo.Problem, Scene, Plan], recovery: Replanner) -> Run:
+    _, scene, plan = case
+    robot = Shifting(scene)
+    return execute(plan, scene, robot, KnownTruth(poses=robot.poses), recovery=recovery)
+
+
+def test_what_is_not_proven_is_not_begun(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    recovery = Careless(stacked[0], stacked[1])
+    run = carried_out(stacked, recovery)
+    assert not run.reached_goal and "the new plan is not proven" in run.reason
+
+
+def test_nothing_goes_on_before_the_rest_is_proven(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    recovery = Careless(stacked[0], stacked[1])
+    recovery.spoilt = 1
+    run = carried_out(stacked, recovery)
+    assert not run.reached_goal and run.surprise is not None
+    assert "the rest of the plan is not proven" in run.reason
+    records = [(each["event"], each.get("rest")) for each in run.log.records]
+    proven = [number for number, each in enumerate(records) if each == ("proven", False)]
+    assert proven and ("proven", True) not in records
+    followed = {"moving", "followed", "gripping", "releasing"}
+    for number in proven:  # the robot rests until there is an answer, and after the last one it never moves
+        until = next((k for k in range(number, len(records)) if records[k][0] == "answer"), len(records))
+        assert not followed & {event for event, _ in records[number:until]}
+    assert not followed & {event for event, _ in records[proven[-1] :]}
+
+
+def test_a_run_is_the_same_however_long_the_proof_of_the_rest_takes(
+    stacked: tuple[kabo.Problem, Scene, Plan],
+) -> None:
+    class Whole(Replanner):
+        """Proves the rest before it answers."""
+
+        def answer(self, interruption: Interruption) -> Answer:
+            found = super().answer(interruption)
+            if found.rest is not None:
+                report = found.rest()
+                assert report.ok
+            return found
+
+    runs = [carried_out(stacked, kind(*stacked[:2])) for kind in (Replanner, Whole)]
+    assert runs[0].reached_goal and runs[0].log.records == runs[1].log.records
+    assert [each["rest"] for each in runs[0].log.of("proven")] == [True]
+
+
+def test_an_error_of_a_proof_is_raised_where_it_is_waited_for() -> None:
+    def check() -> kabo.Report:
+        raise OSError("no such file")
+
+    with pytest.raises(OSError, match="no such file"):
+        begun(check).result()
