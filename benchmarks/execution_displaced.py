@@ -24,9 +24,9 @@ from table import ROOT, Table, finish
 import kabo
 from kabo.execution import KnownTruth, Margins, execute
 from kabo.plan import Plan
-from kabo.scene import Scene
 from kabo.simulation import PhysicsSettings
 from kabo.streams import stream_key, uniforms
+from kabo.verify import Report
 
 PROBLEMS = {
     "stacked/n2": "domains/stacked/n2.yaml",
@@ -42,14 +42,16 @@ def displaced(name: str, runs: int, plans: Path | None = None, *, largest: bool 
     """The figures of a problem."""
     plan = plan_of(name, ROOT / PROBLEMS[name], plans)
     assert plan is not None
-    scene = kabo.load_scene(kabo.load_problem(ROOT / PROBLEMS[name]).scene)
+    problem = kabo.load_problem(ROOT / PROBLEMS[name])
+    scene = kabo.load_scene(problem.scene)
+    report = kabo.verify(problem, plan, scene=scene)
     robot, least = MeasuredRobot(scene, PhysicsSettings(), plan, 1.0), Margins(plan).of_rest(plan.root)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(runs):
             child = os.fork()
             if child == 0:
                 try:
-                    found = _one(name, number, plan, scene, robot, least, largest=largest)
+                    found = _one(name, number, plan, report, robot, least, largest=largest)
                     (Path(folder) / f"{number}.pickle").write_bytes(pickle.dumps(found))
                 finally:
                     os._exit(0)
@@ -69,8 +71,9 @@ def displaced(name: str, runs: int, plans: Path | None = None, *, largest: bool 
 
 
 def _one(
-    name: str, number: int, plan: Plan, scene: Scene, robot: MeasuredRobot, least: float, *, largest: bool
+    name: str, number: int, plan: Plan, report: Report, robot: MeasuredRobot, least: float, *, largest: bool
 ) -> tuple[Branch, float, str]:
+    scene = robot.scene
     moved = {body for node in plan.nodes.values() if node.after is not None for body in node.after.objects}
     choice, share, angle = uniforms(stream_key("displaced", name, number), 0, 1, 3)[0].tolist()
     bodies = sorted(moved & set(scene.movable))
@@ -78,7 +81,7 @@ def _one(
     push = size * np.array([np.cos(2.0 * np.pi * angle), np.sin(2.0 * np.pi * angle), 0.0])
     robot.physics.displace(bodies[int(choice * len(bodies))], push)
     robot.wait(SETTLED)
-    run = execute(plan, scene, robot, KnownTruth(seed=number, poses=robot.poses))
+    run = execute(plan, scene, robot, KnownTruth(seed=number, poses=robot.poses), report=report)
     robot.wait(SETTLED)
     branch = Branch(())
     _judge(branch, run, plan, scene, robot)

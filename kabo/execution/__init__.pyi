@@ -3,6 +3,7 @@ from kabo.execution.body_margins import body_margins as body_margins
 from kabo.execution.bound_sensors import BoundSensors as BoundSensors
 from kabo.execution.bound_sensors import Instruments as Instruments
 from kabo.execution.bound_sensors import require_answers as require_answers
+from kabo.execution.displacements import Displacement as Displacement
 from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
 from kabo.execution.following import Follower as Follower
@@ -13,7 +14,6 @@ from kabo.execution.interruptions import Recovery as Recovery
 from kabo.execution.kinematic import KinematicRobot as KinematicRobot
 from kabo.execution.log import Log as Log
 from kabo.execution.looks import PoseNoise as PoseNoise
-from kabo.execution.margins import Displacement as Displacement
 from kabo.execution.margins import Margins as Margins
 from kabo.execution.margins import Tolerance as Tolerance
 from kabo.execution.motions import SAME_TIME as SAME_TIME

@@ -22,7 +22,7 @@ class BodyMargin:
     Attributes:
         node, body: which ones.
         handled: whether a hand holds, takes or puts down the body in this node.
-        radius: in any direction [m]: a turn about the body's origin counts as its angle times the body's radius.
+        radius: of each of its points in any direction [m], by a shift, a turn, or both.
         along: without a turn, in each of `DIRECTIONS` of the world [m].
         other, at: what comes nearest, and the node in whose motion; None: nothing comes nearer than `near`.
     """

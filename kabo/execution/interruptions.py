@@ -8,8 +8,9 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
+from kabo.execution.displacements import box_corners, displacement
 from kabo.execution.motions import Stretch
-from kabo.execution.watching import Surprise, displacement
+from kabo.execution.watching import Surprise
 from kabo.plan import ObjectPose, Plan, State, StateChange
 from kabo.scene import Attachment, Robot, Scene, attachment, world_T
 from kabo.scene.state import GeometricState
@@ -116,8 +117,7 @@ def observed(
     lost: list[tuple[str, str]] = []
     for name, pose in seen.items():
         holder, own = belief.holder(name), state.objects[name]
-        radius = float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max())
-        off = displacement(wanted[name], pose, radius)
+        off = displacement(wanted[name], pose, box_corners(scene.bodies[name].mesh)).size
         if holder is not None and (off > STILL_HELD or holder in empty):
             lost.append((name, holder))
             objects[name] = _placed(scene, state, "world", _standing(pose, _stands(scene, plan, name)))

@@ -4,12 +4,12 @@ The difference of two poses is affine in the point, and its length convex: the c
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import product
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.scene import REVOLUTE, Mesh, Robot, Scene, link_poses
+from kabo.execution.displacements import box_corners
+from kabo.scene import REVOLUTE, Robot, Scene, link_poses
 from kabo.scene.transforms import inverse
 
 Held = Mapping[str, tuple[str, Array]]  # of each body in a hand the link, and its pose (4, 4) in the link's frame
@@ -21,10 +21,10 @@ class Corners:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._links = {
-            name: {link.name: _corners(link.mesh) for link in robot.links.values() if link.mesh is not None}
+            name: {link.name: box_corners(link.mesh) for link in robot.links.values() if link.mesh is not None}
             for name, robot in scene.robots.items()
         }
-        self._bodies = {name: _corners(scene.bodies[name].mesh) for name in scene.movable}
+        self._bodies = {name: box_corners(scene.bodies[name].mesh) for name in scene.movable}
         self._turns = {name: self._turning(robot) for name, robot in scene.robots.items()}
 
     def _turning(self, robot: Robot) -> Array:
@@ -80,9 +80,3 @@ class Corners:
             (a, b), (c, d) = poses[first], poses[second]
             return self.off(second, inverse(a) @ c, inverse(b) @ d)
         return sum(self.off(name, *poses[name]) for name in pair if name in poses)
-
-
-def _corners(mesh: Mesh) -> Array:
-    """The corners (8, 3) of the box around a mesh [m]."""
-    ends = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
-    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in product(range(2), repeat=3)])

@@ -12,7 +12,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.execution.margins import Displacement
+from kabo.execution.displacements import Displacement, displacement
 
 SURE = 4.033  # lengths of three normal numbers exceed so many standard deviations once in a thousand times
 MOST_LOOKS = 100  # at a body, until it counts as what it seems to be
@@ -49,6 +49,13 @@ class _Mean:
     off: Array = field(default_factory=lambda: np.zeros(6))  # [m] in the frame in which it is constant, and [rad]
     last: list[Array] = field(default_factory=list)  # shift and turn (6,) of the last looks
 
+    def pose(self, wanted: Array) -> Array:
+        """Where the body is (4, 4), if it should be at `wanted`."""
+        found = wanted.copy()
+        found[:3, 3] += (wanted[:3, :3] if self.key else np.eye(3)) @ self.off[:3]
+        found[:3, :3] = wanted[:3, :3] @ rotation(self.off[3:])
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class Seen:
@@ -61,7 +68,7 @@ class Seen:
 
     def with_error(self, sign: float) -> Displacement:
         """The displacement if the error makes it larger (1) or smaller (-1)."""
-        return Displacement(self.displaced.shift, self.displaced.turn + sign * self.error)
+        return Displacement(self.displaced.moves, sign * self.error)
 
 
 class Looks:
@@ -75,16 +82,16 @@ class Looks:
         self.noise = noise
         self._means: dict[str, _Mean] = {}
 
-    def take(self, name: str, wanted: Array, pose: Array, held_by: str | None, radius: float) -> Seen:
+    def take(self, name: str, wanted: Array, pose: Array, held_by: str | None, corners: Array) -> Seen:
         """Takes a look at a body into account.
 
         Args:
             name: the body. wanted, pose: where it should be, and where it is seen (4, 4), in the world.
             held_by: the robot that holds it: it is off in its hand, not in the world.
-            radius: of the body about its origin [m].
+            corners: (8, 3) of the box around the body, in its own frame [m].
         """
         if self.noise is None:
-            found = displacement_of(wanted, pose, radius)
+            found = displacement(wanted, pose, corners)
             return Seen(found, found.size)
         mean = self._means.get(name)
         key = held_by or ""
@@ -94,9 +101,8 @@ class Looks:
         frame = wanted[:3, :3] if key else np.eye(3)
         shift, turn = frame.T @ (pose[:3, 3] - wanted[:3, 3]), rotation_vector(wanted[:3, :3].T @ pose[:3, :3])
         self._add(mean, np.concatenate([shift, turn]))
-        angle = float(np.linalg.norm(mean.off[3:]))
-        shift = frame @ mean.off[:3]
-        found = Displacement(shift, angle * radius)
+        found = displacement(wanted, mean.pose(wanted), corners)
+        radius = float(np.linalg.norm(corners, axis=1).max())
         return Seen(found, found.size, mean.count, self.noise.bound(radius, mean.count))
 
     def _add(self, mean: _Mean, off: Array) -> None:
@@ -137,18 +143,8 @@ class Looks:
         found = dict(seen)
         for name, mean in self._means.items():
             if mean.count:
-                frame = mean.wanted[:3, :3] if mean.key else np.eye(3)
-                pose = mean.wanted.copy()
-                pose[:3, 3] += frame @ mean.off[:3]
-                pose[:3, :3] = mean.wanted[:3, :3] @ rotation(mean.off[3:])
-                found[name] = pose
+                found[name] = mean.pose(mean.wanted)
         return found
-
-
-def displacement_of(wanted: Array, found: Array, radius: float) -> Displacement:
-    """How far a body within a radius [m] of its origin is from its place."""
-    angle = float(np.linalg.norm(rotation_vector(wanted[:3, :3].T @ found[:3, :3])))
-    return Displacement(found[:3, 3] - wanted[:3, 3], angle * radius)
 
 
 def rotation_vector(turn: Array) -> Array:

@@ -1,9 +1,8 @@
 """How far things may be from where the plan has them, by what the plan's certificate proves.
 
 An axis separates two things by a gap, wherever in its stretch they are. It does so still if they are displaced, as long as
-their displacements use up less than the gap. A body that stands is displaced by one vector, of which only the part along
-the axis counts. What a hand holds turns with it, and nobody knows how a displacement goes on in a hand: there its length
-counts. A turn about a body's origin counts as its angle times the body's radius, in any direction.
+their displacements use up less than the gap. Of a body that stands only what its points are displaced along the axis
+counts. What a hand holds turns with it, and nobody knows how a displacement goes on in a hand: there its length counts.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -16,25 +15,13 @@ from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
 from kabo.errors import Diagnostic, InputError
+from kabo.execution.displacements import Displacement
 from kabo.plan import Plan, ProvenGap, topological_order
 from kabo.verify import Report
 
 FEW_CLAIMS = 24  # of a pair in a stretch, of which all are kept
 ROUNDING = 1e-9  # share of a gap
 _Key = tuple[str, str, bool, bool]  # two things, and of which of them directions count
-
-
-@dataclass(frozen=True, eq=False)
-class Displacement:
-    """How far a body is from its place: its origin by a vector (3,) [m], and by a turn, as metres at its radius."""
-
-    shift: Array
-    turn: float = 0.0
-
-    @property
-    def size(self) -> float:
-        """How far any of its points is displaced at most [m]."""
-        return float(np.linalg.norm(self.shift)) + self.turn
 
 
 @dataclass(frozen=True)
@@ -81,16 +68,18 @@ class Tolerance:
 
     def left(self, displaced: Mapping[str, Displacement], tracking: Mapping[str, float] | None = None) -> Array:
         """What is left of the gap of each row (R,) if things are displaced, and robots are off their paths [m]."""
-        count = len(self._index)
-        shifts, turns, sizes = np.zeros((count, 3)), np.zeros(count), np.zeros(count)
+        count, most = len(self._index), max((len(each.moves) for each in displaced.values()), default=1)
+        moves, errors, sizes = np.zeros((count, most, 3)), np.zeros(count), np.zeros(count)
         for name, each in displaced.items():
             if (i := self._index.get(name)) is not None:
-                shifts[i], turns[i], sizes[i] = each.shift, each.turn, each.size
+                moves[i], errors[i], sizes[i] = each.moves[0], each.error, each.size
+                moves[i, : len(each.moves)] = each.moves
         left = self.gaps.copy()
         for side, sign in enumerate((1.0, -1.0)):
-            own = self._ends[:, side]
-            along = sign * np.einsum("rk,rk->r", self.axes, shifts[own]) - turns[own]
-            left += np.where(self.directed[:, side], along, -sizes[own])
+            rows = np.flatnonzero(sizes[self._ends[:, side]] > 0.0)
+            own, axes = self._ends[rows, side], sign * self.axes[rows]
+            along = np.einsum("rk,rjk->rj", axes, moves[own]).min(axis=1, initial=np.inf) - errors[own]
+            left[rows] += np.where(self.directed[rows, side], along, -sizes[own])
         return left - self._lost(tracking) if tracking else left
 
     def _lost(self, tracking: Mapping[str, float]) -> Array:

@@ -8,8 +8,9 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
+from kabo.execution.displacements import Displacement
 from kabo.execution.link_corners import Corners, Held
-from kabo.execution.margins import Displacement, Margins, Tolerance
+from kabo.execution.margins import Margins, Tolerance
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, world_T
 

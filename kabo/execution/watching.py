@@ -12,9 +12,10 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
+from kabo.execution.displacements import Displacement, box_corners, moves
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
-from kabo.execution.margins import Displacement, Margins, Slack
+from kabo.execution.margins import Margins, Slack
 from kabo.execution.motions import HandAction, Motion
 from kabo.execution.nearness import Moving, Nearness
 from kabo.execution.off_path import OffPath, off_path
@@ -86,9 +87,7 @@ class Watch:
         self.path = OffPath(0.0, {})  # how far robots are off theirs, at the last look
         self._since = 0.0  # from when on robots may be late, on the motion's clock [s]
         self._resting: Mapping[str, Sequence[float]] = {}  # the values of all joints before the motion
-        self._radius = {
-            name: float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max()) for name in scene.movable
-        }
+        self._corners = {name: box_corners(scene.bodies[name].mesh) for name in scene.movable}
 
     def begin(self, motion: Motion, belief: Belief) -> None:
         """Begins a motion, and its figures; `belief`: where all is before it."""
@@ -198,17 +197,16 @@ class Watch:
         """How far each body that is seen is from its place; arguments as of `bodies`."""
         wanted, names = belief.poses(state.positions), list(seen)
         if self.looks.noise is None:
-            radii = np.array([self._radius[name] for name in names])
-            shifts, turns = displacements(wanted, seen, names, radii)
+            poses = ([wanted[name] for name in names], [seen[name] for name in names])
+            found = moves(*poses, [self._corners[name] for name in names])
+            sizes = np.sqrt(np.einsum("nki,nki->nk", found, found).max(axis=1))
             looked = {
-                name: Seen(Displacement(shift, turn), size)
-                for name, shift, turn, size in zip(
-                    names, shifts, turns.tolist(), (np.linalg.norm(shifts, axis=1) + turns).tolist(), strict=True
-                )
+                name: Seen(Displacement(own), size)
+                for name, own, size in zip(names, found, sizes.tolist(), strict=True)
             }
         else:
             looked = {
-                name: self.looks.take(name, wanted[name], seen[name], belief.holder(name), self._radius[name])
+                name: self.looks.take(name, wanted[name], seen[name], belief.holder(name), self._corners[name])
                 for name in names
             }
         self.displaced.update((name, own.displaced) for name, own in looked.items())
@@ -315,26 +313,6 @@ class Watch:
                 if beyond > CLOSED_ON_NOTHING * abs(closing) > 0.0:
                     found[robot] = state.positions[robot][own.planned :]
         return found
-
-
-def displacements(
-    wanted: Mapping[str, Array], found: Mapping[str, Array], names: Sequence[str], radii: Array
-) -> tuple[Array, Array]:
-    """How far several bodies within radii (k,) of their origins are off: shifts (k, 3), and turns (k,) as metres there."""
-    if not names:
-        return np.zeros((0, 3)), np.zeros(0)
-    first, second = (np.stack([poses[name] for name in names]) for poses in (wanted, found))
-    turn = first[:, :3, :3].transpose(0, 2, 1) @ second[:, :3, :3]
-    skew = turn - turn.transpose(0, 2, 1)
-    sine = np.sqrt(np.einsum("kij,kij->k", skew, skew) / 8.0)
-    angle = np.arctan2(sine, 0.5 * (np.einsum("kii->k", turn) - 1.0))
-    return second[:, :3, 3] - first[:, :3, 3], np.abs(angle) * radii
-
-
-def displacement(wanted: Array, found: Array, radius: float) -> float:
-    """A bound of how far any point of a body within `radius` of its origin is from its place [m]."""
-    shifts, turns = displacements({"": wanted}, {"": found}, [""], np.array([radius]))
-    return float(np.linalg.norm(shifts[0]) + turns[0])
 
 
 def _told(name: str, node: str, seen: Seen, permitted: float, slack: Slack) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from kabo.execution import (
     execute,
 )
 from kabo.execution.body_margins import table_of
+from kabo.execution.displacements import displacement
 from kabo.execution.looks import MOST_LOOKS, Looks, rotation
 from kabo.execution.margins import FEW_CLAIMS, essential
 from kabo.execution.simulated_sensors import normals
@@ -33,6 +35,7 @@ from kabo.verify import Report
 
 DOMAINS = Path(__file__).parents[2] / "domains"
 X = np.array([1.0, 0.0, 0.0])
+CUBE = 0.03 / np.sqrt(3.0) * np.array(list(product((-1.0, 1.0), repeat=3)))  # corners, 3 cm from its middle
 HAND, ARM = ("mobile", 5), ("mobile", 3)
 
 
@@ -273,7 +276,7 @@ def test_looks_are_averaged_forget_what_was_before_a_body_moved_and_are_bounded(
         pose = wanted.copy()
         pose[:3, 3] += np.array([off, 0.0, 0.0]) + rng.normal(size=3) * noise.position
         pose[:3, :3] = rotation(rng.normal(size=3) * noise.angle)
-        seen = looks.take("o", wanted, pose, None, 0.03)
+        seen = looks.take("o", wanted, pose, None, CUBE)
         return seen.displaced.size, seen.looks, seen.error
 
     for _ in range(50):
@@ -289,9 +292,33 @@ def test_looks_are_averaged_forget_what_was_before_a_body_moved_and_are_bounded(
     mean = looks.poses({})["o"]
     assert abs(mean[0, 3] - 0.01) < 4e-4
     for _ in range(2):  # where it should be has changed
-        seen = looks.take("o", wanted, wanted, "left", 0.03)
+        seen = looks.take("o", wanted, wanted, "left", CUBE)
     assert seen.looks == 2 and seen.displaced.size < 1e-9
 
 
-def test_a_displacement_counts_a_turn_at_the_radius() -> None:
+def test_a_displacement_is_that_of_the_point_that_moves_farthest() -> None:
     assert Displacement(np.array([0.003, 0.004, 0.0]), 0.002).size == pytest.approx(0.007)
+    turned = np.eye(4)
+    turned[:3, :3] = rotation(np.array([0.0, 0.0, 0.1]))
+    chord = 2.0 * np.sin(0.05) * 0.03 * np.sqrt(2.0 / 3.0)  # of the cube's edges that are parallel to the axis
+    assert displacement(np.eye(4), turned, CUBE).size == pytest.approx(chord)
+    about_an_edge = turned.copy()
+    about_an_edge[:3, 3] = CUBE[0] - turned[:3, :3] @ CUBE[0]
+    assert displacement(np.eye(4), about_an_edge, CUBE).size == pytest.approx(2.0 * chord)  # the edge across
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_point_of_a_body_is_displaced_by_more_than_its_corners_say(seed: int) -> None:
+    rng, poses = np.random.default_rng(seed), [np.eye(4), np.eye(4)]
+    for pose in poses:
+        pose[:3, :3], pose[:3, 3] = (
+            rotation(rng.normal(size=3) * rng.choice([0.01, 2.0])),
+            rng.normal(size=3) * 0.1,
+        )
+    low, high = np.sort(rng.normal(size=(2, 3)), axis=0)
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    points = rng.uniform(low, high, (200, 3))
+    moves = (points @ poses[1][:3, :3].T + poses[1][:3, 3]) - (points @ poses[0][:3, :3].T + poses[0][:3, 3])
+    found, axes = displacement(poses[0], poses[1], corners), rng.normal(size=(50, 3))
+    assert np.linalg.norm(moves, axis=1).max() <= found.size + 1e-12
+    assert ((moves @ axes.T).max(axis=0) <= (found.moves @ axes.T).max(axis=0) + 1e-12).all()

@@ -16,6 +16,7 @@ import pytest
 import kabo
 from kabo.arrays import Array
 from kabo.execution import Displacement, Margins
+from kabo.execution.displacements import box_corners, displacement
 from kabo.execution.looks import rotation
 from kabo.plan import Plan
 from kabo.scene import Scene
@@ -34,7 +35,7 @@ class Known:
     scene: Scene
     margins: Margins
     judge: Judge
-    radii: dict[str, float]
+    corners: dict[str, Array]  # (8, 3) of the boxes around movable bodies
 
 
 def stones(rng: np.random.Generator) -> str:
@@ -64,8 +65,8 @@ def known(seed: int, folder: Path) -> Known:
     plan = with_certificate(counter)
     loaded, report = kabo.load_scene(problem.scene), kabo.verify(problem, plan)
     assert report.ok, report
-    radii = {n: float(np.linalg.norm(loaded.bodies[n].mesh.vertices, axis=1).max()) for n in loaded.movable}
-    return Known(plan, loaded, Margins(plan, report), Judge(loaded), radii)
+    corners = {name: box_corners(loaded.bodies[name].mesh) for name in loaded.movable}
+    return Known(plan, loaded, Margins(plan, report), Judge(loaded), corners)
 
 
 @pytest.fixture(scope="module")
@@ -111,19 +112,18 @@ class Drawn:
     """Displacements: by a shift in the world and a turn until a body is handled, then by others of the same size."""
 
     claimed: dict[str, Displacement]
-    turns: dict[str, Array]  # (3, 3)
-    later: dict[str, Array]  # (3,) unit vectors in the frame of the body
+    shifts: dict[str, Array]  # (3,)
+    turns: dict[str, Array]  # (3, 3) in the frame of the body
+    later: dict[str, Array]  # (3,) shifts in the frame of the body
     handled: dict[str, int]  # of each body how many of the nodes, in the order of the plan, come before
 
     def placed(self, case: Known, node: str, moment: Moment) -> dict[str, Array]:
         """The poses of the displaced bodies."""
         found, number = {}, list(case.plan.nodes).index(node)
-        for name, each in self.claimed.items():
+        for name in self.claimed:
             pose = moment.poses[name].copy()
-            if number >= self.handled[name]:
-                pose[:3, 3] += pose[:3, :3] @ self.later[name] * np.linalg.norm(each.shift)
-            else:
-                pose[:3, 3] += each.shift
+            later = number >= self.handled[name]
+            pose[:3, 3] += pose[:3, :3] @ self.later[name] if later else self.shifts[name]
             pose[:3, :3] = pose[:3, :3] @ self.turns[name]
             found[name] = pose
         return found
@@ -134,42 +134,45 @@ def drawn_displacements(case: Known, node: str, rng: np.random.Generator) -> Dra
     tolerance, order = case.margins.rest(node), list(case.plan.nodes)
     assert tolerance is not None
     names = rng.permutation(list(case.scene.movable))[: int(rng.integers(1, 4))]
-    shifts = {name: rng.normal(size=3) for name in names}
-    shares = {name: float(rng.choice([0.0, 0.3])) for name in names}  # of the size, that is a turn
     sizes = {name: float(rng.uniform(0.5, 1.0)) for name in names}
-
-    def scaled(scale: float) -> dict[str, Displacement]:
-        return {
-            name: Displacement(
-                scale * sizes[name] * (1.0 - shares[name]) * shifts[name] / np.linalg.norm(shifts[name]),
-                scale * sizes[name] * shares[name],
-            )
-            for name in names
-        }
-
-    low, high = 0.0, 1.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        fits = min(each.least for each in tolerance.slacks(scaled(middle)).values()) >= 0.0
-        low, high = (middle, high) if fits else (low, middle)
-    claimed = scaled(ALMOST * low)
-    turns = {name: turned(each.turn / case.radii[name], rng) for name, each in claimed.items()}
-    later = {name: unit(rng) for name in names}
+    shares = {name: float(rng.choice([0.0, 0.3, 1.0])) for name in names}  # of the size, that is a turn
+    shifts = {name: sizes[name] * (1.0 - shares[name]) * unit(rng) for name in names}
+    axes = {
+        name: sizes[name] * shares[name] / np.linalg.norm(case.corners[name], axis=1).max() * unit(rng)
+        for name in names
+    }
     at = order.index(node)
     handled = {
         name: next((k for k in range(at, len(order)) if name in case.margins.handled[order[k]]), len(order))
         for name in names
     }
-    return Drawn(claimed, turns, later, handled)
+    now = next(rest(case, node))[1].poses
+
+    def scaled(scale: float) -> Drawn:
+        turns = {name: rotation(scale * axes[name]) for name in names}
+        found, later = {}, {}
+        for name in names:
+            pose = now[name].copy()
+            pose[:3, 3] += scale * shifts[name]
+            pose[:3, :3] = pose[:3, :3] @ turns[name]
+            found[name] = displacement(now[name], pose, case.corners[name])
+            turned = np.linalg.norm(case.corners[name] @ (turns[name] - np.eye(3)).T, axis=1).max()
+            later[name] = max(0.0, found[name].size - float(turned))
+        moved = {name: scale * shifts[name] for name in names}
+        return Drawn(found, moved, turns, {name: size * away[name] for name, size in later.items()}, handled)
+
+    away = {name: unit(rng) for name in names}
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        fits = min(each.least for each in tolerance.slacks(scaled(middle).claimed).values()) >= 0.0
+        low, high = (middle, high) if fits else (low, middle)
+    return scaled(ALMOST * low)
 
 
 def unit(rng: np.random.Generator) -> Array:
     vector = rng.normal(size=3)
     return np.asarray(vector / np.linalg.norm(vector))
-
-
-def turned(angle: float, rng: np.random.Generator) -> Array:
-    return rotation(angle * unit(rng))
 
 
 def first_hit(case: Known, moment: Moment, first: Moment, poses: dict[str, Array]) -> tuple[str, str] | None:
