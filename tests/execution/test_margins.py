@@ -107,6 +107,8 @@ def test_a_body_may_be_off_as_far_as_is_proven_in_this_direction(
         assert (
             run.surprise is not None and run.surprise.thing == "o1" and run.surprise.off > run.surprise.permitted
         )
+        what = f"of mobile.gripper_base at {stacked_plan.root}"  # beyond 1 cm it may be anything
+        assert ("proven to be free" in run.reason) and (what in run.reason) is (offset[2] == 0)
 
 
 def test_what_comes_near_only_before_a_node_limits_nothing_after_it(
