@@ -1,9 +1,9 @@
 """Faults of a run in physics: drawn from a seed, and made in the simulator or in what sensors say.
 
 A body is displaced along the horizontal. A hand drops by pressing outwards for a while. A grasp closes on nothing since the
-body was moved away just before, to a place where it is in nothing else. What is in the way is another body, put below where the tool will be. A motor with half
-its torque is one joint's; a robot that is stopped has no torque, and brakes hold its arm. A body that is removed is
-neither seen any more nor touched.
+body was moved away just before, to a place where it is in nothing else. What is in the way is another body, put below
+where the tool will be. A motor with half its torque is one joint's; a robot that is stopped has no torque, and brakes
+hold its arm. A body that is removed is neither seen any more nor touched.
 """
 
 from collections import deque
