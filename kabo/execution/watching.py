@@ -182,7 +182,9 @@ class Watch:
             permitted = max(0.0, off + 0.5 * (farther[name].least + nearer[name].least))
             if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, own, node)):
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
-                text = f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
+                text = (
+                    f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
+                )
                 if nearer[name].other is not None:
                     text += f" of {nearer[name].other} at {nearer[name].node}"
                 return Surprise("displaced" if holder is None else "grasp", text, name, off, permitted)
