@@ -13,6 +13,7 @@ segments attach and let go of, and from forward kinematics; what is proven, from
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from math import inf
 from typing import Any
 
@@ -93,9 +94,10 @@ class Watcher:
     wrong: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.radius = {
-            name: float(np.linalg.norm(self.scene.bodies[name].mesh.vertices, axis=1).max())
+        self.corners = {  # of boxes around bodies
+            name: np.array(list(product(*np.transpose([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)]))))
             for name in self.scene.movable
+            if (mesh := self.scene.bodies[name].mesh) is not None
         }
 
     def replay(self, records: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -257,11 +259,10 @@ class Watcher:
         least = self._least(proven)
         for body, found in record["bodies"].items():
             pose, wanted = transform(found["position"], found["quaternion"]), cell.pose(body, links)
-            cosine = 0.5 * (np.trace(wanted[:3, :3].T @ pose[:3, :3]) - 1.0)
-            turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
-            shift = float(np.linalg.norm(wanted[:3, 3] - pose[:3, 3]))
-            if shift + (turn - 2e-4) * self.radius[body] > least + ROUNDING:
-                yield body, f"{body} is {1000 * shift:.1f} mm from its place, {1000 * least:.1f} mm are proven"
+            moved = self.corners[body] @ (pose[:3, :3] - wanted[:3, :3]).T + pose[:3, 3] - wanted[:3, 3]
+            off = float(np.linalg.norm(moved, axis=1).max())
+            if off > least + ROUNDING:
+                yield body, f"{body} is {1000 * off:.1f} mm from its place, {1000 * least:.1f} mm are proven"
         for body, last in self.seen.items():
             if record["time"] - last > UNSEEN and least < inf:
                 yield body, f"{body} has not been seen since {last:g} s"

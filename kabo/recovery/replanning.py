@@ -97,9 +97,10 @@ class Replanner:
             return Answer("none", None, f"there is no way {where}: {error}".rstrip("\n")), {}
         assert self.scene.description is not None
         report = verify_plan(self.scene.description, plan, scene=self.scene)
-        if report.ok:
+        why = _unproven(plan, report)
+        if why is None:
             return Answer(kind, plan, f"the way {where} is proven", report), {}
-        text = f"the way {where} is not proven: {report.findings[0].message}"
+        text = f"the way {where} is not proven: {why}"
         return Answer("none", None, text), self._between(interruption, report)
 
     def _between(self, interruption: Interruption, report: Report) -> dict[str, str]:
@@ -147,8 +148,9 @@ class Replanner:
         check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
         assert self.scene.description is not None
         report = check() if first is None else verify_plan(self.scene.description, first, scene=self.scene)
-        if not report.ok:
-            return Answer("none", None, f"the new plan is not proven: {report.findings[0].message}")
+        why = _unproven(plan, report)
+        if why is not None:
+            return Answer("none", None, f"the new plan is not proven: {why}")
         rest = None
         if first is not None:
             self._proving = begun(check)
@@ -157,3 +159,12 @@ class Replanner:
         if self.memo.continued:
             return Answer("repair", plan, f"the same actions {told} from where everything is now", report, rest)
         return Answer("replan", plan, f"other actions {told} from where everything is now", report, rest)
+
+
+def _unproven(plan: Plan, report: Report) -> str | None:
+    """Why a plan may not be carried out; one without a certificate has no margins, and the least error would stop it."""
+    if not report.ok:
+        return report.findings[0].message
+    if plan.certificate is None and any(node.motion for node in plan.nodes.values()):
+        return next(iter(plan.certificate_gaps), "it has no certificate")
+    return None

@@ -97,6 +97,17 @@ def test_what_is_not_proven_is_not_begun(stacked: tuple[kabo.Problem, Scene, Pla
     assert not run.reached_goal and "the new plan is not proven" in run.reason
 
 
+def test_a_plan_without_a_certificate_is_not_begun(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    """It has no margins: the least error of what is measured would end it in the midst of a motion."""
+
+    class Without(Replanner):
+        def _proven(self, plan: Plan, state: kabo.State) -> Answer:
+            return super()._proven(replace(plan, certificate=None, certificate_gaps=("n0: too near",)), state)
+
+    run = carried_out(stacked, Without(*stacked[:2]))
+    assert not run.reached_goal and run.reason.endswith("the new plan is not proven: n0: too near")
+
+
 def test_nothing_goes_on_before_the_rest_is_proven(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
     recovery = Careless(stacked[0], stacked[1])
     recovery.spoilt = 1
