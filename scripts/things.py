@@ -22,6 +22,7 @@ BOTTLE_RADIUS, BOTTLE_HEIGHT = 0.03, 0.24
 CUP_RADIUS, CUP_HEIGHT, CUP_WALL, CUP_FLOOR = 0.034, 0.1, 0.004, 0.006
 BLOCK = 0.04
 PANEL, PANEL_HANDLE = (0.24, 0.24, 0.01), (0.02, 0.16, 0.06)  # sides of the plate and of what it is held by
+PANEL_FOOT = (0.005, 0.24, 0.04)  # of what it stands on: the handle puts its centre of mass beside the plate
 CRATE = (0.36, 0.36, 0.05)  # outer sides and height of the walls
 CRATE_WALL, CRATE_FLOOR, CRATE_FILLET = 0.01, 0.01, 0.001
 
@@ -102,8 +103,9 @@ def tap(d: Detail) -> Solid:
 
 
 def panel(_: Detail) -> Solid:
-    """A square plate with a handle along its middle: a glass cover, flat on its face or upright on its side."""
-    (x, y, thick), (across, along, high) = PANEL, PANEL_HANDLE
+    """A square plate with a handle along its middle: a glass cover, flat on its face or upright on the foot at its side."""
+    (x, y, thick), (across, along, high), (deep, wide, reach) = PANEL, PANEL_HANDLE, PANEL_FOOT
     plate = sharp_block((-x / 2, x / 2), (-y / 2, y / 2), (0.0, thick))
     handle = sharp_block((-across / 2, across / 2), (-along / 2, along / 2), (thick / 2, high))
-    return union([plate, handle])
+    foot = sharp_block((-x / 2, deep - x / 2), (-wide / 2, wide / 2), (0.0, reach))
+    return union([plate, handle, foot])

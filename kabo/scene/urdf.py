@@ -53,10 +53,11 @@ def load_robot(
     mimics = {name: rule for file in files for name, rule in file.mimics.items()}
     elements = {name: made for file in files for name, made in file.elements.items()}
     places = {name: place for file in files for name, place in file.places.items()}
+    zones = frozenset[str]().union(*(file.zones for file in files))
     joints = {name: ends for file in files for name, ends in file.joints.items()}
     groups, own = Groups.of(description.semantics, joints), tuple(j for j in own if j not in mimics)
     described = with_groups(description, groups, {*mimics, *own}, tuple(model.names))
-    robot = with_semantics(_assemble(described, model, mimics, elements, own, places), description, groups)
+    robot = with_semantics(_assemble(described, model, mimics, elements, own, places, zones), description, groups)
     if floor is not None:
         robot = on_floor(robot, description, floor)
     _check_configurations(description, robot)
@@ -131,6 +132,7 @@ def _assemble(
     elements: Mapping[str, tuple[Element, ...]],
     gripper_joints: tuple[str, ...],
     places: Mapping[str, Place],
+    zones: frozenset[str],
 ) -> Robot:
     for link in description.hulls:
         if link not in elements:
@@ -154,7 +156,7 @@ def _assemble(
     actuation = _actuation(model, names, mimics, description)
     rates = joint_rates(description, names, len(planned), _velocities(model, names))
     tree = _tree(model, kinds, turns, actuation, description.limits, rates.velocity)
-    links = _links(model, turns, elements, places)
+    links = _links(model, turns, elements, places, zones)
     return Robot(
         description.name,
         model,
@@ -175,7 +177,11 @@ def _assemble(
 
 
 def _links(
-    model: Any, turns: Sequence[Array], elements: Mapping[str, tuple[Element, ...]], places: Mapping[str, Place]
+    model: Any,
+    turns: Sequence[Array],
+    elements: Mapping[str, tuple[Element, ...]],
+    places: Mapping[str, Place],
+    zones: frozenset[str],
 ) -> dict[str, Link]:
     """The links by name; `turns` are the rotations of joint frames that align z with the joint's axis."""
     links = {}
@@ -184,8 +190,8 @@ def _links(
             pose = frame.placement.homogeneous.copy()
             turn = np.eye(4)
             turn[:3, :3] = turns[frame.parentJoint].T
-            name = frame.name
-            links[name] = Link(name, frame.parentJoint, turn @ pose, elements.get(name, ()), places.get(name))
+            name, own = frame.name, elements.get(frame.name, ())
+            links[name] = Link(name, frame.parentJoint, turn @ pose, own, places.get(name), name in zones)
     return links
 
 

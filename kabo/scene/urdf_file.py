@@ -43,6 +43,7 @@ class UrdfFile:
     joints: Mapping[str, JointEnds]
     files: tuple[Path, ...] = field(default=())
     visual: tuple[str, ...] = ()  # the links without collision geometry, whose visual geometry is used
+    zones: frozenset[str] = frozenset()  # the links with collision geometry alone, where others have a visual one
 
 
 def pinocchio() -> Any:
@@ -81,7 +82,14 @@ def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None, *, 
         name for name, link in named(urdf, "link") if name in elements and link.find("collision") is None
     )
     places = {name: urdf.place(link) for name, link in named(urdf, "link")}
-    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, _joints(urdf), tuple(files), visual)
+    rest = _joints(urdf), tuple(files), visual, _zones(urdf, elements)
+    return UrdfFile(path, elements, _mimics(urdf), kinematics(urdf), places, *rest)
+
+
+def _zones(urdf: Urdf, elements: Mapping[str, tuple[Element, ...]]) -> frozenset[str]:
+    """The links with a shape that nothing shows; none in a file without visual geometry."""
+    shown = {name for name, link in named(urdf, "link") if link.find("visual") is not None}
+    return frozenset(elements) - shown if shown else frozenset()
 
 
 def _joints(urdf: Urdf) -> dict[str, JointEnds]:

@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from kabo.arrays import Array, Integers
 from kabo.simulation.turning_fingers import TurningFingers
 
+AS_OPEN = 1e-6  # [m or rad]
 BUILDS_UP = 0.1  # [s] until a hand presses with its whole force
 
 
@@ -19,6 +22,8 @@ class Hand:
     joints: Integers  # those of the motors, and of what is coupled to them
     motor_of: Integers  # the place in `motors` of what moves each joint
     spread: Array  # the share of its motor's torque that each joint gets
+    opened: Array  # the value of each motor when the hand is open
+    acting: Integers  # which of `joints` press: their places there; others hold their setpoints
     turning: TurningFingers | None = None
     bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
@@ -26,6 +31,15 @@ class Hand:
         default_factory=list
     )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
     since: float = 0.0  # when it began to press [s]
+
+    def act(self, setpoints: Array) -> None:
+        """Chooses the joints that press from now on: those that a grasp has moved from where they are open, or all.
+
+        A grasp of a hand with many joints names some of them. The others are where they were: pressed, too, they would
+        close the hand in another way than the plan has looked at.
+        """
+        moved = np.abs(setpoints - self.opened) > AS_OPEN
+        self.acting = np.flatnonzero(moved[self.motor_of] | (not moved.any()))
 
     def force(self, time: float) -> float:
         """The force with which it presses at a time [N].

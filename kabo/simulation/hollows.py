@@ -5,14 +5,15 @@ which nothing enters. A bore, though, has to stay as wide as it is: parts are cu
 at which the mesh is hollow, until none bridges it [Chazelle 1984, notches].
 """
 
-from collections.abc import Iterable
+import hashlib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from kabo.arrays import Array, Booleans, Integers
-from kabo.geometry.collision.tight_parts import behind, tight_part
+from kabo.geometry.collision.tight_parts import behind, kept_numbers, tight_part
 from kabo.meshes import Mesh
 
 WIDTH = 4e-3  # [m]: radius of the balls that enter hollows that count
@@ -27,6 +28,7 @@ INSIDE = 1e-7  # [m]
 LEAST_AREA = 1e-12  # [m²], twice that of triangles that have a normal
 TRIED, COUNTED = 3, 400  # hollows whose planes are tried for a cut; points of hollows that are counted meanwhile
 WORTH = 1e-3  # share of what is bridged by which a cut makes it less, at least
+METHOD_VERSION = 1  # to be incremented when the same parts are cut otherwise
 MOST_CUTS, LAST_CUTS = 40, 4  # of a part of a part: all, and those over middles of triangles alone
 
 
@@ -145,11 +147,25 @@ def _spread(corners: Array) -> Array:
     return np.concatenate(found)
 
 
-def unbridged(mesh: Mesh, parts: Iterable[Array]) -> list[Array]:
+def unbridged(mesh: Mesh, parts: Sequence[Array]) -> list[Array]:
     """The corners (V, 3) of parts which together hold what the given ones (V, 3) do, and bridge no hollow that counts.
 
-    A part that does is cut in two at a plane through one of these hollows, at that after which least is bridged.
+    They are kept in the cache folder, as it takes seconds to find them.
     """
+    given = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() + b"|" for part in parts)).hexdigest()
+
+    def numbers() -> Array:
+        found = _unbridged(mesh, parts)
+        return np.concatenate([[len(found)], [len(each) for each in found], *map(np.ravel, found)])
+
+    found = kept_numbers(("unbridged", METHOD_VERSION, mesh.digest, given), numbers)
+    first = 1 + int(found[0])
+    ends = np.cumsum(found[1:first].astype(int))
+    return np.split(found[first:].reshape(-1, 3), ends[:-1]) if len(ends) else []
+
+
+def _unbridged(mesh: Mesh, parts: Iterable[Array]) -> list[Array]:
+    """As above: a part that bridges is cut in two at a plane through one of the hollows, after which least is bridged."""
     found: list[Array] = []
     hollows = Hollows(mesh)
     waiting = [(tight_part(mesh, part).triangles, hollows.notches, MOST_CUTS) for part in parts]

@@ -8,7 +8,7 @@ Source: the MuJoCo documentation, XML reference.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from xml.etree.ElementTree import Element as Tag
 from xml.etree.ElementTree import SubElement, indent, tostring
 
@@ -19,14 +19,15 @@ from kabo.scene import REVOLUTE, Robot, Scene, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
 from kabo.simulation.bearable import movable_inertia
-from kabo.simulation.contact_shapes import contact_shapes
+from kabo.simulation.contact_shapes import calm, contact_shapes
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
 from kabo.simulation.settings import USUAL, PhysicsSettings
 from kabo.simulation.turning_fingers import arm_of
 
 FARTHEST_TURN = 6.0  # [rad]: joints with wider limits turn without end
 COLOURS = {"link": "0.62 0.64 0.68 1", "movable": "0.85 0.45 0.2 1", "fixed": "0.5 0.66 0.5 1"}
-SOFTNESS = {"solref": "0.003 1", "solimp": "0.95 0.99 0.001", "condim": "4"}  # of contacts: stiff, without bounce
+SOFTNESS = {"solref": "0.003 1", "solimp": "0.99 0.999 0.001", "condim": "4"}  # of contacts: stiff, without bounce
+STIFF = {"solref": "0.004 1", "solimp": "0.99 0.999 0.001"}  # of ends of joints, and of joints that are coupled
 TORSION = 0.005  # [m]: of friction about the normal, per normal force; as of a contact some millimetres wide
 
 
@@ -144,6 +145,8 @@ class _Writer:
         low, high = sorted((ratio * tree.lower[source] + shift, ratio * tree.upper[source] + shift))
         if high - low < 2.0 * FARTHEST_TURN or not revolute:
             tag.set("range", _numbers([low, high]))
+            tag.set("solreflimit", STIFF["solref"])  # else a hand's light fingers are pressed beyond their ends
+            tag.set("solimplimit", STIFF["solimp"])
         inertia = min(self.settings.rotor_inertia, movable_inertia(robot, joint))
         if revolute and robot.joint_names[source] in robot.gripper_joints:
             inertia *= arm_of(robot, joint) ** 2  # of fingers as heavy as those that slide
@@ -163,8 +166,7 @@ class _Writer:
                     ratio, shift = float(tree.ratio[joint]), float(tree.shift[joint])
                     couple = SubElement(self.equalities, "joint", joint1=other, joint2=name)
                     couple.set("polycoef", _numbers([shift, ratio, 0, 0, 0]))
-                    couple.set("solref", "0.004 1")
-                    couple.set("solimp", "0.99 0.999 0.001")
+                    couple.attrib.update(STIFF)
                     followers.append((other, ratio, shift))
             given = float(robot.model.effortLimit[robot.model.joints[leader].idx_v])
             effort = given if 0.0 < given < 1e6 else None
@@ -188,6 +190,8 @@ class _Writer:
         for number, shape in enumerate(contact_shapes(self.scene, thing, self.settings.contact_precision)):
             name = f"{thing}#{number}"
             self.things[name] = thing
+            if kind == "movable":
+                shape = calm(shape)
             geom = SubElement(tag, "geom", name=name, type=shape.kind, rgba=COLOURS[kind], mass="0")
             if shape.corners is not None:
                 geom.set("mesh", self._mesh(shape.corners))
@@ -217,7 +221,11 @@ class _Writer:
                 weld.set("active", "false")
 
     def _exclusions(self) -> None:
-        """Pairs that do not touch in physics, since planning never checks them: of a robot with itself, or standing."""
+        """Pairs that do not touch in physics, since planning never checks them.
+
+        They are of a robot with itself, or standing; or of a zone of a robot, such as a box around a hand that only the
+        URDF's collision geometry has, and a body that the scene permits in it.
+        """
         links = [
             f"{r.name}.{link.name}"
             for r in self.scene.robots.values()
@@ -228,6 +236,13 @@ class _Writer:
         for first, second in combinations([*links, *fixed], 2):
             if self.scene.never_collide(first, second):
                 SubElement(self.contacts, "exclude", body1=first, body2=second)
+        for zone, body in product(self._zones(), self.scene.movable):
+            if self.scene.never_collide(zone, body):
+                SubElement(self.contacts, "exclude", body1=zone, body2=body)
+
+    def _zones(self) -> list[str]:
+        robots = self.scene.robots.values()
+        return [f"{r.name}.{link.name}" for r in robots for link in r.links.values() if link.is_zone]
 
 
 def _carrier(robot: Robot, joint: int) -> str:

@@ -154,7 +154,10 @@ class Physics:
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
-        hand = Hand(motors, np.array(levers), number, np.full(len(motors), GRIP_DAMPING), *self._spread(motors))
+        spread, dampings = self._spread(motors), np.full(len(motors), GRIP_DAMPING)
+        opened = np.array([robot.gripper.open.get(joint, 0.0) for joint in joints])
+        everything = np.arange(len(spread[0]))
+        hand = Hand(motors, np.array(levers), number, dampings, *spread, opened, everything)
         if turns(robot):
             hand.turning = turning = self._turning(name, motors, np.sign(levers))
             hand.levers = np.sign(levers) * turning.arms / FINGERS
@@ -209,6 +212,7 @@ class Physics:
         """
         gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
         hand.since = self.time if hand.pressing is None else hand.since
+        hand.act(self.setpoint[hand.motors])
         hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
         data, carrier = self.data, hand.carrier
         turn = data.xmat[carrier].reshape(3, 3)
@@ -263,8 +267,9 @@ class Physics:
             if hand.pressing is not None:
                 pressed = self._levers(hand) * hand.force(data.time)
                 pressed -= hand.dampings * moving.velocity[self._rates[hand.motors]]
-                own = self._rates[hand.joints]
-                each[hand.joints] = self._bias[own] - self._passive[own] + pressed[hand.motor_of] * hand.spread
+                acting = hand.joints[hand.acting]
+                own, shares = self._rates[acting], (pressed[hand.motor_of] * hand.spread)[hand.acting]
+                each[acting] = self._bias[own] - self._passive[own] + shares
         self._drive(each)
         if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
             self._complete_friction()

@@ -1,5 +1,6 @@
 """Hands of several kinds press with the force that the scene says, and hold by friction while they lift."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 import kabo
 from kabo.execution.motions import Motion, Stretch
 from kabo.motion import Trajectory
+from kabo.scene import Scene
 from kabo.simulation import Physics, SimulatedRobot
-from tests.support.grippers import GRIPPERS
+from tests.support.grippers import BOX, GRIPPERS
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -56,3 +58,62 @@ def test_a_hand_presses_with_its_force_and_holds_what_it_lifts(kind: str, force:
     robot.wait(0.2)
     risen = robot.poses()["block"][:3, 3] - before[:3, 3]
     assert risen == pytest.approx([0.0, 0.0, 0.29], abs=0.002)
+
+
+def settled(scene: Scene, lift: float, then: Callable[[Physics], None], seconds: float = 0.5) -> Physics:
+    """The physics of a lifter whose open hand is at a height, a moment after something was done."""
+    own = scene.robots["arm"]
+    assert own.gripper is not None
+    physics = Physics(scene)
+    physics.place({"arm": tuple({"lift": lift, **own.gripper.open}[name] for name in own.joint_names)})
+    then(physics)
+    for _ in range(round(seconds / physics.settings.timestep)):
+        physics.step()
+    return physics
+
+
+@pytest.mark.parametrize("permitted", [True, False])
+def test_a_zone_around_a_hand_is_no_thing_for_what_the_scene_permits_in_it(
+    permitted: bool, tmp_path: Path
+) -> None:
+    """Such a link has a shape for collisions alone, where others have one to be seen, as TIAGo's box around its hand."""
+    path, urdf = GRIPPERS["sliding"]().write(tmp_path), tmp_path / "lifter.urdf"
+    around = BOX.format(place="0 0 -0.06", size="0.1 0.14 0.1")
+    zone = f"""<link name="zone">{around}</link>
+  <joint name="zone_joint" type="fixed"><parent link="palm"/><child link="zone"/></joint>"""
+    seen = "<visual><geometry><box size='0.02 0.02 0.02'/></geometry></visual>"
+    names = ("palm", "left", "right")
+    text = urdf.read_text().replace("</robot>", f"{zone}</robot>")
+    for name in names:
+        text = text.replace(f'<link name="{name}">', f'<link name="{name}">{seen}')
+    urdf.write_text(text)
+    others = ("table", "arm.left", "arm.right", *(("block",) if permitted else ()))
+    allowed = "".join(f"  - [arm.zone, {other}]\n" for other in others)
+    path.write_text(f"{path.read_text()}allowed_contacts:\n{allowed}")
+    scene = kabo.load_scene(path)
+    assert [name for name, link in scene.robots["arm"].links.items() if link.is_zone] == ["zone"]
+    physics = settled(scene, -0.49, lambda _: None, 0.002)
+    assert (("arm.zone", "block") in {each.things for each in physics.contacts()}) is not permitted
+
+
+def test_joints_that_a_grasp_does_not_move_stay_where_they_are(tmp_path: Path) -> None:
+    scene = kabo.load_scene(GRIPPERS["independent"]().write(tmp_path))
+
+    def close(physics: Physics) -> None:
+        physics.command("arm", ("left_joint",), np.array([0.025]), np.zeros(1), np.zeros(1))
+        physics.grip("arm", (), force=20.0)
+
+    physics = settled(scene, 0.2, close)
+    left, right = (physics.data.joint(f"arm:{side}_joint").qpos[0] for side in ("left", "right"))
+    assert left < 0.001
+    assert right == pytest.approx(0.03, abs=1e-4)
+
+
+def test_a_finger_that_meets_nothing_stops_at_the_end_of_its_joint(tmp_path: Path) -> None:
+    scene = kabo.load_scene(GRIPPERS["independent"]().write(tmp_path))
+
+    def close(physics: Physics) -> None:
+        physics.command("arm", ("left_joint",), np.array([0.025]), np.zeros(1), np.zeros(1))
+        physics.grip("arm", (), force=60.0)
+
+    assert settled(scene, 0.2, close).data.joint("arm:left_joint").qpos[0] == pytest.approx(0.0, abs=5e-4)

@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull
 
 import kabo
 from kabo.arrays import Array
+from kabo.simulation import hollows
 from kabo.simulation.contact_shapes import contact_shapes
 from kabo.simulation.hollows import BRIDGED, WIDTH, Hollows, unbridged
 
@@ -68,3 +69,15 @@ def test_the_pipe_of_the_gearbox_leaves_its_seat_free_down_to_the_corner() -> No
     assert inside(parts, on_cylinder(SEAT_RADIUS - 1.5e-4, heights)).mean() < 0.003
     assert not inside(parts, on_cylinder(SEAT_RADIUS - 1e-3, heights)).any()
     assert len(parts) < 1500
+
+
+def test_parts_that_were_cut_once_are_taken_from_the_cache_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("KABO_CACHE", str(tmp_path / "cache"))
+    box = [np.asarray(trimesh.creation.box((0.072, 0.072, 0.026)).vertices, float)]
+    made = unbridged(ring(), box)
+    monkeypatch.setattr(hollows, "_unbridged", lambda *_: pytest.fail("they were cut again"))
+    again = unbridged(ring(), box)
+    assert len(again) == len(made) > 1
+    assert all(np.array_equal(first, second) for first, second in zip(made, again, strict=True))

@@ -100,22 +100,31 @@ def tight_part(mesh: Mesh, part: Array, path: str = "") -> TightPart:
 
 
 def kept_or_made(key: tuple[str, str, str], make: Callable[[], TightPart]) -> TightPart:
-    """The part in the file of the cache folder that belongs to a key, or a new one, which is then kept there.
+    """The part in the file of the cache folder that belongs to a key, or a new one, which is then kept there."""
+
+    def numbers() -> Array:
+        made = make()
+        return np.concatenate([[float(len(made.corners))], made.corners.ravel(), made.triangles.ravel()])
+
+    found = kept_numbers((METHOD_VERSION, *key), numbers)
+    end = 1 + 3 * int(found[0])
+    return TightPart(found[1:end].reshape(-1, 3), found[end:].reshape(-1, 3, 3))
+
+
+def kept_numbers(key: tuple[object, ...], make: Callable[[], Array]) -> Array:
+    """The numbers (n,) in the file of the cache folder that belongs to a key, or new ones, which are then kept there.
 
     A file that is damaged, or cut off, is made anew: its first bytes are the hash of the others.
     """
-    name = hashlib.sha256(repr((METHOD_VERSION, *key)).encode()).hexdigest()[:40]
+    name = hashlib.sha256(repr(key).encode()).hexdigest()[:40]
     path = cache_folder() / "tight" / f"{name}.tight"
     with suppress(OSError, ValueError):
         found = path.read_bytes()
         _note_use(path)
         if found[:HASH_BYTES] == hashlib.sha256(found[HASH_BYTES:]).digest():
-            numbers = np.frombuffer(found, "<f8", offset=HASH_BYTES).astype(np.float64)
-            end = 1 + 3 * int(numbers[0])
-            return TightPart(numbers[1:end].reshape(-1, 3), numbers[end:].reshape(-1, 3, 3))
+            return np.frombuffer(found, "<f8", offset=HASH_BYTES).astype(np.float64)
     made = make()
-    corners = np.array([float(len(made.corners))])
-    body = np.concatenate([corners, made.corners.ravel(), made.triangles.ravel()]).astype("<f8").tobytes()
+    body = made.astype("<f8").tobytes()
     with suppress(OSError):  # a read-only cache costs time, never an answer
         _write(path, hashlib.sha256(body).digest() + body)
         if next(_WRITTEN) % LOOKED_AFTER == 0:
