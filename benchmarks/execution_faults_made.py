@@ -1,9 +1,9 @@
 """Faults of a run in physics: drawn from a seed, and made in the simulator or in what sensors say.
 
 A body is displaced along the horizontal. A hand drops by pressing outwards for a while. A grasp closes on nothing since the
-body was moved away just before. What is in the way is another body, put below where the tool will be. A motor with half
-its torque is one joint's; a robot that is stopped has no torque, and brakes hold its arm. A body that is removed is
-neither seen any more nor touched.
+body was moved away just before, to a place where it is in nothing else. What is in the way is another body, put below
+where the tool will be. A motor with half its torque is one joint's; a robot that is stopped has no torque, and brakes
+hold its arm. A body that is removed is neither seen any more nor touched.
 """
 
 from collections import deque
@@ -38,6 +38,8 @@ FAR = 30.0  # [m]
 FOREVER = 10**9  # looks
 BRAKES = 1e5  # [N s/m or N m s/rad]
 OUTWARDS = -40.0  # [N]
+INTO = 1e-3  # [m]: a body is in another one
+TURNS = 8  # directions in which a body may be moved
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,7 @@ class Disturbance:
         for action in follower.motion.actions if follower.motion is not None and follower.moving else ():
             lead = 0.002 + 0.05 * self.fault.lasts
             if action.kind == "grip" and action.time - lead <= follower.time <= action.time:
-                physics.displace(action.attach[0][0], offset)
+                _into_the_open(physics, action.attach[0][0], offset)
                 self.came = True
                 return
 
@@ -223,3 +225,18 @@ class FaultySensor(KnownTruth):
         """The poses of what is there."""
         removed = self.disturbance.removed
         return {name: pose for name, pose in super().poses().items() if name not in removed}
+
+
+def _into_the_open(physics: Physics, body: str, offset: Array) -> None:
+    """Moves a body by an offset; in another direction of the horizontal if it would be in something else there."""
+    for number in range(TURNS):
+        angle = 2.0 * np.pi * number / TURNS
+        cosine, sine = np.cos(angle), np.sin(angle)
+        turned = np.array(
+            [cosine * offset[0] - sine * offset[1], sine * offset[0] + cosine * offset[1], offset[2]]
+        )
+        physics.displace(body, turned)
+        if not any(body in contact.things for contact in physics.contacts(INTO)):
+            return
+        physics.displace(body, -turned)
+    physics.displace(body, offset)

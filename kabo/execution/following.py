@@ -15,6 +15,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.execution.clock import Change, Law, StopWhileChanging
 from kabo.execution.clock_limits import keeps_limits
+from kabo.execution.kernels.setpoints import setpoint
 from kabo.execution.loads import STEP, LoadOnPath
 from kabo.execution.motions import Motion, Stretch
 from kabo.motion import Held, MotionLimits
@@ -236,13 +237,5 @@ class Follower:
 def _sent(stretch: Stretch, time: float, rate: float, change: float) -> Setpoint:
     trajectory = stretch.trajectory
     k = min(max(bisect_right(trajectory.times, time) - 1, 0), len(trajectory.coefficients) - 1)
-    t = time - trajectory.times[k]
-    powers = np.array(
-        [
-            [1.0, t, t**2, t**3, t**4, t**5],
-            [0.0, 1.0, 2 * t, 3 * t**2, 4 * t**3, 5 * t**4],
-            [0, 0, 2, 6 * t, 12 * t**2, 20 * t**3],
-        ]
-    )
-    value, first, second = powers @ trajectory.padded[k].T
-    return Setpoint(stretch.robot, trajectory.joints, value, first * rate, second * rate * rate + first * change)
+    values = setpoint(trajectory.padded[k], time - trajectory.times[k], rate, change)
+    return Setpoint(stretch.robot, trajectory.joints, *values)

@@ -158,7 +158,7 @@ class Watch:
     def bodies(
         self, seen: Mapping[str, Array], state: RobotState, belief: Belief, node: str, *, held: bool = True
     ) -> Surprise | None:
-        """Whether each body that is seen is near enough to its place, on its support or in a hand.
+        """Whether each body is near enough to its place, on its support or in a hand, where it is seen or was seen last.
 
         Args:
             seen: the poses (4, 4) of bodies. state: what is measured of robots. belief: where all should be.
@@ -166,7 +166,7 @@ class Watch:
             held: whether bodies in hands are judged, too.
         """
         looked = self.look(seen, state, belief)
-        holders = {name: belief.holder(name) for name in seen}
+        holders = {name: belief.holder(name) for name in {**self.displaced, **seen}}
         judged = {name: own for name, own in looked.items() if held or holders[name] is None}
         for name, own in judged.items():
             for found in (self.measured, self._recent):
@@ -177,14 +177,17 @@ class Watch:
             return None
         farther = self._slacks(looked, node, 1.0)
         nearer = self._slacks(looked, node, -1.0) if self.looks.noise is not None else farther
+        unseen = {name: Seen(own, own.size) for name, own in self.displaced.items() if name not in looked}
+        judged |= {name: own for name, own in unseen.items() if held or holders[name] is None}
         for name, own in sorted(judged.items(), key=lambda each: -each[1].size):
             holder, off = holders[name], own.size
             permitted = max(0.0, off + 0.5 * (farther[name].least + nearer[name].least))
             if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, own, node)):
+                is_off = f"was seen last {1000 * off:.1f} mm" if name in unseen else f"is {1000 * off:.1f} mm"
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
-                text = (
-                    f"{name} is {1000 * off:.1f} mm from {where}, {1000 * permitted:.1f} mm are proven to be free"
-                )
+                text = f"{name} {is_off} from {where}, {1000 * permitted:.1f} mm are proven to be free"
+                if nearer[name].other is not None:
+                    text += f" of {nearer[name].other} at {nearer[name].node}"
                 return Surprise("displaced" if holder is None else "grasp", text, name, off, permitted)
             if farther[name].least < 0.0:
                 self.undecided.add(name)

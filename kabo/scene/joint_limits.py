@@ -13,7 +13,7 @@ from kabo.language.scene_description import RateLimits, RobotDescription
 from kabo.scene.motion_limits import ONSET, RAMP
 
 DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where neither URDF nor scene gives a velocity limit
-MAX_VELOCITY = 1e6  # [rad/s or m/s]: greater ones in a URDF are none
+MAX_VELOCITY = 100.0  # [rad/s or m/s]: this and more in a URDF stands for none, no joint is as fast
 RATES = ("velocity", "acceleration", "jerk")
 
 

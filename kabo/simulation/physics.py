@@ -121,6 +121,8 @@ class Physics:
         self._driven = Joints(self._values, self._rates, self._leader, self._ratio, self._shift)
         self._setpoints = Setpoints(self.setpoint, self.speed, self.change)
         self._moving = Moving(data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com)
+        self._positions, self._bias, self._passive = data.qpos, data.qfrc_bias, data.qfrc_passive  # views
+        self._outputs = self._limits, self.model.actuator_gainprm[:, 0], data.ctrl, data.qfrc_applied
 
     def _touching(self) -> Touches:
         """What belongs to hands, and what is movable."""
@@ -249,10 +251,10 @@ class Physics:
         library, model, data = self._mujoco, self.model, self.data
         library.mj_step1(model, data)
         joints, moving = self._driven, self._moving
-        wanted_accelerations(joints, self._setpoints, data.qpos, data.qvel, STIFFNESS, self._wanted)
+        wanted_accelerations(joints, self._setpoints, self._positions, moving.velocity, STIFFNESS, self._wanted)
         library.mj_mulM(model, data, self._torques, self._wanted)
-        self._torques += data.qfrc_bias
-        self._torques -= data.qfrc_passive
+        self._torques += self._bias
+        self._torques -= self._passive
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
@@ -262,9 +264,7 @@ class Physics:
                 pressed = self._levers(hand) * hand.force(data.time)
                 pressed -= hand.dampings * moving.velocity[self._rates[hand.motors]]
                 own = self._rates[hand.joints]
-                each[hand.joints] = (
-                    data.qfrc_bias[own] - data.qfrc_passive[own] + pressed[hand.motor_of] * hand.spread
-                )
+                each[hand.joints] = self._bias[own] - self._passive[own] + pressed[hand.motor_of] * hand.spread
         self._drive(each)
         if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
             self._complete_friction()
@@ -308,8 +308,7 @@ class Physics:
         What drives coupled joints reaches each by itself: a mechanism does not give way under the force of a hand, whereas
         the coupling of the simulation would, and one finger would press what it holds off the hand's middle.
         """
-        data, gains = self.data, self.model.actuator_gainprm[:, 0]
-        drive(self._driven, each, self._limits, gains, data.ctrl, data.qfrc_applied)
+        drive(self._driven, each, *self._outputs)
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""

@@ -44,7 +44,7 @@ def test_joints_without_a_velocity_limit_are_warned_of(kabo, tmp_path):
     urdf.write_text(urdf.read_text().replace('velocity="2"', 'velocity="0"').replace(' velocity="3"', ""))
     assert kabo("robot", urdf, "-o", tmp_path / "scene.yaml").code == 0
     said = kabo("check", tmp_path / "scene.yaml").err
-    assert 'the URDF of robot "small" has no velocity limit above 0 for elbow, turn' in said
+    assert 'the URDF of robot "small" has no velocity limit above 0 and below 100 for elbow, turn' in said
     assert "0 errors, 1 warning" in said
 
 

@@ -23,11 +23,13 @@ from kabo.execution import (
     body_margins,
     execute,
 )
+from kabo.execution.belief import Belief
 from kabo.execution.body_margins import table_of
 from kabo.execution.displacements import displacement
 from kabo.execution.looks import MOST_LOOKS, Looks, rotation
 from kabo.execution.margins import FEW_CLAIMS, essential
 from kabo.execution.simulated_sensors import normals
+from kabo.execution.watching import Watch
 from kabo.plan import Plan, ProvenGap
 from kabo.scene import Scene
 from kabo.streams import stream_key, uniforms
@@ -107,6 +109,8 @@ def test_a_body_may_be_off_as_far_as_is_proven_in_this_direction(
         assert (
             run.surprise is not None and run.surprise.thing == "o1" and run.surprise.off > run.surprise.permitted
         )
+        what = f"of mobile.gripper_base at {stacked_plan.root}"  # beyond 1 cm it may be anything
+        assert ("proven to be free" in run.reason) and (what in run.reason) is (offset[2] == 0)
 
 
 def test_what_comes_near_only_before_a_node_limits_nothing_after_it(
@@ -132,6 +136,28 @@ def test_directions_count_only_until_a_hand_takes_the_body(stacked_plan: Plan, r
     margins = Margins(stacked_plan, with_gaps(report, beside(stacked_plan, "o2", 0.002, nodes[-1])))
     tolerance = margins.rest(stacked_plan.root)
     assert tolerance is not None and tolerance.along("o2", -X) == 0.002
+
+
+def test_a_body_that_is_not_seen_any_more_is_where_it_was_seen_last(
+    stacked_plan: Plan, stacked_scene: Scene, report: Report
+) -> None:
+    """It is what surprises, not a body at its place that it may have come near to."""
+    robot = KinematicRobot(stacked_scene, rate=100.0)
+
+    class Lost(Moved):
+        def poses(self) -> Mapping[str, Array]:
+            found = dict(super().poses())
+            return found if robot.time < 0.2 else {name: pose for name, pose in found.items() if name != "o1"}
+
+    watch = Watch(stacked_scene, Margins(stacked_plan, with_gaps(report)))
+    belief, sensor = Belief.at_start(stacked_scene, stacked_plan.start), Lost(robot, {"o1": (0.4, 0.0, 0.0)})
+    first = watch.bodies(sensor.poses(), robot.state(), belief, stacked_plan.root)
+    robot.wait(0.3)
+    assert "o1" not in sensor.poses()
+    second = watch.bodies(sensor.poses(), robot.state(), belief, stacked_plan.root)
+    for surprise, how in ((first, "is"), (second, "was seen last")):
+        assert surprise is not None and surprise.thing == "o1"
+        assert surprise.sentence.startswith(f"o1 {how} 400.0 mm from where it was put, 10.0 mm are proven")
 
 
 def test_two_bodies_share_what_is_between_them(stacked_plan: Plan, stacked_scene: Scene, report: Report) -> None:

@@ -68,9 +68,10 @@ def test_joints_by_name_have_their_own_limits(tmp_path: Path) -> None:
     assert jerk == pytest.approx([100.0, 20.0, 100.0, 20.0])
 
 
-def test_a_velocity_stands_where_the_urdf_has_none(tmp_path: Path) -> None:
+@pytest.mark.parametrize("none", ["0", "100", "1e4"])
+def test_a_velocity_stands_where_the_urdf_has_none_that_a_joint_can_have(none: str, tmp_path: Path) -> None:
     write_arm(tmp_path)
-    text = (tmp_path / "small.urdf").read_text().replace('velocity="2"', 'velocity="0"')
+    text = (tmp_path / "small.urdf").read_text().replace('velocity="2"', f'velocity="{none}"')
     robot(tmp_path)
     (tmp_path / "small.urdf").write_text(text)
     path = tmp_path / "scene.yaml"

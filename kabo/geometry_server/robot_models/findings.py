@@ -93,14 +93,15 @@ def _semantic(robot: Robot, described: RobotDescription) -> list[Diagnostic]:
 
 
 def _without_speed(robot: Robot, described: RobotDescription) -> Iterator[Diagnostic]:
-    """A warning about planned joints whose velocity limit kabo chooses, as the URDF gives none above zero."""
+    """A warning about planned joints whose velocity limit kabo chooses, as the URDF gives none that a joint can have."""
     limits = {name: float(robot.model.velocityLimit[robot.model.joints[j].idx_v]) for j, name in _moving(robot)}
     given = described.velocity.joints if described.velocity.every is None else limits
     chosen = [name for name, limit in limits.items() if not 0.0 < limit < MAX_VELOCITY and name not in given]
     if chosen:
         at = described.place or Place("scene", 1, 1)
         more = f" and {len(chosen) - SHOWN_JOINTS} more" if len(chosen) > SHOWN_JOINTS else ""
-        said = f'the URDF of robot "{robot.name}" has no velocity limit above 0 for {", ".join(chosen[:SHOWN_JOINTS])}'
+        between = f"above 0 and below {MAX_VELOCITY:g}"
+        said = f'the URDF of robot "{robot.name}" has no velocity limit {between} for {", ".join(chosen[:SHOWN_JOINTS])}'
         hint = (
             'motions take pi rad/s (m/s where it slides): write <limit velocity="…"/>, or `velocity` in the scene'
         )

@@ -6,8 +6,8 @@ from typing import Any
 import coal
 import numpy as np
 
-from kabo.arrays import Array, Integers
-from kabo.scene import Element
+from kabo.arrays import Array
+from kabo.scene import Element, Mesh
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ def round_shape(element: Element) -> Shape | None:
     return Shape(coal.Cylinder(disc, length) if disc else coal.Capsule(ball, length), pose, element)
 
 
-def triangles(vertices: Array, faces: Integers) -> Any:
+def triangles(mesh: Mesh) -> Any:
     """The triangles of a mesh as coal's tree."""
     tree = coal.BVHModelOBBRSS()
-    tree.beginModel(len(faces), len(vertices))
-    tree.addVertices(vertices)
-    tree.addTriangles(faces.astype(np.uint64))
+    tree.beginModel(len(mesh.faces), len(mesh.vertices))
+    tree.addVertices(np.ascontiguousarray(mesh.vertices))
+    tree.addTriangles(mesh.faces.astype(np.uint64))
     tree.endModel()
     return tree

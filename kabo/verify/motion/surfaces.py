@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import coal
@@ -15,19 +16,20 @@ from kabo.arrays import Array, Integers
 from kabo.scene import Element, Mesh
 from kabo.verify.motion.shapes import Shape, round_shape, triangles
 
-DISTANCE_ERROR = (
-    1e-7  # [m] by which a distance that coal measures may be too large (4e-8 measured on healthy meshes)
-)
+DISTANCE_ERROR = 1e-7  # [m] by which a distance of coal may be too large (4e-8 measured on healthy meshes)
 ROUND_ERROR = 2e-6  # [m] the same for round shapes (8e-7 measured, two cylinders of a metre)
 SAME_AREA = 1e-9  # share of the hull's area
+_REQUEST, _FINE = coal.DistanceRequest(), coal.DistanceRequest()
+_FINE.gjk_tolerance, _FINE.gjk_max_iterations = 1e-9, 300
 
 
 @dataclass(frozen=True)
 class Surface:
     """A body for distance queries, in its own frame; its mesh, hull, ball and box lie around round shapes."""
 
-    triangles: Any  # coal BVH of all triangles, those around round shapes, too
-    shapes: tuple[Shape, ...]  # what the body is: round shapes, and the triangles of all else
+    mesh: Mesh  # all triangles, those around round shapes, too
+    rounds: tuple[Shape, ...]
+    others: tuple[Mesh, ...]  # what is not round
     hull: Any  # coal convex hull, or None for flat or tiny meshes
     hull_vertices: Array  # (H, 3)
     is_convex: bool  # its triangles are those of the hull, as far as areas tell
@@ -40,10 +42,16 @@ class Surface:
     digest: str  # of the mesh
     identity: bytes  # of the mesh and the round shapes
 
-    @property
-    def is_round(self) -> bool:
-        """Whether the body has round shapes."""
-        return any(shape.element is not None for shape in self.shapes)
+    @cached_property
+    def triangles(self) -> Any:
+        """All triangles, as coal's tree; most bodies never need it, as hulls tell enough of them."""
+        return triangles(self.mesh)
+
+    @cached_property
+    def shapes(self) -> tuple[Shape, ...]:
+        """What the body is: round shapes, and the triangles of all else."""
+        trees = (triangles(each) for each in self.others) if self.rounds else [self.triangles]
+        return *self.rounds, *(Shape(tree, np.eye(4)) for tree in trees)
 
 
 def surface(mesh: Mesh, elements: Sequence[Element] = ()) -> Surface:
@@ -57,14 +65,15 @@ def surface(mesh: Mesh, elements: Sequence[Element] = ()) -> Surface:
     lower, upper = vertices.min(axis=0), vertices.max(axis=0)
     centre = (lower + upper) / 2
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
-    tree, rounds = triangles(vertices, faces), [shape for shape in map(round_shape, elements) if shape is not None]
+    rounds = [shape for shape in map(round_shape, elements) if shape is not None]
     others = [each.mesh for each in elements if each.rounding is None] if rounds else [mesh]
     hull, hull_vertices, area = _hull(vertices)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     own = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     return Surface(
-        tree,
-        (*rounds, *(Shape(triangles(np.ascontiguousarray(m.vertices), m.faces), np.eye(4)) for m in others)),
+        mesh,
+        tuple(rounds),
+        tuple(others),
         hull,
         hull_vertices,
         not rounds and abs(0.5 * own - area) <= SAME_AREA * area,
@@ -118,7 +127,7 @@ def encloses(outer: Surface, world_T_outer: Array, inner: Surface, world_T_inner
     points = inner.witnesses @ outer_T_inner[:3, :3].T + outer_T_inner[:3, 3]
     boxed = ((points >= outer.lower) & (points <= outer.upper)).all(axis=1)
     return any(
-        abs(_winding_number(outer.corners, point)) > 0.5 or any(shape.holds(point) for shape in outer.shapes)
+        abs(_winding_number(outer.corners, point)) > 0.5 or any(shape.holds(point) for shape in outer.rounds)
         for point in points[boxed]
     )
 
@@ -166,7 +175,7 @@ def mesh_distance(first: Surface, world_T_first: Array, second: Surface, world_T
     The meshes around round shapes bound it, too, and more closely where they lie on the shapes.
     """
     around = _distance(first.triangles, world_T_first, second.triangles, world_T_second) - DISTANCE_ERROR
-    if not (first.is_round or second.is_round):
+    if not (first.rounds or second.rounds):
         return around
     exact = min(
         _distance(a.geometry, world_T_first @ a.body_T, b.geometry, world_T_second @ b.body_T)
@@ -185,16 +194,6 @@ def _measured(first: Any, world_T_first: Array, second: Any, world_T_second: Arr
     result = coal.DistanceResult()
     coal.distance(first, poses[0], second, poses[1], request, result)
     return result
-
-
-def _request(tolerance: float | None = None) -> Any:
-    request = coal.DistanceRequest()
-    if tolerance is not None:
-        request.gjk_tolerance, request.gjk_max_iterations = tolerance, 300
-    return request
-
-
-_REQUEST, _FINE = _request(), _request(1e-9)
 
 
 def inverse(matrix: Array) -> Array:
