@@ -7,7 +7,7 @@ from threading import Barrier, Thread
 
 import pytest
 
-from kabo.frozen_gc import frozen_gc
+from kabo.frozen_gc import YOUNG, frozen_gc
 
 
 @pytest.fixture(autouse=True)
@@ -41,6 +41,27 @@ def test_garbage_made_meanwhile_is_collected() -> None:
         seen = weakref.ref(Ring())
         gc.collect()
         assert seen() is None
+
+
+def test_collections_are_less_frequent_while_it_lasts() -> None:
+    before = gc.get_threshold()
+    with frozen_gc():
+        with frozen_gc():
+            pass
+        assert gc.get_threshold() == (YOUNG, *before[1:])
+    assert gc.get_threshold() == before
+
+
+@pytest.mark.parametrize("young", [0, 2 * YOUNG])
+def test_collections_are_not_made_more_frequent(young: int) -> None:
+    before = gc.get_threshold()
+    gc.set_threshold(young)
+    try:
+        with frozen_gc():
+            assert gc.get_threshold()[0] == young
+        assert gc.get_threshold()[0] == young
+    finally:
+        gc.set_threshold(*before)
 
 
 def test_an_error_ends_it() -> None:

@@ -7,7 +7,7 @@ import stat
 import tempfile
 import warnings
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 
@@ -36,10 +36,10 @@ def _usable(folder: Path) -> bool:
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder):
-            pass
         status = folder.stat()
     except (OSError, ValueError):  # ValueError: a null byte in the name
+        return False
+    if not _takes_files(folder, status.st_dev, status.st_ino, status.st_mode):
         return False
     if not hasattr(os, "getuid"):
         return True
@@ -47,6 +47,16 @@ def _usable(folder: Path) -> bool:
         return True
     _warn_of(folder, status.st_uid == os.getuid())
     return False
+
+
+@lru_cache(maxsize=8)
+def _takes_files(folder: Path, _device: int, _number: int, _mode: int) -> bool:
+    """Whether a file can be made in a folder; tried once for each folder with its mode, as it takes long."""
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
 
 
 def keep_below(folder: Path, max_bytes: int) -> None:

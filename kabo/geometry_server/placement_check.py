@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import GraspStream, Stream, base_position, grasp_stream, within
+from kabo.geometry_server.candidates import Stream, base_position, grasp_roles, grasp_stream, within
 from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.destinations import Destination
@@ -74,16 +74,13 @@ def _may_place(
     streams: list[
         Stream | None
     ] = []  # None where every grasp is proven out of reach: there none is drawn or projected
-    undrawn: list[Stream] = []  # those where no pose of the hand can be drawn: all of them are projected
+    undrawn: list[Stream | None] = []  # those where no pose of the hand can be drawn: all of them are projected
     found = _nearest_places(context, robot, body, target, situation)
-    for grasps in _grasps(context, robot, body, found, situation):
-        if grasp_missing(robot, grasps.family.constraints, grasps.roles) > SURELY_MISSING:
-            streams.append(None)
-            continue
-        drawn = grasps.stream.draws(GRASPS_TRIED)
+    for stream in _grasps(context, robot, body, found, situation):
+        drawn = None if stream is None else stream.draws(GRASPS_TRIED)
         if drawn:
             return True
-        (undrawn if drawn is None else streams).append(grasps.stream)
+        (undrawn if stream is not None and drawn is None else streams).append(stream)
     # Projection seldom finds a grasp where none was drawn, and is slow: it is tried at a few distances.
     few = streams[:: -(-len(streams) // PLACES_PROJECTED)] if streams else []
     return not found or any(made.batch(0, GRASPS_TRIED) for made in (*undrawn, *few) if made is not None)
@@ -99,7 +96,8 @@ def grasps_there(
 ) -> list[Stream]:
     """The grasp streams of a body at the `most` poses on a target that are nearest to the robot's base."""
     near = _nearest_places(context, robot, body, target, situation)[:most]
-    return [grasps.stream for grasps in _grasps(context, robot, body, near, situation)]
+    found = _grasps(context, robot, body, near, situation, far=True)
+    return [stream for stream in found if stream is not None]
 
 
 def _nearest_places(
@@ -125,16 +123,31 @@ def _place_key(
 
 
 def _grasps(
-    context: ProcedureContext, robot: Robot, body: Body, poses: list[Array], situation: Situation
-) -> Iterator[GraspStream]:
-    """The streams of grasps by the open hand of a body at each of some poses."""
+    context: ProcedureContext,
+    robot: Robot,
+    body: Body,
+    poses: list[Array],
+    situation: Situation,
+    *,
+    far: bool = False,
+) -> Iterator[Stream | None]:
+    """The streams of grasps by the open hand of a body at each of some poses.
+
+    Unless those out of reach are wanted, too (`far`), these are None: most of them may be, and none costs little.
+    """
     hand = _open_hand(robot, situation.configuration(robot.name))
     standing = standing_of(context.surroundings, robot)
     for pose in poses:
         for family in body.grasps.values():
+            roles = grasp_roles(robot, body, family, pose)
+            if roles is None:
+                continue
+            if not far and grasp_missing(robot, family.constraints, roles) > SURELY_MISSING:
+                yield None
+                continue
             made = grasp_stream(robot, body, family, pose, hand, context.seed, standing)
-            if made is not None:
-                yield made
+            assert made is not None, "the family fits"
+            yield made.stream
 
 
 def _open_hand(robot: Robot, q: Configuration) -> tuple[float, ...]:

@@ -176,7 +176,8 @@ def outside(surroundings: SceneSurroundings, name: str, pose: Array, region: Reg
     for number, element in enumerate(surroundings.scene.bodies[name].elements):
         points = surroundings.lasting(("corners", name, number), partial(_corners_of, surroundings, element))
         rounding = element.rounding or Rounding()
-        heights = (points @ normals.T).max(axis=0) + rounding.reach(normals)
+        along = np.ascontiguousarray((points @ normals.T).T)  # each row is read at once
+        heights = along.max(axis=1) + rounding.reach(normals)
         farthest = max(farthest, float((heights - offsets).max()))
     return farthest
 

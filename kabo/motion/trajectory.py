@@ -277,7 +277,10 @@ class Trajectory:
 
         Position, velocity and acceleration at borders of pieces stay equal to 3e-10.
         """
-        return replace(self, coefficients=_trimmed(rounded_coefficients(self.padded, self.spans)))
+        padded = rounded_coefficients(self.padded, self.spans)
+        made = replace(self, coefficients=_trimmed(padded))
+        made.__dict__["padded"] = padded  # whoever goes on with it asks for them first
+        return made
 
 
 def _whole(time: float) -> float:

@@ -19,7 +19,7 @@ def _fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Every test warns anew and makes private folders of its own."""
     monkeypatch.setenv("KABO_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    for remembered in (cache_module._private_folder, cache_module._warn_of):
+    for remembered in (cache_module._private_folder, cache_module._takes_files, cache_module._warn_of):
         remembered.cache_clear()
 
 
@@ -41,6 +41,19 @@ def test_a_folder_to_which_others_can_write_is_not_used(tmp_path: Path, mode: in
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert cache_folder() == folder, "one folder for the process, one warning"
+
+
+def test_whether_a_folder_takes_files_is_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[object] = []
+    once = tempfile.NamedTemporaryFile
+    monkeypatch.setattr(tempfile, "NamedTemporaryFile", lambda **given: made.append(given) or once(**given))
+    assert cache_folder() == cache_folder() == tmp_path / "cache"
+    assert len(made) == 1
+    (tmp_path / "cache").rmdir()
+    assert cache_folder().is_dir(), "a folder that was removed is made anew"
+    (tmp_path / "cache").chmod(0o777)
+    with pytest.warns(UserWarning, match="to which others can write"):
+        assert cache_folder() != tmp_path / "cache", "who can write there is looked at each time"
 
 
 def test_a_folder_that_others_can_only_read_is_used(tmp_path: Path) -> None:

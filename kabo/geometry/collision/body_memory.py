@@ -65,6 +65,7 @@ from kabo.geometry.parts import FixedGroup, MovingGroup, poses_of
 from kabo.scene import KinematicTree
 
 SWEEP_POOL_ROWS = 1024  # placed parts kept during one sweep; configuration checks use the last one
+MOST_BETWEEN = 4  # bodies that are put where they are already, as one call for several costs more than that
 PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
 
 SweepArguments = tuple[Any, ...]
@@ -81,6 +82,7 @@ class Arrangement:
         """
         self.poses = poses_of(given)
         self.kept = np.array([[g.kept for g in given], [g.hand for g in given]], np.float64)
+        self.place = self.poses.tobytes(), self.kept.tobytes()
         self.bodies = memory.bodies_with(pairs)
         self.counts = np.zeros(COUNTER_PLACES, np.int64)
         self.sweep: SweepArguments | None = None  # made for the first sweep: many views are asked for none
@@ -118,6 +120,7 @@ class BodyMemory:
         self._with_pairs: dict[tuple[object, ...], Bodies] = {}
         self._known_tracks: dict[int, Tracks] = {}  # by the identity of what `_with_pairs` keeps
         self._present: Arrangement | None = None
+        self._place: tuple[bytes, bytes] | None = None  # of the bodies as they are in the array
         self._scratch: tuple[Way, Nodes, Pool] | None = None
 
     def put(self, own: Arrangement) -> Array:
@@ -132,10 +135,13 @@ class BodyMemory:
             self._present.counts, self._present.direct = self._counters.copy(), False
             self._present = None
         array = self.array
-        if self._move(own.poses, own.kept):
-            self._offset = math.nan  # if it cannot be given, this is tried again
-            self._offset = offset_for(float((self._reach + self._radii[:, 1] + self._far).max(initial=0.0)))
-            array[OFFSET] = self._offset
+        if own.place != self._place:  # many arrangements differ in their pairs alone
+            self._place = None  # if they cannot be put there, this is tried again
+            if self._move(own.poses, own.kept):
+                self._offset = math.nan
+                self._offset = offset_for(float((self._reach + self._radii[:, 1] + self._far).max(initial=0.0)))
+                array[OFFSET] = self._offset
+            self._place = own.place
         self._ranges[PAIRS] = own.bodies.groups[PAIRS]
         self._pairs[:, : own.bodies.pairs.shape[1]] = own.bodies.pairs
         self._allowed[:] = own.bodies.allowed
@@ -195,8 +201,10 @@ class BodyMemory:
         if keeps.any():
             self._kept[:] = kept
             self._kept_rounded[:] = kept * [[1.0 + 2.0 * SHORT_SLACK], [1.0]]  # for rounding to 24 bits, too
-        for first, end in _runs(other | keeps):
-            # Fixed groups lie in the world already: their boxes are made once.
+        changed = (other | keeps).nonzero()[0]
+        if len(changed):
+            # Fixed groups lie in the world already: their boxes are made once. Those between stay as they are.
+            first, end = changed[0], changed[-1] + 1
             centre, half = self._extents.groups[first:end, :3].T, self._extents.groups[first:end, 3:6].T
             half = half + SHORT_SLACK * (np.abs(centre) + half) + self._kept_rounded[0, first:end]
             self._rows[:3, first:end], self._rows[3:, first:end] = centre - half, centre + half
@@ -334,9 +342,9 @@ class BodyMemory:
 
 
 def _runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """The stretches of neighbours among the chosen (G,): the first of each, and the one after the last."""
+    """The stretches of those chosen (G,), and of a few between them: the first of each, and the one after the last."""
     places = chosen.nonzero()[0].tolist()
-    breaks = [i + 1 for i, (a, b) in enumerate(pairwise(places)) if b != a + 1]
+    breaks = [i + 1 for i, (a, b) in enumerate(pairwise(places)) if b > a + 1 + MOST_BETWEEN]
     return [(places[a], places[b - 1] + 1) for a, b in pairwise([0, *breaks, len(places)]) if b > a]
 
 

@@ -18,7 +18,6 @@ from kabo.geometry.collision.kernels.nearest_pairs import (
     place_bodies,
     settle,
 )
-from kabo.geometry.collision.kernels.nearest_places import Between
 from kabo.geometry.collision.separation_proofs import Course, Prover
 
 PLACES = 72  # along a path, about, where distances are looked at
@@ -52,8 +51,7 @@ class NearPairs:
             np.empty((bodies, len(places), 3)),
             np.empty((bodies, 6)),
         )
-        between = Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3))
-        self._room = Measuring(np.zeros((2, 1, 12)), np.zeros((2, 4), np.int64), between, search)
+        self._room = Measuring(np.zeros((2, 1, 12)), np.zeros((2, 4), np.int64), prover.between, search)
         frames = np.zeros((len(places), chain.joints.shape[1], 12))
         frames[:, 0, [0, 4, 8]] = 1.0
         segment = np.zeros(course.waypoints.shape[1])

@@ -27,6 +27,7 @@ from kabo.geometry.collision.kernels.bundles import (
     Trail,
     Work,
 )
+from kabo.geometry.collision.kernels.nearest_places import AXES, Between
 from kabo.geometry.collision.kernels.witness import (
     AXIS,
     EXACT_AXIS,
@@ -197,6 +198,31 @@ class _Placed:
         return number
 
 
+class _Room:
+    """Room for the sides of pairs, kept from course to course: new memory takes longer than most proofs."""
+
+    def __init__(self) -> None:
+        self._numbers, self._values = np.empty(0, np.int64), np.empty(0)
+
+    def sides(self, count: int, bodies: int, joints: int, rows: int) -> Sides:
+        """Arrays for so many sides, with whatever was in them."""
+        whole, shapes = (bodies * joints, count * 2), (count * rows * 12, count * (rows - 1) * 3, count * 6)
+        if len(self._numbers) < sum(whole):
+            self._numbers = np.empty(sum(whole), np.int64)
+        if len(self._values) < sum(shapes):
+            self._values = np.empty(sum(shapes))
+        numbers, (poses, bounds, _) = self._numbers, shapes
+        return Sides(
+            numbers=numbers[: whole[0]].reshape(bodies, joints),
+            keys=numbers[whole[0] : sum(whole)].reshape(count, 2),
+            poses=self._values[:poses].reshape(count, rows, 12),
+            bounds=self._values[poses : poses + bounds].reshape(count, rows - 1, 3),
+            boxes=self._values[poses + bounds : sum(shapes)].reshape(count, 6),
+            still=np.empty(count, np.bool_),
+            moves=np.empty(count, np.bool_),
+        )
+
+
 class Prover:
     """Finds proofs for the meshes of one scene; keeps the arrays that all proofs share."""
 
@@ -216,7 +242,8 @@ class Prover:
         self._last: tuple[Sequence[PlacedBody], Integers] = (), np.zeros(0, np.int64)
         self._trees: dict[int, tuple[KinematicTree, Chain, Array]] = {}
         self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
-        self._work, self._radii = _work(), dict[str, float]()
+        self._work, self._radii, self._room = _work(), dict[str, float](), _Room()
+        self.between = between_parts()
 
     def number(self, body: PlacedBody) -> int:
         """The number of a body: equal bodies have equal ones."""
@@ -310,7 +337,7 @@ class Prover:
         way = way_of(chain, np.zeros((rows + 1, chain.joints.shape[1], 12)))
         trail = Trail(course.waypoints, strays, way, np.zeros((2, rows + 2, 12)), np.zeros((2, rows, 3)))
         proofs = Proofs(self._codes, self._axes, where, margins, targets)
-        sides = _sides(2 * count, len(things.radii), chain, rows)
+        sides = self._room.sides(2 * count, len(things.radii), chain.joints.shape[1], rows)
         proven = prove_pairs(course.pairs, limits, chain, trail, things, sides, self._work, search, proofs)
         if proven < count:
             return self._unproven(course, int(proven), int(where[proven]))
@@ -345,16 +372,9 @@ def _extents(boxes: Array, starts: Integers) -> tuple[Array, Array]:
     return np.concatenate([made, whole]), np.concatenate([whole[:, :3], radii[:, None]], axis=1)
 
 
-def _sides(count: int, bodies: int, chain: Chain, rows: int) -> Sides:
-    return Sides(
-        numbers=np.empty((bodies, chain.joints.shape[1]), np.int64),
-        keys=np.empty((count, 2), np.int64),
-        poses=np.empty((count, rows, 12)),
-        bounds=np.empty((count, rows - 1, 3)),
-        boxes=np.empty((count, 6)),
-        still=np.empty(count, np.bool_),
-        moves=np.empty(count, np.bool_),
-    )
+def between_parts() -> Between:
+    """Room for measuring how far parts are from each other."""
+    return Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3), np.zeros((AXES, 3)))
 
 
 def _work() -> Work:

@@ -60,11 +60,12 @@ class TightPart:
 
     def can_be_halved(self, depth: int) -> bool:
         """Whether its halves are worth having."""
-        return (
-            depth < MAX_DEPTH
-            and len(self.triangles) > 1
-            and float(np.ptp(self.corners, axis=0).max()) > LEAST_SIZE
-        )
+        return depth < MAX_DEPTH and len(self.triangles) > 1 and self._size > LEAST_SIZE
+
+    @cached_property
+    def _size(self) -> float:
+        """The longest side of the box around it [m]."""
+        return float(np.ptp(self.corners, axis=0).max())
 
     @cached_property
     def planes(self) -> Array | None:

@@ -20,7 +20,7 @@ from kabo.geometry.collision.kernels.nearest_places import (
 )
 from kabo.geometry.collision.kernels.tight_parts import distance_to
 from kabo.geometry.collision.near_pairs import NearPairs
-from kabo.geometry.collision.separation_proofs import Course, Parts, in_order
+from kabo.geometry.collision.separation_proofs import Course, Parts, between_parts, in_order
 from kabo.geometry.collision.tight_parts import TightPart, tight_part
 from kabo.geometry.collision.view_arrays import offset_for, search_for
 from kabo.geometry.parts import COLUMNS, LANE, Packed, with_columns
@@ -121,7 +121,7 @@ class Leaves:
 class _Nearest:
     """The parts of two bodies in arrays, those of one mesh once; they are refined where the bodies are nearest."""
 
-    def __init__(self, leaves: tuple[Leaves, Leaves], poses: Array, far: float) -> None:
+    def __init__(self, leaves: tuple[Leaves, Leaves], poses: Array, far: float, between: Between) -> None:
         """`poses` (2, K, 12) of both bodies; no coordinate is farther from the origin than `far`."""
         self.leaves, self.poses = leaves, poses
         self.own = leaves[:1] if leaves[0] is leaves[1] else leaves
@@ -141,7 +141,7 @@ class _Nearest:
         self.search, self.ends = search_for(offset_for(far)), np.zeros((2, 4), np.int64)
         self.lower, self.nearest = np.full(poses.shape[1], -np.inf), np.full((poses.shape[1], 2), -1, np.int64)
         self.chosen = np.array([0, *self.lists.numbers[:, 0]])
-        self.between = Between(np.zeros((3, 3)), np.zeros(3), np.zeros(3))
+        self.between = between
         self.points, self.room = np.zeros((2, 3)), np.zeros((2, 3, 40))
 
     def _put(self, leaves: Leaves, i: int, row: int | None = None) -> int:
@@ -212,6 +212,7 @@ class Refinement:
         """`meshes` has what parts may be refined of, by the hashes of meshes."""
         self._bodies, self._meshes = bodies, meshes
         self._leaves: dict[str, Leaves] = {}
+        self._between = between_parts()
 
     def distance(self, course: Course, pair: int, measured: NearPairs) -> float:
         """The distance [m] of a pair that was measured: where its parts made it too small, these are refined."""
@@ -220,7 +221,7 @@ class Refinement:
             return measured.distance(pair)
         poses = measured.poses(pair)
         far = 2.0 * float(np.abs(poses[:, :, 9:]).max() + 4.0)
-        return _Nearest((first, second), poses, far).refined(measured.cap(pair))
+        return _Nearest((first, second), poses, far, self._between).refined(measured.cap(pair))
 
     def _of(self, mesh: str) -> Leaves:
         if mesh not in self._leaves:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from kabo.geometry import Enclosure
 from kabo.geometry.bounding.enclosure import enclosing_parts
 from kabo.geometry.collision import tight_parts
-from kabo.geometry.collision.separation_proofs import ordered
+from kabo.geometry.collision.separation_proofs import between_parts, ordered
 from kabo.geometry.collision.tight_parts import STICKS_OUT, kept_or_made, tight_part
 from kabo.geometry.parts import COLUMNS
 from kabo.meshes import Mesh, load_mesh
@@ -97,9 +97,9 @@ def test_halves_of_a_hollow_body_are_refined_until_they_tell_its_distance():
     hollow = Leaves.of(ordered(Enclosure((((BOX - 0.5) * (1.0 + 1e-5) + 0.5) * 0.1,), 0.0)), mesh)
     post = Leaves.of(ordered(Enclosure((BOX * [0.04, 0.1, 0.1],), 0.0)), None)
     poses = np.array([[flat(np.eye(4))] * 2, [flat(transform((0.03, 0.0, z))) for z in (0.2, 0.05)]])
-    found = _Nearest((hollow, post), poses, 4.0)
+    found = _Nearest((hollow, post), poses, 4.0, between_parts())
     assert found._least() <= 0.0
-    distance = _Nearest((hollow, post), poses, 4.0).refined(1.0)
+    distance = _Nearest((hollow, post), poses, 4.0, between_parts()).refined(1.0)
     assert 0.88 * 0.01 < distance <= 0.01 and len(hollow) < 40
     assert uncovered(mesh.vertices, mesh.faces, hollow.made().vertices) is None
 
@@ -113,12 +113,18 @@ def test_the_nearest_place_is_found_as_if_each_pair_of_parts_were_measured_at_ea
     shifts = np.linspace([0.9, 0.0, 0.0], [0.55, rng.uniform(-0.3, 0.3), 0.1], 9)
     poses = np.array([[flat(np.eye(4))] * 9, [flat(transform(shift)) for shift in shifts]])
 
-    def least(parts, places):
+    def least(parts, places, between=None):
         leaves = [Leaves.of(ordered(Enclosure(tuple(own), 0.0)), None) for own in parts]
-        return _Nearest((leaves[0], leaves[1]), np.ascontiguousarray(poses[:, places]), 4.0)._least()
+        given = np.ascontiguousarray(poses[:, places])
+        return _Nearest((leaves[0], leaves[1]), given, 4.0, between or between_parts())._least()
 
     alone = [least(([a], [b]), [k]) for a in two[0] for b in two[1] for k in range(9)]
-    assert 0.94 * min(alone) <= least(two, list(range(9))) <= min(alone) / 0.94
+    found = least(two, list(range(9)))
+    assert 0.94 * min(alone) <= found <= min(alone) / 0.94
+    between = between_parts()
+    between.axes[:] = rng.normal(size=between.axes.shape)
+    between.axes[:] /= np.linalg.norm(between.axes, axis=1)[:, None]
+    assert least(two, list(range(9)), between) == found, "whatever axes are known"
 
 
 def test_a_part_is_read_from_the_cache_folder_and_made_anew_where_the_file_is_damaged(monkeypatch, tmp_path):

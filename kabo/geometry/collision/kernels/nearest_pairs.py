@@ -146,7 +146,7 @@ def _least_at(placed, first, second, k, limit, room):
             continue
         for j in range(placed.rows[FIRST_PART, second], placed.rows[LAST_PART, second]):
             if box_gap(extents, i, j, between.turn, between.at, between.apart, limit) < limit:
-                gap = gap_of_parts(placed.hulls, i, j, room.poses, 0, limit, room.ends, room.search, between.apart)
+                gap = gap_of_parts(placed.hulls, i, j, room.poses, 0, limit, room.ends, room.search, between)
                 limit = min(limit, gap)
     return limit
 

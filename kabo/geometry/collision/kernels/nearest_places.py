@@ -15,14 +15,21 @@ from kabo.geometry.collision.kernels.witness_axes import END, HIGH, LOW, START, 
 from kabo.scene.kernels.poses import forward_kinematics
 
 ALIKE = 0.97  # of a distance: those between are as good as the least one
+AXES = 4096  # rows of `Between.axes`
+AXES_PER_PART = 251  # rows between those of a part and the next one, with the same other part
 
 
 class Between(NamedTuple):
-    """Room for where a body is in the frame of another one, and the way between two of their parts."""
+    """Room for where a body is in the frame of another one, and the way between two of their parts.
+
+    `axes` are along which parts were found apart last, each in the frame of the first body. Pairs of parts may share a row:
+    whatever it holds can only save a search.
+    """
 
     turn: Array  # (3, 3)
     at: Array  # (3,)
     apart: Array  # (3,)
+    axes: Array  # (AXES, 3); zeros where there is none
 
 
 class Lists(NamedTuple):
@@ -73,14 +80,29 @@ def box_gap(boxes, a, b, turn, at, apart, enough):
 
 
 @lean_kernel
-def gap_of_parts(hulls, a, b, poses, k, best, ends, search, apart):
-    """The gap of two parts at a pose, or some gap above `best`; `apart` is about the way from one to the other."""
-    for r in range(3):
-        search.axis[r] = 0.0
-        for c in range(3):
-            search.axis[r] -= poses[0, k, 3 * r + c] * apart[c]
+def gap_of_parts(hulls, a, b, poses, k, best, ends, search, between):
+    """The gap of two parts at a pose, or some gap above `best`; `between.apart` is about the way from one to the other.
+
+    The axis along which they were apart before is looked at first. Where even what a search may lose of the gap along it is
+    to spare, a search would say no less than `best` either: so answers do not depend on what was known.
+    """
     ends[0, LOW], ends[0, HIGH], ends[1, LOW], ends[1, HIGH] = a, a + 1, b, b + 1
-    return greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
+    axis, known = search.axis, between.axes[(AXES_PER_PART * a + b) % AXES]
+    if known[0] != 0.0 or known[1] != 0.0 or known[2] != 0.0:
+        x = poses[0, k, 0] * known[0] + poses[0, k, 1] * known[1] + poses[0, k, 2] * known[2]
+        y = poses[0, k, 3] * known[0] + poses[0, k, 4] * known[1] + poses[0, k, 5] * known[2]
+        z = poses[0, k, 6] * known[0] + poses[0, k, 7] * known[1] + poses[0, k, 8] * known[2]
+        gap = (1.0 - LOSS) * gap_along(hulls, ends, poses, x, y, z, search)
+        if gap > best and gap > 0.0:
+            return gap
+    for r in range(3):
+        axis[r] = 0.0
+        for c in range(3):
+            axis[r] -= poses[0, k, 3 * r + c] * between.apart[c]
+    gap = greatest_gap(hulls, ends, poses, best, 0.0, LOSS, search)
+    for c in range(3):
+        known[c] = poses[0, k, c] * axis[0] + poses[0, k, 3 + c] * axis[1] + poses[0, k, 6 + c] * axis[2]
+    return gap
 
 
 @lean_kernel
@@ -94,7 +116,7 @@ def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chose
     for e in range(2):
         ends[e, START], ends[e, END] = k, k
     box_gap(boxes, first, second, turn, between.at, between.apart, np.inf)
-    best = min(limit, gap_of_parts(hulls, first, second, poses, k, limit, ends, search, between.apart))
+    best = min(limit, gap_of_parts(hulls, first, second, poses, k, limit, ends, search, between))
     whole = boxes.shape[0] - 1
     for i in range(parts.counts[0]):
         a = parts.numbers[0, i]
@@ -103,7 +125,7 @@ def _least_at(hulls, boxes, parts, poses, k, limit, ends, search, between, chose
         for j in range(parts.counts[1]):
             b = parts.numbers[1, j]
             if box_gap(boxes, a, b, turn, between.at, between.apart, best) < best:
-                gap = gap_of_parts(hulls, a, b, poses, k, best, ends, search, between.apart)
+                gap = gap_of_parts(hulls, a, b, poses, k, best, ends, search, between)
                 if gap < best:
                     best, first, second = gap, a, b
     return best, first, second
