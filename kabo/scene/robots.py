@@ -36,9 +36,7 @@ class Link:
     joint_T_link: Array  # (4, 4)
     elements: tuple[Element, ...] = ()  # in the link's frame
     place: Place | None = field(default=None, compare=False)  # of its element in the URDF
-    is_zone: bool = (
-        False  # it has a shape for collisions alone: what is to be kept free, such as a box around a hand
-    )
+    is_zone: bool = False  # its shape is for collisions alone: to be kept free, such as a box around a hand
 
     @cached_property
     def mesh(self) -> Mesh | None:
