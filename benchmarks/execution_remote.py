@@ -69,7 +69,12 @@ class Observer:
         self.states: list[tuple[float, StateMessage]] = []
         self.beats: list[float] = []
         self.session = open_session(client_config([endpoint]))
-        self.session.declare_subscriber(keys.robot("*", "state"), self._state)
+        self._subscriber = self.session.declare_subscriber(keys.robot("*", "state"), self._state)
+
+    def close(self) -> None:
+        """Ends the session; a subscriber that is not undeclared keeps its thread, and the process from ending."""
+        self._subscriber.undeclare()
+        self.session.close()
 
     def _state(self, sample: zenoh.Sample) -> None:
         self.states.append((time.monotonic(), msgspec.json.decode(sample.payload.to_bytes(), type=StateMessage)))
@@ -125,7 +130,7 @@ def lost_client(number: int, plan_file: Path, sent: signal.Signals) -> dict[str,
     found = next(when for when, state in observer.states if when > begun and state.driver is None)
     observer.until(lambda state: not state.moving)
     still = next(when for when, state in observer.states if when > begun and not state.moving)
-    observer.session.close()
+    observer.close()
     return {"noticed": found - begun, "stands": still - begun}
 
 
@@ -182,7 +187,7 @@ def lost_link(number: int, plan_file: Path, sent: signal.Signals) -> dict[str, f
     observer.until(lambda state: state.driver is None and not state.moving)
     found = next(when for when, state in observer.states if when > begun[0] and state.driver is None)
     still = next(when for when, state in observer.states if when > begun[0] and not state.moving)
-    observer.session.close()
+    observer.close()
     return {"noticed": max(begun[1], found) - begun[0], "server": found - begun[0], "stands": still - begun[0]}
 
 
@@ -201,7 +206,7 @@ def whole_run(number: int, plan_file: Path, *more: str) -> dict[str, float]:
     gaps = np.diff(driven)
     server.kill()
     server.wait()
-    observer.session.close()
+    observer.close()
     return {
         "reached": float(run.reached_goal),
         "seconds": seconds,
