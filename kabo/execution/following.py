@@ -51,6 +51,8 @@ class Follower:
         self.time = 0.0  # of the motion's clock [s]
         self.loads: dict[str, list[Held]] = {}  # what hands of robots hold
         self._limits: dict[tuple[str, tuple[str, ...]], MotionLimits] = {}
+        # The kernel is loaded now: that may take longer than a robot server may be silent.
+        setpoint(np.zeros((1, 6)), 0.0, 1.0, 0.0)
         self._rate = 1.0  # of the clock, when its law has ended
         self._law: Law | None = None
         self._since = self._asked_at = 0.0  # [s] since the law began, and on the clock of the motion when it did
