@@ -34,7 +34,7 @@ CLOSED_ON_NOTHING = 0.1  # share of a hand's stroke by which it may be narrower 
 class Surprise:
     """What no proof covers: its kind, a sentence, the thing, by how much it is off and what was permitted [m]."""
 
-    kind: str  # "tracking", "displaced", "grasp", "gone", "elsewhere"
+    kind: str  # "tracking", "displaced", "grasp", "gone", "elsewhere", "unproven"
     sentence: str
     thing: str
     off: float

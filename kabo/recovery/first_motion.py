@@ -4,7 +4,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
-from kabo.execution.motions import motion_of
 from kabo.plan import Node, Plan
 from kabo.recovery.node_ways import files_of
 from kabo.scene import Scene
@@ -12,29 +11,32 @@ from kabo.verify import Report
 
 
 def first_motion(plan: Plan, scene: Scene) -> Plan | None:
-    """The plan of the nodes that are carried out before anything is sensed or rests, to be judged by itself in its scene.
+    """The plan of the first node alone, to be judged by its motion in its scene.
 
     Args:
-        plan: a plan with a certificate; what it proves of these nodes is kept. scene: its scene, loaded from a file.
+        plan: a plan with a certificate; what it proves of this node is kept. scene: its scene, loaded from a file.
 
     Returns:
-        the plan, whose nodes have the names that they had; None if nothing moves in the first node, or nothing afterwards.
+        the plan, whose node has the name that it had; None if nothing moves in the first node, or nothing afterwards, or if
+        the next node begins before it has ended: what both use, a scene alone does not tell.
     """
     certificate = plan.certificate
-    if certificate is None or not plan.nodes[plan.root].motion:
+    root = plan.nodes[plan.root]
+    if certificate is None or not root.motion or any(plan.nodes[name].overlap > 0.0 for name in root.successors):
         return None
-    names = motion_of(plan, plan.root, scene).nodes
-    if not any(node.motion for name, node in plan.nodes.items() if name not in names):
+    if not any(node.motion for name, node in plan.nodes.items() if name != plan.root):
         return None
     goal = next(name for name, node in plan.nodes.items() if node.kind == "goal")
-    nodes = {name: replace(plan.nodes[name], kind="action", arguments={}, learned=()) for name in names}
-    nodes[names[-1]] = replace(nodes[names[-1]], next=goal, on=None, branches={}, delivers=())
+    first = replace(
+        root,
+        kind="action", arguments={}, learned=(), next=goal, on=None, branches={}, delivers=(),
+    )  # fmt: skip
     own = replace(
         certificate,
-        segments=tuple(each for each in certificate.segments if each.node in nodes),
-        proofs=tuple(each for each in certificate.proofs if each.node in nodes),
+        segments=tuple(each for each in certificate.segments if each.node == plan.root),
+        proofs=tuple(each for each in certificate.proofs if each.node == plan.root),
     )
-    nodes[goal] = Node("goal")
+    nodes = {plan.root: first, goal: Node("goal")}
     return replace(plan, problem="first", files=files_of(scene), nodes=nodes, certificate=own, done=None)
 
 

@@ -38,9 +38,8 @@ class Replanner:
     scene: Scene
     options: SolveOptions = field(default_factory=dict)  # type: ignore[assignment]
     memo: Memo = field(default_factory=Memo)
-    _proving: "Future[Report] | None" = field(
-        default=None, init=False, repr=False
-    )  # of the rest of the last answer
+    # The check of the rest of the last answer.
+    _proving: "Future[Report] | None" = field(default=None, init=False, repr=False)
 
     def answer(self, interruption: Interruption) -> Answer:
         """A proven plan from where the run stands, or the reason for having none.

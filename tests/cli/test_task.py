@@ -1,11 +1,12 @@
 """`kabo task`: plans task files, shows structures and reports, compares runs; robot-free stages of one's own."""
 
 import json
-import os
 import signal
 from pathlib import Path
 
 import pytest
+
+from tests.support.folders import written_in
 
 STAGES = """\
 from kabo.tasks import Failure, Result, connector, generator, register
@@ -75,7 +76,7 @@ def test_plan_prints_one_object_and_writes_the_same_report(kabo, walk):
     assert [run["seed"] for run in said.json["runs"]] == [3]
     assert len(said.json["runs"][0]["solutions"]) == 1
     assert said.json["arguments"] == {"label": "a"}
-    assert sorted(os.listdir(walk)) == ["r.json", "walk.py", "walk.yaml"]
+    assert written_in(walk) == ["r.json", "walk.py", "walk.yaml"]
 
 
 def test_several_runs_have_several_seeds(kabo, walk):

@@ -1,5 +1,9 @@
 """What is sent: setpoints on the path, and stops along it within all limits."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +14,7 @@ from kabo.plan import Plan
 from kabo.scene import Scene, link_poses, motion_limits
 
 RATE = 1000.0
+REPOSITORY = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -123,3 +128,27 @@ def test_a_motion_is_divided_where_a_hand_acts_at_rest(motion: Motion) -> None:
     assert parts[0].actions[-1].time == parts[0].end
     assert sum(len(part.stretches) for part in parts) == len(motion.stretches)
     assert [part.begin for part in parts[1:]] == [part.end for part in parts[:-1]]
+
+
+def test_what_is_called_while_robots_move_is_loaded_before() -> None:
+    """Loading a kernel takes longer than a robot server may be silent."""
+    program = """
+from pathlib import Path
+import kabo
+from kabo.execution.following import Follower
+from kabo.execution.kernels.setpoints import setpoint
+from kabo.execution.motions import motion_of
+
+problem = kabo.load_problem(Path("domains/stacked/n2.yaml"))
+plan, scene = kabo.solve(problem).plan, kabo.load_scene(problem.scene)
+follower = Follower(scene)
+before = list(setpoint.signatures)
+follower.follow(motion_of(plan, plan.root, scene))
+for _ in range(20):
+    list(follower.advance(0.01))
+print(len(before), setpoint.signatures == before)
+"""
+    made = subprocess.run(
+        [sys.executable, "-c", program], cwd=REPOSITORY, capture_output=True, text=True, check=True
+    )
+    assert made.stdout.split() == ["1", "True"], made.stderr

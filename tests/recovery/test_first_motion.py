@@ -64,6 +64,19 @@ def test_a_plan_of_one_motion_has_no_first_one(stacked: tuple[kabo.Problem, Scen
     assert first_motion(replace(plan, certificate=None), scene) is None
 
 
+def test_a_motion_into_which_the_next_one_begins_is_proven_with_the_whole_plan() -> None:
+    problem = kabo.load_problem(DOMAINS / "circular_rearrange" / "n3.yaml")
+    first = kabo.solve(problem).plan
+    assert first is not None and problem.scene is not None
+    state, scene = kabo.after(problem, first, []), kabo.load_scene(problem.scene)
+    plan = kabo.solve(problem, start=state, quality="good").plan
+    assert plan is not None
+    following = plan.nodes[str(plan.nodes[plan.root].next)]
+    assert following.overlap > 0.0 and first_motion(plan, scene) is None
+    answer = Replanner(problem, scene)._proven(plan, state)
+    assert answer.plan is plan and answer.rest is None, answer.reason
+
+
 class Shifting(KinematicRobot):
     """A robot in whose world a body is elsewhere from a time on."""
 

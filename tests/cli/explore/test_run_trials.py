@@ -1,7 +1,6 @@
 """`kabo explore run`: makes trials, keeps all of them whatever happens, and goes on where it ended."""
 
 import json
-import os
 import signal
 
 import jsonschema
@@ -10,6 +9,7 @@ import pytest
 from kabo.exploration import load_exploration
 from kabo.plan import schema
 from tests.support.discs import FILE, STAGES, write_files
+from tests.support.folders import written_in
 
 SCHEMA = schema("kabo-explore-1")
 
@@ -33,7 +33,7 @@ def test_a_run_writes_the_model_and_tells_what_it_holds(kabo, discs):
     assert said.out.startswith("disc: 20 trials, ") and "bar wood: " in said.out
     assert "m.jsonl: 20 new trials" in said.err
     assert len(load_exploration("m.jsonl").trials) == 20
-    assert sorted(os.listdir(discs)) == ["disc.py", "disc.yaml", "m.jsonl"]
+    assert written_in(discs) == ["disc.py", "disc.yaml", "m.jsonl"]
 
 
 def test_json_is_one_object_of_the_schema(kabo, discs):
@@ -126,7 +126,7 @@ def test_a_model_of_another_exploration_is_refused_with_what_differs(kabo, discs
 def test_wrong_arguments_are_refused_and_nothing_is_written(kabo, discs, arguments, message):
     said = run(kabo, 3, *arguments)
     assert said.code == 2 and message in said.err and "Traceback" not in said.err
-    assert sorted(os.listdir(discs)) == ["disc.py", "disc.yaml"]
+    assert written_in(discs) == ["disc.py", "disc.yaml"]
 
 
 @pytest.mark.parametrize(
