@@ -13,7 +13,6 @@ from kabo.compilation.compiling import (
     leaf_kernel,
     lean_kernel,
     note_compiled,
-    reduction_kernel,
     usual_kernels_compiled,
     window,
 )
@@ -24,6 +23,7 @@ from kabo.compilation.lanes import (
     farthest,
     four,
     fused,
+    inner,
     minus,
     near_columns,
     plus,
@@ -39,6 +39,7 @@ __all__ = [
     "farthest",
     "four",
     "fused",
+    "inner",
     "minus",
     "near_columns",
     "plus",
@@ -54,7 +55,6 @@ __all__ = [
     "leaf_kernel",
     "lean_kernel",
     "note_compiled",
-    "reduction_kernel",
     "usual_kernels_compiled",
     "window",
 ]

@@ -2,9 +2,9 @@
 
 numba's cache notices changes only in a kernel's own file: a caller would keep the old code of the kernels it
 calls. So compiled code is stored in a folder named after a hash of *all* kernel sources and of the compiler
-settings. fastmath is off, because reordering could undo a proof [docs/decisions/001-kernels.md]; only `reassoc`
-and `contract` can be enabled for single kernels. Kernels that a kernel calls are linked into it
-[kabo.compilation.linking].
+settings. fastmath is off, because reordering could undo a proof [docs/decisions/001-kernels.md], and because what LLVM
+makes of the permission depends on what it compiled before: two caches would give plans that differ in a last place.
+Kernels that a kernel calls are linked into it [kabo.compilation.linking].
 """
 
 import hashlib
@@ -145,18 +145,9 @@ def leaf_kernel(function: _Function) -> _Function:
     return inlined
 
 
-def reduction_kernel(function: _Function) -> _Function:
-    """As `lean_kernel`, but the compiler may reorder and contract sums; for rounding bounds valid in any order.
-
-    numba does not inline such a kernel, because an inlined body would lose this permission; LLVM inlines it and
-    keeps the permission.
-    """
-    return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
-
-
 def joined_kernel(function: _Function) -> _Function:
-    """As `reduction_kernel`, and LLVM copies it into its callers: for kernels that take less time than their arguments.
+    """As `lean_kernel`, and LLVM copies it into its callers: for kernels that take less time than their arguments.
 
     An array is seven arguments or more, and a bundle of arrays dozens.
     """
-    return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False, forceinline=True)
+    return _compiled(function, _nrt=False, forceinline=True)

@@ -24,6 +24,7 @@ def teach_lanes() -> None:
     _teach(lanes.four, FOUR, (types.Array, types.Integer), _four)
     _teach(lanes.put_four, types.none, (types.Array, types.Integer, types.UniTuple), _put_four)
     _teach(lanes.all_four, FOUR, (types.Float,), _all_four)
+    _teach(lanes.inner, types.float64, (types.UniTuple, types.UniTuple), _inner)
     _teach(lanes.any_greater, types.boolean, (types.UniTuple, types.UniTuple), _any_greater)
     rows = (types.Array, types.Integer, types.Integer, types.UniTuple, types.Float)
     _teach(lanes.farthest, types.int64, rows, _farthest)
@@ -118,6 +119,15 @@ def _put_four(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
 
 def _all_four(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
     return context.make_tuple(builder, FOUR, [arguments[0]] * 4)
+
+
+def _inner(_context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+    (a, b, c), (x, y, z) = (cgutils.unpack_tuple(builder, one) for one in arguments)
+    return _fused(builder, a, x, _fused(builder, b, y, builder.fmul(c, z)))
+
+
+def _fused(builder: Any, *numbers: Any) -> Any:
+    return _call(builder, "llvm.fmuladd.f64", F8, *numbers)
 
 
 def _any_greater(_context: Any, builder: Any, _: Any, arguments: Any) -> Any:

@@ -36,6 +36,11 @@ def fused(first: Four, second: Four, third: Four) -> Four:
     return tuple(a * b + c for a, b, c in zip(first, second, third, strict=True))  # type: ignore[return-value]
 
 
+def inner(first: Sequence[float], second: Sequence[float]) -> float:
+    """The inner product of two vectors of three numbers."""
+    return first[0] * second[0] + (first[1] * second[1] + first[2] * second[2])
+
+
 def minus(first: Four, second: Four) -> Four:
     """Differences."""
     return tuple(a - b for a, b in zip(first, second, strict=True))  # type: ignore[return-value]
@@ -63,7 +68,12 @@ def any_greater(first: Four, second: Four) -> bool:
 
 
 def farthest(blocks: Any, row: int, count: int, along: Sequence[float], offset: float) -> Any:
-    """As `separation.support`, of rows (B, 3, K) whose `count` is a multiple of eight."""
+    """The key of the corner of a row of (B, 3, K) farthest along (x, y, z): its index in the low six bits.
+
+    Greater keys are farther. `offset` is a power of two of at least twice every corner's absolute value, so that
+    products plus offset are positive and their bits order as integers. The vector has length 1, `count` is a multiple
+    of eight. Of equal corners the one with the higher index is taken.
+    """
     import numpy as np  # here, as in kernels it is not needed
 
     best, (x, y, z) = np.int64(0), along

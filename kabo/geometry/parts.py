@@ -17,7 +17,7 @@ from kabo.scene import Element
 
 Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
-COLUMNS = 64  # corners of a part at most: `support` has six bits for their numbers
+COLUMNS = 64  # corners of a part at most: `farthest` has six bits for their numbers
 LANE = 8  # columns of blocks are a multiple of it
 AXIS_TOLERANCE = 1e-12  # by which the length of a disc's axis may differ from 1
 

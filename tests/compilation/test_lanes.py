@@ -13,6 +13,7 @@ from kabo.compilation.lanes import (
     farthest,
     four,
     fused,
+    inner,
     minus,
     near_columns,
     plus,
@@ -20,7 +21,6 @@ from kabo.compilation.lanes import (
     sums,
     times,
 )
-from kabo.geometry.collision.kernels.separation import support
 
 NUMBERS = np.random.default_rng(2).normal(size=(60, 12))
 
@@ -36,6 +36,7 @@ def all_operations(flat, results):
     put_four(results, 16, absolute(a))
     put_four(results, 20, sums(a, b, c))
     put_four(results, 24, all_four(a[2]))
+    results[28] = inner((flat[0], flat[1], flat[2]), (flat[4], flat[5], flat[6]))
     return any_greater(a, b)
 
 
@@ -52,19 +53,20 @@ def key(blocks, row, count, x, y, z):
 @pytest.mark.parametrize("function", [all_operations, all_operations.py_func])
 def test_fours_are_those_of_numpy(function):
     for row in NUMBERS:
-        results, (a, b, c) = np.empty(28), row.reshape(3, 4)
+        results, (a, b, c) = np.empty(29), row.reshape(3, 4)
         expected = [a * b, a * b + c, a - b, a + b, abs(a), [a.sum(), b.sum(), c.sum(), c.sum()], np.full(4, a[2])]
         assert function(row, results) == (a[:3] > b[:3]).any()
-        assert np.allclose(results.reshape(7, 4), expected, atol=1e-14, rtol=0.0)
+        assert np.allclose(results[:28].reshape(7, 4), expected, atol=1e-14, rtol=0.0)
+        assert results[28] == pytest.approx(a[:3] @ b[:3], abs=1e-14)
 
 
 @pytest.mark.parametrize("function", [all_operations, all_operations.py_func])
 def test_a_nan_and_the_fourth_number_are_not_greater(function):
     row = np.zeros(12)
     row[3], row[1] = 1.0, np.nan
-    assert not function(row, np.empty(28))
+    assert not function(row, np.empty(29))
     row[2] = 1.0
-    assert function(row, np.empty(28))
+    assert function(row, np.empty(29))
 
 
 @pytest.mark.parametrize("function", [near, near.py_func])
@@ -80,16 +82,21 @@ def test_boxes_that_meet_have_their_bits(function):
 
 
 @pytest.mark.parametrize("function", [key, key.py_func])
-def test_the_farthest_corner_is_that_of_support(function):
+def test_the_farthest_corner_is_that_of_numpy(function):
     rng = np.random.default_rng(4)
     blocks = rng.uniform(-1.0, 1.0, (3, 3, 64))
     for count in (8, 24, 56, 64):
         for axis in rng.normal(size=(20, 3)):
             axis /= np.linalg.norm(axis)
-            expected = int(support(blocks, 2, count, *axis, 16.0))
-            found = int(function(blocks, 2, count, *axis))
-            assert found & 63 == expected & 63 == np.argmax(axis @ blocks[2, :, :count])
-            assert found >> 6 == pytest.approx(expected >> 6, abs=4)  # units in the key's last place
+            found = np.int64(function(blocks, 2, count, *axis))
+            assert found & 63 == np.argmax(axis @ blocks[2, :, :count])
+            height = (found & ~np.int64(63)).view(np.float64) - 16.0
+            assert height == pytest.approx((axis @ blocks[2, :, :count]).max(), abs=16.0 * 2.0**-46)
+
+
+@pytest.mark.parametrize("function", [key, key.py_func])
+def test_of_equal_corners_the_last_is_the_farthest(function):
+    assert function(np.ones((1, 3, 8)), 0, 8, 0.6, 0.8, 0.0) & 63 == 7
 
 
 def test_every_operation_is_tested_here():

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kabo.compilation import kernel, lean_kernel, reduction_kernel
+from kabo.compilation import kernel, lean_kernel
 
 KERNELS = """
 import sys
@@ -23,13 +23,13 @@ if sys.argv[1] == "without linking":
 
     kabo.compilation.linking.part_compiler = part_compiler
 
-from kabo.compilation import kernel, lean_kernel, reduction_kernel
+from kabo.compilation import kernel, lean_kernel
 
 @lean_kernel
 def third(x):
     return x / 3.0
 
-@reduction_kernel
+@lean_kernel
 def total(values):
     result = 0.0
     for i in range(values.shape[0]):
@@ -58,7 +58,7 @@ def half(x):
     return x / 2
 
 
-@reduction_kernel
+@lean_kernel
 def total(values):
     result = 0.0
     for i in range(values.shape[0]):

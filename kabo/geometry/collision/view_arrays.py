@@ -57,7 +57,7 @@ def reach(chain: Chain) -> Array:
 
 
 def offset_for(greatest: float) -> float:
-    """The argument `offset` of `support` for vertices at most `greatest` [m] from the origin.
+    """The argument `offset` of `farthest` for vertices at most `greatest` [m] from the origin.
 
     Raises:
         ValueError: a vertex is so far that rounding would exceed the budget's numeric share.

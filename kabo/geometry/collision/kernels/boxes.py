@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
+from kabo.compilation import leaf_kernel, lean_kernel
 from kabo.geometry.collision.kernels.bundles import AXIS, BALL_OF_BOX, DISC, DISC_OF_BOX, PARTS, RADIUS, ROOTS_END
 
 BOX_SLACK = 1e-12  # [m] added to boxes against rounding
 
 
-@reduction_kernel  # (J, 12) f8, i8, Hulls, i8, Hulls, i8
+@lean_kernel  # (J, 12) f8, i8, Hulls, i8, Hulls, i8
 def place_part(poses, pose, hulls, source, placed, target):
     """Writes part `source`, moved by a pose, to row `target` of `placed`."""
     count = hulls.sizes[source]

@@ -85,7 +85,7 @@ class Checked(NamedTuple):
 class Search(NamedTuple):
     """What a search for a separating axis needs, and writes."""
 
-    offset: float  # for `support`: a power of two of at least twice every |vertex|
+    offset: float  # for `farthest`: a power of two of at least twice every |vertex|
     axis: Array  # (3,)
     simplex: Array  # (4, 3)
     points: Array  # (4, 3)

@@ -18,7 +18,7 @@ columns of blocks repeat the first vertex, so that loops run over multiples of e
 
 import numpy as np
 
-from kabo.compilation import farthest, joined_kernel, leaf_kernel, lean_kernel, reduction_kernel
+from kabo.compilation import farthest, inner, joined_kernel, leaf_kernel, lean_kernel
 from kabo.geometry.collision.kernels.bundles import AXIS, DISC, ITERATIONS, RADIUS, SEARCHES, UNDECIDED
 from kabo.geometry.collision.kernels.simplex import nearest
 
@@ -28,31 +28,16 @@ MAX_ROUND_ITERATIONS = 200  # of a search with discs, which comes nearer in ever
 
 @leaf_kernel  # f8 -> f8
 def rounding(offset):
-    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` as passed to `support`."""
+    """A bound of all rounding errors of one gap, with a safety factor of two; `offset` as passed to `farthest`."""
     return offset * 2.0**-44
 
 
-@reduction_kernel  # (B, 3, K) f8, i8, i8, f8, f8, f8, f8 -> i8
-def support(blocks, block, count, x, y, z, offset):
-    """The key of the vertex farthest along (x, y, z): its index in the low six bits; greater keys are farther.
-
-    `offset` is a power of two of at least twice every |vertex|, so that products plus offset are positive and
-    their bits order as integers: one vectorised maximum. (x, y, z) has length 1. Of equal vertices the one with
-    the higher index is taken.
-    """
-    best = np.int64(0)
-    for i in range(count):
-        product = blocks[block, 0, i] * x + blocks[block, 1, i] * y + (blocks[block, 2, i] * z + offset)
-        best = max(best, (np.float64(product).view(np.int64) & np.int64(-64)) | np.int64(i))
-    return best
-
-
 @lean_kernel
-def _farthest(hulls, first, second, x, y, z, offset):
+def _farther(hulls, first, second, x, y, z, offset):
     """The row and the column of the farthest vertex of two rows."""
-    best, row = support(hulls.blocks, first, hulls.sizes[first], x, y, z, offset), first
+    best, row = farthest(hulls.blocks, first, hulls.sizes[first], (x, y, z), offset), first
     if second != first:
-        other = support(hulls.blocks, second, hulls.sizes[second], x, y, z, offset)
+        other = farthest(hulls.blocks, second, hulls.sizes[second], (x, y, z), offset)
         if other > best:
             best, row = other, second
     return row, best & 63
@@ -76,7 +61,7 @@ def _farthest_round(hulls, first, second, x, y, z, offset, points, e):
     greatest, own = -np.inf, 0.0
     for end in range(1 if second == first else 2):
         row = second if end else first
-        i = support(hulls.blocks, row, hulls.sizes[row], x, y, z, offset) & 63
+        i = farthest(hulls.blocks, row, hulls.sizes[row], (x, y, z), offset) & 63
         px, py, pz = hulls.blocks[row, 0, i], hulls.blocks[row, 1, i], hulls.blocks[row, 2, i]
         reach, dx, dy, dz = bulge(hulls.rounds, row, x, y, z)
         height = px * x + py * y + pz * z + reach
@@ -162,8 +147,8 @@ def apart(hulls, a0, a1, b0, b1, margin, search):
         norm = np.sqrt(square)
         scale = 1.0 / norm
         ux, uy, uz = x * scale, y * scale, z * scale
-        a, i = _farthest(hulls, a0, a1, -ux, -uy, -uz, offset)
-        b, j = _farthest(hulls, b0, b1, ux, uy, uz, offset)
+        a, i = _farther(hulls, a0, a1, -ux, -uy, -uz, offset)
+        b, j = _farther(hulls, b0, b1, ux, uy, uz, offset)
         wx = blocks[a, 0, i] - blocks[b, 0, j]
         wy = blocks[a, 1, i] - blocks[b, 1, j]
         wz = blocks[a, 2, i] - blocks[b, 2, j]
@@ -208,16 +193,17 @@ def posed_apart(hulls, a, b, pose, margin, balls, known, search):
         norm = np.sqrt(square)
         scale = 1.0 / norm
         ux, uy, uz = x * scale, y * scale, z * scale
-        vx = pose[0] * ux + pose[3] * uy + pose[6] * uz
-        vy = pose[1] * ux + pose[4] * uy + pose[7] * uz
-        vz = pose[2] * ux + pose[5] * uy + pose[8] * uz
+        u = ux, uy, uz
+        vx = inner((pose[0], pose[3], pose[6]), u)
+        vy = inner((pose[1], pose[4], pose[7]), u)
+        vz = inner((pose[2], pose[5], pose[8]), u)
         i = farthest(blocks, a, count_a, (-ux, -uy, -uz), offset) & 63
         j = farthest(blocks, b, count_b, (vx, vy, vz), offset) & 63
-        px, py, pz = blocks[b, 0, j], blocks[b, 1, j], blocks[b, 2, j]
-        wx = blocks[a, 0, i] - (pose[0] * px + pose[1] * py + pose[2] * pz + pose[9])
-        wy = blocks[a, 1, i] - (pose[3] * px + pose[4] * py + pose[5] * pz + pose[10])
-        wz = blocks[a, 2, i] - (pose[6] * px + pose[7] * py + pose[8] * pz + pose[11])
-        gap = ux * wx + uy * wy + uz * wz
+        p = blocks[b, 0, j], blocks[b, 1, j], blocks[b, 2, j]
+        wx = blocks[a, 0, i] - (inner((pose[0], pose[1], pose[2]), p) + pose[9])
+        wy = blocks[a, 1, i] - (inner((pose[3], pose[4], pose[5]), p) + pose[10])
+        wz = blocks[a, 2, i] - (inner((pose[6], pose[7], pose[8]), p) + pose[11])
+        gap = inner(u, (wx, wy, wz))
         if gap > margin:
             axis[0], axis[1], axis[2] = ux, uy, uz
             return True

@@ -5,9 +5,9 @@ A swept hull is that of all parts of a range at several poses; `ends` and `poses
 
 import numpy as np
 
-from kabo.compilation import lean_kernel
+from kabo.compilation import farthest, lean_kernel
 from kabo.geometry.collision.kernels.bundles import DISC, RADIUS
-from kabo.geometry.collision.kernels.separation import bulge, support
+from kabo.geometry.collision.kernels.separation import bulge
 from kabo.geometry.collision.kernels.simplex import nearest
 
 MAX_ITERATIONS = 32
@@ -17,8 +17,8 @@ LOW, HIGH, START, END = 0, 1, 2, 3  # columns of `ends`
 
 @lean_kernel  # Hulls, i8, f8 x 3, f8 -> i8
 def _key(hulls, part, x, y, z, shift):
-    """The key of a part along (x, y, z), in its own frame, as `support`; ball and disc count."""
-    key = support(hulls.blocks, part, hulls.sizes[part], x, y, z, shift)
+    """The key of a part along (x, y, z), in its own frame, as `farthest`; ball and disc count."""
+    key = farthest(hulls.blocks, part, hulls.sizes[part], (x, y, z), shift)
     if hulls.rounds[part, RADIUS] > 0.0 or hulls.rounds[part, DISC] > 0.0:
         reach = hulls.rounds[part, RADIUS] + bulge(hulls.rounds, part, x, y, z)[0]
         height = np.int64(key & np.int64(-64)).view(np.float64) + reach
