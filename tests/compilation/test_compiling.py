@@ -1,7 +1,11 @@
-"""What kernels have beside numba: windows into flat arrays."""
+"""What kernels have beside numba: windows into flat arrays, and one way to round."""
+
+import re
+from pathlib import Path
 
 import numpy as np
 
+import kabo
 from kabo.compilation import lean_kernel, window
 
 
@@ -24,3 +28,10 @@ def test_a_window_is_the_flat_arrays_own_memory_in_kernels_and_in_python():
     assert outcomes[0] == outcomes[1]
     assert outcomes[0][0] == (18, 13.0, 16.0, 5)
     assert outcomes[0][1][12] == -7.0
+
+
+def test_no_kernel_lets_the_compiler_choose_how_to_round():
+    """The plans of two caches differed: what LLVM makes of `fastmath` depends on what it has compiled before."""
+    sources = {path: path.read_text() for path in Path(kabo.__file__).parent.rglob("*.py")}
+    assert sum("njit(" in text for text in sources.values())  # they are looked at
+    assert [path for path, text in sources.items() if re.search(r"fastmath\s*=", text)] == []

@@ -11,6 +11,7 @@ from kabo.compilation import (
     any_greater,
     four,
     fused,
+    inner,
     joined_kernel,
     minus,
     plus,
@@ -73,19 +74,18 @@ def boxes_near(rows, boxes, a, b, margin):
 @joined_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
 def faces_near(pose, first, a, second, b, margin):
     """Whether no axis of either box proves two oriented boxes farther apart than `margin`; True if a number is NaN."""
-    x, y, z = second[b, 0], second[b, 1], second[b, 2]
-    ex, ey, ez = second[b, 3], second[b, 4], second[b, 5]
-    dx = pose[0] * x + pose[1] * y + pose[2] * z + pose[9] - first[a, 0]
-    dy = pose[3] * x + pose[4] * y + pose[5] * z + pose[10] - first[a, 1]
-    dz = pose[6] * x + pose[7] * y + pose[8] * z + pose[11] - first[a, 2]
-    hx, hy, hz = first[a, 3], first[a, 4], first[a, 5]
-    apart = abs(dx) - (abs(pose[0]) * ex + abs(pose[1]) * ey + abs(pose[2]) * ez) > hx + margin
-    apart |= abs(dy) - (abs(pose[3]) * ex + abs(pose[4]) * ey + abs(pose[5]) * ez) > hy + margin
-    apart |= abs(dz) - (abs(pose[6]) * ex + abs(pose[7]) * ey + abs(pose[8]) * ez) > hz + margin
-    u = pose[0] * dx + pose[3] * dy + pose[6] * dz
-    v = pose[1] * dx + pose[4] * dy + pose[7] * dz
-    w = pose[2] * dx + pose[5] * dy + pose[8] * dz
-    apart |= abs(u) - (abs(pose[0]) * hx + abs(pose[3]) * hy + abs(pose[6]) * hz) > ex + margin
-    apart |= abs(v) - (abs(pose[1]) * hx + abs(pose[4]) * hy + abs(pose[7]) * hz) > ey + margin
-    apart |= abs(w) - (abs(pose[2]) * hx + abs(pose[5]) * hy + abs(pose[8]) * hz) > ez + margin
+    middle, half = (second[b, 0], second[b, 1], second[b, 2]), (second[b, 3], second[b, 4], second[b, 5])
+    x, y, z = (pose[0], pose[1], pose[2]), (pose[3], pose[4], pose[5]), (pose[6], pose[7], pose[8])
+    dx = inner(x, middle) + pose[9] - first[a, 0]
+    dy = inner(y, middle) + pose[10] - first[a, 1]
+    dz = inner(z, middle) + pose[11] - first[a, 2]
+    apart = abs(dx) - inner((abs(x[0]), abs(x[1]), abs(x[2])), half) > first[a, 3] + margin
+    apart |= abs(dy) - inner((abs(y[0]), abs(y[1]), abs(y[2])), half) > first[a, 4] + margin
+    apart |= abs(dz) - inner((abs(z[0]), abs(z[1]), abs(z[2])), half) > first[a, 5] + margin
+    between, own = (dx, dy, dz), (first[a, 3], first[a, 4], first[a, 5])
+    for k in range(3):
+        apart |= (
+            abs(inner((x[k], y[k], z[k]), between)) - inner((abs(x[k]), abs(y[k]), abs(z[k])), own)
+            > half[k] + margin
+        )
     return not apart

@@ -68,19 +68,6 @@ def test_a_part_moved_by_a_pose_is_as_far_as_one_that_lies_there(kind):
             assert not separation.posed_apart(*posed, 1e-3, 0.0, 0, search)
 
 
-def test_compiled_and_original_support_name_a_farthest_vertex():
-    rng = np.random.default_rng(0)
-    for _ in range(50):
-        vertices, direction = rng.uniform(-3, 3, (24, 3)), rng.normal(size=3)
-        direction /= np.linalg.norm(direction)
-        blocks = Enclosure((vertices,), 0.0).packed.blocks
-        key = separation.support(blocks, 0, 24, *direction, OFFSET)
-        assert key & 63 == separation.support.py_func(blocks, 0, 24, *direction, OFFSET) & 63
-        assert (vertices @ direction)[key & 63] > (vertices @ direction).max() - separation.rounding.py_func(
-            OFFSET
-        )
-
-
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_compiled_and_original_agree_on_the_nearest_point_of_a_simplex(count):
     rng = np.random.default_rng(count)
