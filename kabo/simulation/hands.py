@@ -8,6 +8,7 @@ from kabo.arrays import Array, Integers
 from kabo.simulation.turning_fingers import TurningFingers
 
 AS_OPEN = 1e-6  # [m or rad]
+HOLDS = 100.0  # how much stiffer joints hold that do not press while others do
 BUILDS_UP = 0.1  # [s] until a hand presses with its whole force
 
 
@@ -24,6 +25,7 @@ class Hand:
     spread: Array  # the share of its motor's torque that each joint gets
     opened: Array  # the value of each motor when the hand is open
     acting: Integers  # which of `joints` press: their places there; others hold their setpoints
+    armatures: Array  # of `joints`, while the hand does not press [kg m², or kg for a joint that slides]
     turning: TurningFingers | None = None
     bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
@@ -40,6 +42,17 @@ class Hand:
         """
         moved = np.abs(setpoints - self.opened) > AS_OPEN
         self.acting = np.flatnonzero(moved[self.motor_of] | (not moved.any()))
+
+    def locked(self, least: float) -> Array:
+        """The armatures of `joints` while it presses: what the others press does not drive the gears of fingers back.
+
+        Joints follow setpoints the more stiffly the greater their armature is; those of light fingers would give way.
+        `least` is the least of a joint that does not press [kg m², or kg].
+        """
+        found, held = self.armatures.copy(), np.ones(len(self.joints), bool)
+        held[self.acting] = False
+        found[held] = np.maximum(HOLDS * found[held], least)
+        return found
 
     def force(self, time: float) -> float:
         """The force with which it presses at a time [N].

@@ -156,8 +156,8 @@ class Physics:
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
         spread, dampings = self._spread(motors), np.full(len(motors), GRIP_DAMPING)
         opened = np.array([robot.gripper.open.get(joint, 0.0) for joint in joints])
-        everything = np.arange(len(spread[0]))
-        hand = Hand(motors, np.array(levers), number, dampings, *spread, opened, everything)
+        everything, armatures = np.arange(len(spread[0])), self.model.dof_armature[self._rates[spread[0]]].copy()
+        hand = Hand(motors, np.array(levers), number, dampings, *spread, opened, everything, armatures)
         if turns(robot):
             hand.turning = turning = self._turning(name, motors, np.sign(levers))
             hand.levers = np.sign(levers) * turning.arms / FINGERS
@@ -213,6 +213,7 @@ class Physics:
         gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
         hand.since = self.time if hand.pressing is None else hand.since
         hand.act(self.setpoint[hand.motors])
+        self.model.dof_armature[self._rates[hand.joints]] = hand.locked(self.settings.rotor_inertia)
         hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
         data, carrier = self.data, hand.carrier
         turn = data.xmat[carrier].reshape(3, 3)
@@ -224,6 +225,7 @@ class Physics:
         """A hand follows its setpoints again, from where its fingers are."""
         hand = self._hands[robot]
         hand.pressing, hand.held = None, []
+        self.model.dof_armature[self._rates[hand.joints]] = hand.armatures
         self.setpoint[hand.motors] = self.data.qpos[self._values[hand.motors]]
 
     def pressing(self, robot: str) -> float | None:

@@ -109,6 +109,18 @@ def test_joints_that_a_grasp_does_not_move_stay_where_they_are(tmp_path: Path) -
     assert right == pytest.approx(0.03, abs=1e-4)
 
 
+def test_a_finger_that_a_grasp_does_not_move_does_not_give_way_to_what_the_other_presses(tmp_path: Path) -> None:
+    scene = kabo.load_scene(GRIPPERS["independent"]().write(tmp_path))
+
+    def close(physics: Physics) -> None:
+        physics.command("arm", ("left_joint",), np.array([0.025]), np.zeros(1), np.zeros(1))
+        physics.grip("arm", ("block",), force=20.0)
+
+    physics = settled(scene, -0.49, close, 1.0)
+    assert pressed(physics, "block") == pytest.approx(20.0, rel=0.1, abs=2.5)
+    assert physics.data.joint("arm:right_joint").qpos[0] == pytest.approx(0.03, abs=3e-4)
+
+
 def test_a_finger_that_meets_nothing_stops_at_the_end_of_its_joint(tmp_path: Path) -> None:
     scene = kabo.load_scene(GRIPPERS["independent"]().write(tmp_path))
 
