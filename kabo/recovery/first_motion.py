@@ -4,9 +4,11 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
-from kabo.plan import Node, Plan
+from kabo.geometry_server import GeometryServer
+from kabo.plan import Clearance, Node, Plan
+from kabo.recovery.known_parts import certificate_with_parts
 from kabo.recovery.node_ways import files_of
-from kabo.scene import Scene
+from kabo.scene import Scene, beginning_at
 from kabo.verify import Report
 
 
@@ -38,6 +40,31 @@ def first_motion(plan: Plan, scene: Scene) -> Plan | None:
     )
     nodes = {plan.root: first, goal: Node("goal")}
     return replace(plan, problem="first", files=files_of(scene), nodes=nodes, certificate=own, done=None)
+
+
+def with_parts_of(earlier: Plan, first: Plan, scene: Scene) -> Plan:
+    """The plan of a first motion, proven with the parts of the plan that is carried out so far, if these suffice."""
+    assert first.start is not None and first.certificate is not None
+    there, clearance = beginning_at(scene, first.start), float(first.options.get("clearance") or 0.0)
+    server = GeometryServer(there, first.certificate.epsilon, clearance=clearance)
+    made = certificate_with_parts(first, server.surroundings, earlier)
+    return first if made is None else replace(first, certificate=made)
+
+
+def stating(plan: Plan, first: Plan) -> Plan:
+    """A plan that claims no more clearance of its first node than is proven of it in the plan of its first motion."""
+    assert plan.certificate is not None and first.certificate is not None
+    near = plan.certificate.near or 0.0
+    proven = {each.segment: each for each in first.certificate.segments}
+
+    def size(each: Clearance) -> float:
+        return near if each.clearance is None else each.clearance
+
+    segments = tuple(
+        min(each, proven[each.segment], key=size) if each.node == plan.root else each
+        for each in plan.certificate.segments
+    )
+    return replace(plan, certificate=replace(plan.certificate, segments=segments))
 
 
 def begun(check: Callable[[], Report]) -> "Future[Report]":

@@ -13,7 +13,7 @@ from kabo.options import SolveOptions
 from kabo.plan import Plan, State
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
-from kabo.recovery.first_motion import begun, first_motion
+from kabo.recovery.first_motion import begun, first_motion, stating, with_parts_of
 from kabo.recovery.node_ways import NoWayError, way_back, way_on, way_open
 from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
@@ -139,13 +139,16 @@ class Replanner:
             reason = result.reason
             more = "" if reason is None or not reason.details else f" ({reason.details[0]})"
             return Answer("none", None, ("no plan was found" if reason is None else reason.message) + more)
-        return self._proven(result.plan, state)
+        return self._proven(result.plan, state, interruption.plan)
 
-    def _proven(self, plan: Plan, state: State) -> Answer:
-        """The plan as an answer, if its first motion is proven, or else all of it."""
+    def _proven(self, plan: Plan, state: State, earlier: Plan) -> Answer:
+        """The plan as an answer in place of the earlier one, if its first motion is proven, or else all of it."""
         first = first_motion(plan, self.scene)
-        check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
         assert self.scene.description is not None
+        if first is not None:
+            first = with_parts_of(earlier, first, self.scene)
+            plan = stating(plan, first)
+        check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
         report = check() if first is None else verify_plan(self.scene.description, first, scene=self.scene)
         why = _unproven(plan, report)
         if why is not None:
