@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.simulation.kernels.motors import Pressing
 from kabo.simulation.turning_fingers import TurningFingers
 
 AS_OPEN = 1e-6  # [m or rad]
@@ -23,7 +24,9 @@ class Hand:
     motor_of: Integers  # the place in `motors` of what moves each joint
     spread: Array  # the share of its motor's torque that each joint gets
     opened: Array  # the value of each motor when the hand is open
-    acting: Integers  # which of `joints` press: their places there; others hold their setpoints
+    rates: Integers  # the places of the motors among the velocities of the model
+    joint_rates: Integers  # and of the joints
+    acting: Pressing = field(init=False)  # the joints that press; others hold their setpoints
     turning: TurningFingers | None = None
     bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
@@ -32,6 +35,9 @@ class Hand:
     )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
     since: float = 0.0  # when it began to press [s]
 
+    def __post_init__(self) -> None:
+        self.act(self.opened)
+
     def act(self, setpoints: Array) -> None:
         """Chooses the joints that press from now on: those that a grasp has moved from where they are open, or all.
 
@@ -39,7 +45,8 @@ class Hand:
         close the hand in another way than the plan has looked at.
         """
         moved = np.abs(setpoints - self.opened) > AS_OPEN
-        self.acting = np.flatnonzero(moved[self.motor_of] | (not moved.any()))
+        some = np.flatnonzero(moved[self.motor_of] | (not moved.any()))
+        self.acting = Pressing(self.joints[some], self.joint_rates[some], self.motor_of[some], self.spread[some])
 
     def force(self, time: float) -> float:
         """The force with which it presses at a time [N].
