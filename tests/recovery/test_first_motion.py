@@ -111,6 +111,10 @@ def test_parts_that_do_not_suffice_are_not_used(stacked: tuple[kabo.Problem, Sce
     huge = BodyParts((8,), corners.astype("<f8").tobytes())
     coarse = replace(plan.certificate, bodies=dict.fromkeys(plan.certificate.bodies, huge))
     assert with_parts_of(replace(plan, certificate=coarse), first, scene) is first
+    assert first.certificate is not None
+    segments = tuple(replace(each, clearance=5.0) for each in first.certificate.segments)
+    tight = replace(first, certificate=replace(first.certificate, segments=segments))
+    assert with_parts_of(plan, tight, scene) is tight, "much less is proven with other parts"
     assert with_parts_of(replace(plan, certificate=None), first, scene) is first
 
 
