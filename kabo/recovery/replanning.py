@@ -75,14 +75,12 @@ class Replanner:
         if back.plan is not None:
             return back
         reasons = [on.reason, back.reason]
-        if between:
-            opened = partial(way_back, between=between)
-            found, _ = self._way("undo", "back with open hands", opened, interruption)
-            if found.plan is None:
-                only = partial(way_open, between=between)
-                found, _ = self._way("undo", "out of a contact with open hands", only, interruption)
+        opening = (("back with open hands", way_back), ("out of a contact with open hands", way_open))
+        for where, made in opening if between else ():
+            found, _ = self._way("undo", where, partial(made, between=between), interruption)
             if found.plan is not None:
                 return found
+            reasons.append(found.reason)
         onward = self._onward(interruption)
         return onward if onward.plan is not None else Answer("none", None, "; ".join([*reasons, onward.reason]))
 
