@@ -28,6 +28,7 @@ from kabo.options import Options
 from kabo.plan import Node, Plan, Segment
 from kabo.planner.certify.certifying import certified
 from kabo.planner.certify.granting import granted
+from kabo.recovery.known_parts import certificate_with_parts
 from kabo.scene import Component, Scene, attachment, beginning_at, motion_limits, with_change, world_T
 from kabo.scene.transforms import inverse
 
@@ -257,7 +258,9 @@ class _Way:
         plan = Plan(name, files_of(scene), options, NODE, nodes, start)
         models = {body: each.model for body, each in scene.description.bodies.items()}
         surroundings = GeometryServer(scene, clearance=self.clearance).surroundings
-        return certified(granted(plan, scene, models), surroundings)[0]
+        plan = granted(plan, scene, models)
+        known = certificate_with_parts(plan, surroundings, self.interruption.plan)
+        return certified(plan, surroundings)[0] if known is None else replace(plan, certificate=known)
 
 
 def _with_held(scene: Scene, between: Mapping[str, str]) -> Scene:

@@ -13,7 +13,7 @@ from kabo.options import SolveOptions
 from kabo.plan import Plan, State
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
-from kabo.recovery.first_motion import begun, first_motion
+from kabo.recovery.first_motion import begun, first_motion, stating, with_parts_of
 from kabo.recovery.node_ways import NoWayError, way_back, way_on, way_open
 from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
@@ -75,14 +75,12 @@ class Replanner:
         if back.plan is not None:
             return back
         reasons = [on.reason, back.reason]
-        if between:
-            opened = partial(way_back, between=between)
-            found, _ = self._way("undo", "back with open hands", opened, interruption)
-            if found.plan is None:
-                only = partial(way_open, between=between)
-                found, _ = self._way("undo", "out of a contact with open hands", only, interruption)
+        opening = (("back with open hands", way_back), ("out of a contact with open hands", way_open))
+        for where, made in opening if between else ():
+            found, _ = self._way("undo", where, partial(made, between=between), interruption)
             if found.plan is not None:
                 return found
+            reasons.append(found.reason)
         onward = self._onward(interruption)
         return onward if onward.plan is not None else Answer("none", None, "; ".join([*reasons, onward.reason]))
 
@@ -139,13 +137,16 @@ class Replanner:
             reason = result.reason
             more = "" if reason is None or not reason.details else f" ({reason.details[0]})"
             return Answer("none", None, ("no plan was found" if reason is None else reason.message) + more)
-        return self._proven(result.plan, state)
+        return self._proven(result.plan, state, interruption.plan)
 
-    def _proven(self, plan: Plan, state: State) -> Answer:
-        """The plan as an answer, if its first motion is proven, or else all of it."""
+    def _proven(self, plan: Plan, state: State, earlier: Plan) -> Answer:
+        """The plan as an answer in place of the earlier one, if its first motion is proven, or else all of it."""
         first = first_motion(plan, self.scene)
-        check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
         assert self.scene.description is not None
+        if first is not None:
+            first = with_parts_of(earlier, first, self.scene)
+            plan = stating(plan, first)
+        check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
         report = check() if first is None else verify_plan(self.scene.description, first, scene=self.scene)
         why = _unproven(plan, report)
         if why is not None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.simulation.kernels.motors import Pressing
 from kabo.simulation.turning_fingers import TurningFingers
 
 AS_OPEN = 1e-6  # [m or rad]
@@ -24,8 +25,10 @@ class Hand:
     motor_of: Integers  # the place in `motors` of what moves each joint
     spread: Array  # the share of its motor's torque that each joint gets
     opened: Array  # the value of each motor when the hand is open
-    acting: Integers  # which of `joints` press: their places there; others hold their setpoints
+    rates: Integers  # the places of the motors among the velocities of the model
+    joint_rates: Integers  # and of the joints
     armatures: Array  # of `joints`, while the hand does not press [kg m², or kg for a joint that slides]
+    acting: Pressing = field(init=False)  # the joints that press; others hold their setpoints
     turning: TurningFingers | None = None
     bodies: tuple[int, ...] = ()  # of the model, that it holds
     pressing: float | None = None
@@ -34,6 +37,9 @@ class Hand:
     )  # what it took: places (3,) in the carrier's frame [m], with the mass that should be there
     since: float = 0.0  # when it began to press [s]
 
+    def __post_init__(self) -> None:
+        self.act(self.opened)
+
     def act(self, setpoints: Array) -> None:
         """Chooses the joints that press from now on: those that a grasp has moved from where they are open, or all.
 
@@ -41,7 +47,8 @@ class Hand:
         close the hand in another way than the plan has looked at.
         """
         moved = np.abs(setpoints - self.opened) > AS_OPEN
-        self.acting = np.flatnonzero(moved[self.motor_of] | (not moved.any()))
+        some = np.flatnonzero(moved[self.motor_of] | (not moved.any()))
+        self.acting = Pressing(self.joints[some], self.joint_rates[some], self.motor_of[some], self.spread[some])
 
     def locked(self, least: float) -> Array:
         """The armatures of `joints` while it presses: what the others press does not drive the gears of fingers back.
@@ -49,8 +56,7 @@ class Hand:
         Joints follow setpoints the more stiffly the greater their armature is; those of light fingers would give way.
         `least` is the least of a joint that does not press [kg m², or kg].
         """
-        found, held = self.armatures.copy(), np.ones(len(self.joints), bool)
-        held[self.acting] = False
+        found, held = self.armatures.copy(), ~np.isin(self.joints, self.acting.joint)
         found[held] = np.maximum(HOLDS * found[held], least)
         return found
 

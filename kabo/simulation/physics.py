@@ -16,7 +16,7 @@ from kabo.scene.state import GeometricState
 from kabo.simulation.hands import Hand
 from kabo.simulation.kernels.bias import Moving, add_point_mass
 from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
-from kabo.simulation.kernels.motors import Joints, Setpoints, drive, wanted_accelerations
+from kabo.simulation.kernels.motors import Joints, Setpoints, drive, press, wanted_accelerations
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import mujoco, tree_of
@@ -104,6 +104,7 @@ class Physics:
         self._number = {(motor.robot, motor.joint): k for k, motor in enumerate(motors)}
         self._thing = [self.description.things.get(model.geom(k).name, "") for k in range(model.ngeom)]
         self._hands = {name: hand for name in self.scene.robots if (hand := self._hand(name)) is not None}
+        self._presses = np.zeros(len(self._hands), np.int64)
         count = len(motors)
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
@@ -112,15 +113,18 @@ class Physics:
             mine = [self._number[name, joint] for joint in own.joint_names]
             self._own[name] = self._values[mine], self._rates[mine]
         self._numbers: dict[str, int] = {}  # of bodies of the model
+        self._commanded: dict[tuple[str, tuple[str, ...]], Integers] = {}  # the motors of some joints of a robot
         self._expected = {
             name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
         }
-        self._scratch, self._gravity = np.empty((5, 3)), np.array(model.opt.gravity)
+        self._scratch, self._gravity = np.empty((6, 3)), np.array(model.opt.gravity)
         self._tree, self._touches = tree_of(model), self._touching()
         data = self.data
         self._driven = Joints(self._values, self._rates, self._leader, self._ratio, self._shift)
         self._setpoints = Setpoints(self.setpoint, self.speed, self.change)
-        self._moving = Moving(data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com)
+        self._moving = Moving(
+            data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com, data.xpos, data.xmat
+        )
         self._positions, self._bias, self._passive = data.qpos, data.qfrc_bias, data.qfrc_passive  # views
         self._outputs = self._limits, self.model.actuator_gainprm[:, 0], data.ctrl, data.qfrc_applied
 
@@ -156,8 +160,9 @@ class Physics:
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
         spread, dampings = self._spread(motors), np.full(len(motors), GRIP_DAMPING)
         opened = np.array([robot.gripper.open.get(joint, 0.0) for joint in joints])
-        everything, armatures = np.arange(len(spread[0])), self.model.dof_armature[self._rates[spread[0]]].copy()
-        hand = Hand(motors, np.array(levers), number, dampings, *spread, opened, everything, armatures)
+        rates = self._rates[motors], self._rates[spread[0]]
+        armatures = self.model.dof_armature[rates[1]].copy()
+        hand = Hand(motors, np.array(levers), number, dampings, *spread, opened, *rates, armatures)
         if turns(robot):
             hand.turning = turning = self._turning(name, motors, np.sign(levers))
             hand.levers = np.sign(levers) * turning.arms / FINGERS
@@ -201,8 +206,10 @@ class Physics:
 
     def command(self, robot: str, joints: tuple[str, ...], setpoint: Array, speed: Array, change: Array) -> None:
         """The setpoint of some joints for the next steps: values, velocities, accelerations."""
-        index = [self._number[robot, joint] for joint in joints]
-        self.setpoint[index], self.speed[index], self.change[index] = setpoint, speed, change
+        found = self._commanded.get((robot, joints))
+        if found is None:
+            found = self._commanded[robot, joints] = np.array([self._number[robot, each] for each in joints])
+        self.setpoint[found], self.speed[found], self.change[found] = setpoint, speed, change
 
     def grip(self, robot: str, bodies: Sequence[str] = (), force: float | None = None) -> None:
         """A hand presses from now on, with a force [N] or as its scene says.
@@ -213,20 +220,25 @@ class Physics:
         gripper, hand = self.scene.robots[robot].gripper, self._hands[robot]
         hand.since = self.time if hand.pressing is None else hand.since
         hand.act(self.setpoint[hand.motors])
-        self.model.dof_armature[self._rates[hand.joints]] = hand.locked(self.settings.rotor_inertia)
+        self.model.dof_armature[hand.joint_rates] = hand.locked(self.settings.rotor_inertia)
         hand.pressing = force or (None if gripper is None else gripper.force) or self.settings.grip_force
         data, carrier = self.data, hand.carrier
         turn = data.xmat[carrier].reshape(3, 3)
         offsets = (data.xipos[self.model.body(body).id] - data.xpos[carrier] for body in bodies)
         hand.bodies = tuple(self.model.body(body).id for body in bodies)
+        self._note_pressing()
         hand.held = [(offset @ turn, self._expected[body]) for offset, body in zip(offsets, bodies, strict=True)]
 
     def release(self, robot: str) -> None:
         """A hand follows its setpoints again, from where its fingers are."""
         hand = self._hands[robot]
         hand.pressing, hand.held = None, []
-        self.model.dof_armature[self._rates[hand.joints]] = hand.armatures
+        self.model.dof_armature[hand.joint_rates] = hand.armatures
+        self._note_pressing()
         self.setpoint[hand.motors] = self.data.qpos[self._values[hand.motors]]
+
+    def _note_pressing(self) -> None:
+        self._presses[:] = [hand.pressing is not None for hand in self._hands.values()]
 
     def pressing(self, robot: str) -> float | None:
         """The force with which a hand presses [N]; None: it does not."""
@@ -267,13 +279,10 @@ class Physics:
         each = self._torques[self._rates]
         for hand in self._hands.values():
             if hand.pressing is not None:
-                pressed = self._levers(hand) * hand.force(data.time)
-                pressed -= hand.dampings * moving.velocity[self._rates[hand.motors]]
-                acting = hand.joints[hand.acting]
-                own, shares = self._rates[acting], (pressed[hand.motor_of] * hand.spread)[hand.acting]
-                each[acting] = self._bias[own] - self._passive[own] + shares
+                damped = self._levers(hand), hand.force(data.time), hand.dampings, hand.rates, moving.velocity
+                press(hand.acting, *damped, self._bias, self._passive, each)
         self._drive(each)
-        if not self.settings.welds and any(hand.pressing is not None for hand in self._hands.values()):
+        if not self.settings.welds and self._presses.any():
             self._complete_friction()
         library.mj_step2(model, data)
         self._stale = True
@@ -319,8 +328,7 @@ class Physics:
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
-        place = self.data.xpos[carrier] + self.data.xmat[carrier].reshape(3, 3) @ offset
-        given = carrier, place, mass, self._wanted, self._gravity, self._tree, self._moving, self._scratch
+        given = carrier, offset, mass, self._wanted, self._gravity, self._tree, self._moving, self._scratch
         add_point_mass(*given, self._torques)
 
     def _complete_friction(self) -> None:
@@ -330,8 +338,7 @@ class Physics:
         """
         data, found = self.data, self.data.contact
         contacts = Contacts(found.geom, found.pos, found.frame, found.efc_address, found.dim)
-        presses = np.array([hand.pressing is not None for hand in self._hands.values()], np.int64)
-        given = contacts, self._touches, presses, self._tree, self._moving, data.efc_aref
+        given = contacts, self._touches, self._presses, self._tree, self._moving, data.efc_aref
         complete_friction(*given, data.efc_KBIP, self.settings.timestep)
 
     def configuration(self, robot: str) -> tuple[float, ...]:

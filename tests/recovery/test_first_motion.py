@@ -1,5 +1,6 @@
 """A new plan begins when its first motion is proven; nothing goes on before all of it is."""
 
+import importlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,9 +9,9 @@ import pytest
 
 import kabo
 from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run, execute
-from kabo.plan import Plan
+from kabo.plan import BodyParts, Plan
 from kabo.recovery import Replanner
-from kabo.recovery.first_motion import begun, first_motion
+from kabo.recovery.first_motion import begun, first_motion, stating, with_parts_of
 from kabo.scene import Attachment, Scene
 
 DOMAINS = Path(__file__).parents[2] / "domains"
@@ -56,6 +57,67 @@ def test_the_first_motion_is_proven_by_itself_with_the_same_gaps(name: str) -> N
     assert not kabo.verify(scene, shaken(first, first.root)).ok
 
 
+def _looked_at(*_: object) -> None:
+    raise LookupError("it was asked whether parts enclose a body")
+
+
+def repaired(name: str) -> tuple[kabo.Problem, Scene, Plan, Plan]:
+    """A problem, its scene, its plan, and the plan of its goal from where the first node has begun elsewhere."""
+    problem, scene, plan = solved(name)
+    state = kabo.after(problem, plan, [])
+    assert state.geometry is not None
+    moved = {}
+    for body, own in state.geometry.objects.items():
+        x, y, z = own.position
+        moved[body] = replace(own, position=(x + 0.004, y, z)) if own.parent == "world" else own
+    state = replace(state, geometry=replace(state.geometry, objects=moved))
+    new = kabo.solve(problem, start=state).plan
+    assert new is not None
+    return problem, scene, plan, new
+
+
+def test_parts_that_are_known_to_enclose_the_bodies_are_not_looked_at_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem, scene, plan, new = repaired("circular_rearrange/n2.yaml")
+    cut_out = first_motion(new, scene)
+    assert cut_out is not None and cut_out.certificate is not None and plan.certificate is not None
+    parts = importlib.import_module("kabo.verify.certificate.parts")
+    parts._COVERED.clear()
+    assert kabo.verify(problem, plan, scene=scene).ok
+    monkeypatch.setattr(parts, "uncovered", _looked_at)
+    first = with_parts_of(plan, cut_out, scene)
+    assert first.certificate is not None
+    assert all(own == plan.certificate.bodies.get(key, own) for key, own in first.certificate.bodies.items())
+    report = kabo.verify(scene, first)
+    assert report.ok and report.certificate is not None, report
+    with pytest.raises(LookupError):  # the plan has parts of its own
+        kabo.verify(scene, cut_out)
+    monkeypatch.undo()
+    stated = stating(new, first)
+    assert kabo.verify(problem, stated, start=kabo.State((), new.start), scene=scene).ok
+    assert stated.certificate is not None
+    least = {each.segment: each.clearance for each in first.certificate.segments}
+    for each in stated.certificate.segments:
+        if each.node == new.root and least[each.segment] is not None:
+            assert each.clearance is not None and each.clearance <= least[each.segment]
+
+
+def test_parts_that_do_not_suffice_are_not_used(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    _, scene, plan = stacked
+    first = first_motion(plan, scene)
+    assert first is not None and plan.certificate is not None
+    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    huge = BodyParts((8,), corners.astype("<f8").tobytes())
+    coarse = replace(plan.certificate, bodies=dict.fromkeys(plan.certificate.bodies, huge))
+    assert with_parts_of(replace(plan, certificate=coarse), first, scene) is first
+    assert first.certificate is not None
+    segments = tuple(replace(each, clearance=5.0) for each in first.certificate.segments)
+    tight = replace(first, certificate=replace(first.certificate, segments=segments))
+    assert with_parts_of(plan, tight, scene) is tight, "much less is proven with other parts"
+    assert with_parts_of(replace(plan, certificate=None), first, scene) is first
+
+
 def test_a_plan_of_one_motion_has_no_first_one(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
     _, scene, plan = stacked
     last = next(name for name, node in plan.nodes.items() if node.motion and not plan.nodes[str(node.next)].motion)
@@ -73,7 +135,7 @@ def test_a_motion_into_which_the_next_one_begins_is_proven_with_the_whole_plan()
     assert plan is not None
     following = plan.nodes[str(plan.nodes[plan.root].next)]
     assert following.overlap > 0.0 and first_motion(plan, scene) is None
-    answer = Replanner(problem, scene)._proven(plan, state)
+    answer = Replanner(problem, scene)._proven(plan, state, first)
     assert answer.plan is plan and answer.rest is None, answer.reason
 
 
@@ -93,9 +155,9 @@ class Careless(Replanner):
 
     spoilt = 0  # the number of the node
 
-    def _proven(self, plan: Plan, state: kabo.State) -> Answer:
+    def _proven(self, plan: Plan, state: kabo.State, earlier: Plan) -> Answer:
         names = [name for name, node in plan.nodes.items() if node.motion]
-        return super()._proven(shaken(plan, names[min(self.spoilt, len(names) - 1)]), state)
+        return super()._proven(shaken(plan, names[min(self.spoilt, len(names) - 1)]), state, earlier)
 
 
 def carried_out(case: tuple[kabo.Problem, Scene, Plan], recovery: Replanner) -> Run:
@@ -114,8 +176,9 @@ def test_a_plan_without_a_certificate_is_not_begun(stacked: tuple[kabo.Problem, 
     """It has no margins: the least error of what is measured would end it in the midst of a motion."""
 
     class Without(Replanner):
-        def _proven(self, plan: Plan, state: kabo.State) -> Answer:
-            return super()._proven(replace(plan, certificate=None, certificate_gaps=("n0: too near",)), state)
+        def _proven(self, plan: Plan, state: kabo.State, earlier: Plan) -> Answer:
+            plan = replace(plan, certificate=None, certificate_gaps=("n0: too near",))
+            return super()._proven(plan, state, earlier)
 
     run = carried_out(stacked, Without(*stacked[:2]))
     assert not run.reached_goal and run.reason.endswith("the new plan is not proven: n0: too near")

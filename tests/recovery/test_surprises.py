@@ -112,10 +112,12 @@ def test_a_hand_that_closes_on_a_body_beside_its_place_opens_first(
 
 
 def test_a_hand_is_not_opened_onto_what_is_beside_it(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
-    _, scene, _ = stacked
+    problem, scene, _ = stacked
     stands = half_closed(stacked, 0.97, 0.04)  # where an open finger is
     with pytest.raises(NoWayError, match="overlap"):
         way_open(stands, scene, {"o2": "mobile"})
+    answer = Replanner(problem, scene, {"timeout": 3.0}).answer(stands)
+    assert answer.kind == "none" and "no way out of a contact with open hands: o2 and" in answer.reason, answer
     opened = replace(stands, executed=stands.executed[:-1])
     geometry = stands.state.geometry
     assert geometry is not None

@@ -13,7 +13,7 @@ from kabo.scene import link_poses
 from kabo.simulation import Physics
 from kabo.simulation.kernels.bias import add_point_mass, bias
 from kabo.simulation.kernels.friction import Contacts, complete_friction
-from kabo.simulation.kernels.motors import Joints, drive
+from kabo.simulation.kernels.motors import Joints, Pressing, drive, press
 from kabo.streams import stream_key, uniforms
 
 mujoco = pytest.importorskip("mujoco")
@@ -37,18 +37,35 @@ def moving() -> Physics:
 
 
 def test_the_bias_and_the_load_of_a_point_are_those_of_mujoco(moving: Physics) -> None:
-    model, data, scratch, jacobian = moving.model, moving.data, np.empty((5, 3)), np.zeros((3, moving.model.nv))
+    model, data, scratch, jacobian = moving.model, moving.data, np.empty((6, 3)), np.zeros((3, moving.model.nv))
     wanted, gravity = drawn("wanted", model.nv)[0], np.array(model.opt.gravity)
     for body in range(model.nbody):
-        place = data.xpos[body] + 0.1 * drawn(f"place {body}", 3)[0]
+        own = 0.1 * drawn(f"place {body}", 3)[0]
+        place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ own
         mujoco.mj_jacDot(model, data, jacobian, None, place, body)
         expected = jacobian @ data.qvel
         bias(body, place, moving._tree, moving._moving, scratch)
         assert np.allclose(scratch[0], expected, atol=1e-12)
         mujoco.mj_jac(model, data, jacobian, None, place, body)
         torques = np.zeros(model.nv)
-        add_point_mass(body, place, 0.3, wanted, gravity, moving._tree, moving._moving, scratch, torques)
+        add_point_mass(body, own, 0.3, wanted, gravity, moving._tree, moving._moving, scratch, torques)
         assert np.allclose(torques, (0.3 * (jacobian @ wanted + expected - gravity)) @ jacobian, atol=1e-12)
+
+
+def test_what_presses_gets_the_force_of_its_hand_and_the_rest_what_it_had() -> None:
+    """The first of two motors moves joints 4 and 1 with shares of its torque; the second one holds its setpoint."""
+    pressing = Pressing(np.array([4, 1]), np.array([3, 0]), np.array([0, 0]), np.array([0.5, 0.25]))
+    levers, dampings, rates = np.array([2.0, 9.0]), np.array([0.1, 0.7]), np.array([3, 2])
+    velocities, bias_, passive, torques = (
+        np.array([1.0, 2.0, 3.0, 4.0]),
+        np.arange(4.0),
+        np.ones(4),
+        np.full(5, -1.0),
+    )
+    for function in (press, press.py_func):
+        function(pressing, levers, 10.0, dampings, rates, velocities, bias_, passive, torques)
+        torque = 2.0 * 10.0 - 0.1 * 4.0
+        assert torques.tolist() == [-1.0, 0.0 - 1.0 + 0.25 * torque, -1.0, -1.0, 3.0 - 1.0 + 0.5 * torque]
 
 
 def test_contacts_of_a_hand_get_the_bias_that_mujoco_leaves_out(moving: Physics) -> None:

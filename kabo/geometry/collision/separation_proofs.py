@@ -120,7 +120,12 @@ def in_order(middles: Array) -> list[int]:
 
 def ordered(enclosure: Enclosure) -> Parts:
     """The parts of an enclosure without a tree, in the order of `order_of`."""
-    packed, order = enclosure.packed, order_of(enclosure)
+    return arranged(enclosure, order_of(enclosure))
+
+
+def arranged(enclosure: Enclosure, order: list[int]) -> Parts:
+    """The parts of an enclosure without a tree, in an order of their numbers."""
+    packed = enclosure.packed
     vertices = tuple(enclosure.parts[i] for i in order)
     own = Packed(packed.blocks[order], packed.sizes[order], packed.diameters[order], packed.rounds[order])
     boxes = np.array([[*part.min(axis=0), *part.max(axis=0)] for part in vertices])

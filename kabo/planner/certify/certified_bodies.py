@@ -16,9 +16,11 @@ from kabo.geometry.collision.separation_proofs import (
     Prover,
     Unproven,
     Witness,
+    arranged,
     order_of,
     ordered,
 )
+from kabo.meshes import Rounding
 from kabo.plan import BodyParts
 
 
@@ -71,19 +73,30 @@ class PairProofs:
 class CertifiedBodies:
     """The parts of every mesh; where a proof fails, parts that have children are divided.
 
-    `covers` are the divisions to begin with: those that the proofs of the whole plan turned out to need.
+    `covers` are the divisions to begin with: those that the proofs of the whole plan turned out to need. `given` are parts
+    of another certificate: if there are any, nothing is divided.
     """
 
     def __init__(
-        self, enclosures: Mapping[str, Enclosure], covers: Mapping[str, Cover], budget: Budget, near: float
+        self,
+        enclosures: Mapping[str, Enclosure],
+        covers: Mapping[str, Cover],
+        budget: Budget,
+        near: float,
+        given: Mapping[str, BodyParts] | None = None,
     ) -> None:
         self.covers = {digest: covers.get(digest) or Cover.of(made) for digest, made in enclosures.items()}
         self.divided = False  # whether proofs needed more than those
         self._budget, self._near = budget, near
-        self._parts = {digest: ordered(cover.enclosure) for digest, cover in self.covers.items()}
+        self._given = given or {}
+        self._parts = {digest: self._parts_of(digest) for digest in self.covers}
         self._prover = Prover(self._parts, near, budget.clearance)
         self._known: dict[tuple[object, ...], tuple[Integers, PairProofs, Array]] = {}
         self._names: dict[str, Sequence[int]] = {}  # of the parts of each refined mesh
+
+    def _parts_of(self, digest: str) -> Parts:
+        given = self._given.get(f"sha256:{digest}")
+        return ordered(self.covers[digest].enclosure) if given is None else _read(given)
 
     def near_pairs(self, course: Course, scopes: Integers, caps: Array) -> NearPairs:
         """The pairs of a course by their distances, with the parts that nothing has refined yet."""
@@ -136,6 +149,8 @@ class CertifiedBodies:
 
     def _divide(self, course: Course, failed: Unproven) -> bool:
         """Whether the larger of the two parts that were not proven apart could be divided."""
+        if self._given:
+            return False
         meshes = [course.bodies[k].mesh for k in course.pairs[failed.pair, :2]]
         numbers = [self._names[m][k] if m in self._names else k for m, k in zip(meshes, failed.parts, strict=True)]
         places = [order_of(self.covers[mesh].enclosure)[k] for mesh, k in zip(meshes, numbers, strict=True)]
@@ -178,3 +193,12 @@ class CertifiedBodies:
             rounds = parts.packed.rounds.astype("<f8").tobytes() if parts.packed.rounds[:, :2].any() else b""
             result[f"sha256:{digest}"] = BodyParts(sizes, vertices.astype("<f8").tobytes(), rounds)
         return result
+
+
+def _read(given: BodyParts) -> Parts:
+    """The parts of a certificate, in their order."""
+    vertices = np.frombuffer(given.vertices, "<f8").astype(np.float64).reshape(-1, 3)
+    rounds = np.frombuffer(given.rounds, "<f8").reshape(-1, 5).tolist()
+    roundings = tuple(Rounding(radius, disc, (x, y, z)) for radius, disc, x, y, z in rounds)
+    parts = tuple(map(np.ascontiguousarray, np.split(vertices, np.cumsum(given.sizes)[:-1])))
+    return arranged(Enclosure(parts, 0.0, roundings), list(range(len(parts))))

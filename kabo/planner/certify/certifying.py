@@ -20,6 +20,7 @@ from kabo.geometry.collision.separation_proofs import Course, Unproven
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.phases import phase
 from kabo.plan import (
+    BodyParts,
     Certificate,
     Clearance,
     Node,
@@ -105,7 +106,11 @@ def certified(
 
 
 def certify(
-    plan: Plan, surroundings: SceneSurroundings, near: float | None = None, look: Callable[[], None] = never
+    plan: Plan,
+    surroundings: SceneSurroundings,
+    near: float | None = None,
+    look: Callable[[], None] = never,
+    parts: Mapping[str, BodyParts] | None = None,
 ) -> Certificate | list[UnprovenPair]:
     """The certificate of a plan, or the pairs of bodies that are not proven apart.
 
@@ -115,15 +120,16 @@ def certify(
         near: the distance [m] above which a pair needs no separating axis; if None epsilon, or a quarter more than what
             bodies keep from each other, if that is more.
         look: called periodically; an exception that it raises ends the work.
+        parts: `bodies` of another certificate, to be used as they are: a verifier may know already what they enclose.
 
     Raises:
         ValueError: the plan has a cycle, no start state, or moves something that may be in several places.
     """
     covers: dict[str, Cover] = {}
-    sharp = True
+    sharp = not parts
     while True:
         enough = max(surroundings.budget.epsilon, NEAR_FACTOR * surroundings.greatest_kept)
-        certifying = _Certifying(plan, surroundings, near or enough, look, covers)
+        certifying = _Certifying(plan, surroundings, near or enough, look, covers, parts)
         made = certifying.made(sharp)
         if certifying.bodies.divided:
             covers = certifying.bodies.covers  # all proofs are to be about the same parts
@@ -141,6 +147,7 @@ class _Certifying:
         near: float,
         look: Callable[[], None],
         covers: Mapping[str, Cover],
+        parts: Mapping[str, BodyParts] | None = None,
     ) -> None:
         self.look = look
         order = topological_order(plan)
@@ -150,7 +157,7 @@ class _Certifying:
         self.surroundings, self.scene = surroundings, surroundings.scene
         self.values = ComponentValues(plan, self.scene, order)
         self.things = StretchThings(surroundings, self.values)
-        self.bodies = CertifiedBodies(self.things.enclosures(), covers, surroundings.budget, near)
+        self.bodies = CertifiedBodies(self.things.enclosures(), covers, surroundings.budget, near, parts)
         self.gaps: list[UnprovenPair] = []
         self.choice = PairChoice(surroundings.never_collide)
         self.least = LeastSoFar(self.scene.movable, near)

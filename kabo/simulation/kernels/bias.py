@@ -28,6 +28,8 @@ class Moving(NamedTuple):
     axis: Array  # (V, 6) spatial axes
     change: Array  # (V, 6) of the axes in time
     centre: Array  # (B, 3) of mass, of the tree that begins with a body [m]
+    origin: Array  # (B, 3) of bodies [m]
+    rotation: Array  # (B, 9) of bodies, row by row
 
 
 @kernel  # (3,), (3,) -> writes out (3,)
@@ -72,9 +74,13 @@ def bias(body, point, tree, moving, scratch):
     add_cross(own[:3], speed, found)
 
 
-@kernel  # i8, (3,) f8 [m], f8 [kg], (V,) f8, (3,) f8 [m/s²], Tree, Moving, scratch (5, 3) f8 -> adds to torques (V,)
-def add_point_mass(body, point, mass, wanted, gravity, tree, moving, scratch, torques):
-    """Adds the torques that move a point mass at a point of a body, for wanted accelerations of the joints."""
+@kernel  # i8, (3,) f8 [m], f8 [kg], (V,) f8, (3,) f8 [m/s²], Tree, Moving, scratch (6, 3) f8 -> adds to torques (V,)
+def add_point_mass(body, place, mass, wanted, gravity, tree, moving, scratch, torques):
+    """Adds the torques that move a point mass at a place in a body's frame, for wanted accelerations of the joints."""
+    point, turn = scratch[5], moving.rotation[body]
+    for r in range(3):
+        along = turn[3 * r] * place[0] + turn[3 * r + 1] * place[1] + turn[3 * r + 2] * place[2]
+        point[r] = moving.origin[body, r] + along
     bias(body, point, tree, moving, scratch)
     needed, offset, column = scratch[0], scratch[1], scratch[4]
     for whole in range(2):  # first the acceleration, then the torques

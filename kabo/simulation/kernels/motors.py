@@ -24,6 +24,18 @@ class Setpoints(NamedTuple):
     change: Array
 
 
+class Pressing(NamedTuple):
+    """The joints (A,) of a hand that press: places among driven joints, places among velocities, motors, shares.
+
+    `motor` is the place among the hand's motors, of whose torque a joint gets its `share`.
+    """
+
+    joint: Integers
+    rate: Integers
+    motor: Integers
+    share: Array
+
+
 @kernel  # Joints, Setpoints, (Q,) f8, (V,) f8, f8 [1/s] -> writes wanted (V,)
 def wanted_accelerations(joints, setpoints, positions, velocities, stiffness, wanted):
     """Those of the setpoints, and a correction of what joints are off: a spring and damper, critically damped."""
@@ -51,3 +63,15 @@ def drive(joints, torques, limits, gains, control, applied):
             applied[joints.rate[k]] = share * torques[k] * gains[m]
         else:
             control[k] = share * torques[k]
+
+
+@kernel  # Pressing, (M,) f8, f8 [N], (M,) f8, (M,) i8, (V,) f8, (V,) f8, (V,) f8 -> writes some of torques (K,) f8
+def press(pressing, levers, force, dampings, rates, velocities, bias, passive, torques):
+    """Gives joints that press what the force of their hand asks for, damped, whatever their setpoints are.
+
+    `levers` are the torques of the hand's motors per newton, `dampings` theirs, `rates` their places among velocities.
+    """
+    for a in range(pressing.joint.shape[0]):
+        m, rate = pressing.motor[a], pressing.rate[a]
+        pressed = levers[m] * force - dampings[m] * velocities[rates[m]]
+        torques[pressing.joint[a]] = bias[rate] - passive[rate] + pressed * pressing.share[a]
