@@ -83,11 +83,16 @@ def stopped_until_its_limit(folder: Path, limit: float) -> tuple[int, str]:
     told, lines = "", 0
     while lines < FIRST and (line := process.stderr.readline()):
         told, lines = told + line, lines + bool(LINE.match(line))
+    stop_workers(process)
+    told += process.stderr.read()
+    return process.wait(timeout=60), told
+
+
+def stop_workers(process: "subprocess.Popen[str]") -> None:
+    """Stops the processes that work for one, so that nothing more gets done, however slow the caller is."""
     with suppress(OSError):  # it has ended meanwhile
         for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
             os.killpg(int(child), signal.SIGSTOP)
-    told += process.stderr.read()
-    return process.wait(timeout=60), told
 
 
 def forget(folder: Path) -> None:
@@ -101,6 +106,7 @@ def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
     assert process.stderr is not None
     while not LINE.match(line := process.stderr.readline()):
         assert line, "it ended without a line"
+    stop_workers(process)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=60)
     assert process.returncode == 130
