@@ -103,3 +103,17 @@ def test_an_arm_stands_still_against_gravity_and_its_hand_presses_with_its_force
     left = physics.configuration("arm")[7]
     assert left < 0.002  # nothing was between the fingers
     assert physics.pressing("arm") == 30.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_arm_that_is_far_from_its_setpoint_comes_back_and_rests(seed: int) -> None:
+    """A correction that asks for more than all motors have swung the arm for ever."""
+    scene = kabo.load_scene(Path(__file__).parents[2] / "examples" / "two_cans" / "scene.yaml")
+    physics, robot = Physics(scene), scene.robots["arm"]
+    places = physics._own["arm"][0][: robot.planned]
+    wanted = physics.data.qpos[places].copy()
+    physics.data.qpos[places] += np.random.default_rng(seed).uniform(-0.6, 0.6, robot.planned)
+    for _ in range(4000):
+        physics.step()
+    assert np.abs(physics.data.qpos[places] - wanted).max() < 1e-3
+    assert np.abs(physics.velocities("arm")).max() < 1e-3

@@ -5,6 +5,8 @@ from typing import NamedTuple
 from kabo.arrays import Array, Integers
 from kabo.compilation import kernel
 
+COMES_BACK = 1.0  # [rad/s or m/s]
+
 
 class Joints(NamedTuple):
     """Joints (K,) that motors drive, followers behind: joint k takes `ratio[k]` times its motor's value, and a shift."""
@@ -38,12 +40,16 @@ class Pressing(NamedTuple):
 
 @kernel  # Joints, Setpoints, (Q,) f8, (V,) f8, f8 [1/s] -> writes wanted (V,)
 def wanted_accelerations(joints, setpoints, positions, velocities, stiffness, wanted):
-    """Those of the setpoints, and a correction of what joints are off: a spring and damper, critically damped."""
+    """Those of the setpoints, and a correction of what joints are off: a spring and damper, critically damped.
+
+    Joints come back no faster than `COMES_BACK`: what is far off would ask for more than motors have, and swing for ever.
+    """
     for k in range(joints.leader.shape[0]):
         m, ratio = joints.leader[k], joints.ratio[k]
         off = ratio * setpoints.position[m] + joints.shift[k] - positions[joints.value[k]]
         late = ratio * setpoints.speed[m] - velocities[joints.rate[k]]
-        wanted[joints.rate[k]] = ratio * setpoints.change[m] + 2.0 * stiffness * late + stiffness * stiffness * off
+        back = min(max(0.5 * stiffness * off, -COMES_BACK), COMES_BACK)
+        wanted[joints.rate[k]] = ratio * setpoints.change[m] + 2.0 * stiffness * (late + back)
 
 
 @kernel  # Joints, (K,) f8, (M,) f8, (M,) f8 -> writes control (M,) f8, some of applied (V,) f8
