@@ -66,9 +66,20 @@ class Hand:
         It builds up, as that of grippers does, so that fingers come to lie flat on what they hold: under a force that is
         there at once a body that is held off its middle turns by a degree, and stays so.
         """
-        full = self.pressing or 0.0
+        full = float(self.pressing or 0.0)
         return full * (time - self.since) / BUILDS_UP if self.builds_up(time) else full
 
     def builds_up(self, time: float) -> bool:
         """Whether it presses with less than its whole force; a hand that is forced open does so at once."""
         return self.pressing is not None and self.pressing > 0.0 and time < self.since + BUILDS_UP
+
+
+def spread_of(motors: list[int], leader: Integers, ratio: Array) -> tuple[Integers, Integers, Array]:
+    """The joints (k,) that motors move, the place of the motor of each in the list, and its share of the torque.
+
+    `leader` (K,) is the motor of each driven joint, and `ratio` (K,) how far the joint moves when its motor moves by one.
+    """
+    joints = np.flatnonzero(np.isin(leader, motors))
+    which = np.array([motors.index(k) for k in leader[joints]], np.int64)
+    squares = np.bincount(which, ratio[joints] ** 2, len(motors))
+    return joints, which, ratio[joints] / squares[which]

@@ -13,9 +13,9 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
-from kabo.simulation.hands import Hand
+from kabo.simulation.hands import Hand, spread_of
 from kabo.simulation.kernels.bias import Moving, add_point_mass
-from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction
+from kabo.simulation.kernels.friction import Contacts, Touches, complete_friction, no_contacts
 from kabo.simulation.kernels.motors import Joints, Setpoints, drive, press, wanted_accelerations
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
@@ -70,6 +70,15 @@ class Physics:
         self.data = self._mujoco.MjData(self.model)
         self._index()
         self.place((start or scene.start).robots)
+        self._load_kernels()
+
+    def _load_kernels(self) -> None:
+        """Loads what is called when a hand presses: to load it takes longer than a robot server may be silent."""
+        for hand in self._hands.values():
+            self._press(hand, np.zeros(len(self._rates)))
+            self._add_load(hand.carrier, np.zeros(3), 0.0)
+        for contacts in no_contacts():
+            self._complete_friction(contacts)
 
     def _make_true(self, masses: Mapping[str, float]) -> None:
         """Gives bodies their true masses, spread as before."""
@@ -104,7 +113,7 @@ class Physics:
         self._number = {(motor.robot, motor.joint): k for k, motor in enumerate(motors)}
         self._thing = [self.description.things.get(model.geom(k).name, "") for k in range(model.ngeom)]
         self._hands = {name: hand for name in self.scene.robots if (hand := self._hand(name)) is not None}
-        self._presses = np.zeros(len(self._hands), np.int64)
+        self._presses = np.zeros(len(self._hands), np.int64)  # 1 if it does
         count = len(motors)
         self.setpoint, self.speed, self.change = np.zeros(count), np.zeros(count), np.zeros(count)
         self._wanted, self._torques = np.zeros(model.nv), np.zeros(model.nv)
@@ -158,7 +167,7 @@ class Physics:
             robot.tool.frame if robot.tool else robot.gripper.touch_links[0].partition(".")[2]
         ].joint
         number = self.model.body(f"{name}:{robot.model.names[carrier]}").id
-        spread, dampings = self._spread(motors), np.full(len(motors), GRIP_DAMPING)
+        spread, dampings = spread_of(motors, self._leader, self._ratio), np.full(len(motors), GRIP_DAMPING)
         opened = np.array([robot.gripper.open.get(joint, 0.0) for joint in joints])
         rates = self._rates[motors], self._rates[spread[0]]
         armatures = self.model.dof_armature[rates[1]].copy()
@@ -168,13 +177,6 @@ class Physics:
             hand.levers = np.sign(levers) * turning.arms / FINGERS
             hand.dampings = hand.dampings * turning.arms**2
         return hand
-
-    def _spread(self, motors: list[int]) -> tuple[Integers, Integers, Array]:
-        """The joints (k,) that motors move, the place of the motor of each in the list, and its share of the torque."""
-        joints = np.flatnonzero(np.isin(self._leader, motors))
-        which = np.array([motors.index(k) for k in self._leader[joints]], np.int64)
-        squares = np.bincount(which, self._ratio[joints] ** 2, len(motors))
-        return joints, which, self._ratio[joints] / squares[which]
 
     def _turning(self, name: str, motors: list[int], closing: Array) -> TurningFingers:
         """The fingers of a hand that turns, as they are when it is open."""
@@ -208,7 +210,8 @@ class Physics:
         """The setpoint of some joints for the next steps: values, velocities, accelerations."""
         found = self._commanded.get((robot, joints))
         if found is None:
-            found = self._commanded[robot, joints] = np.array([self._number[robot, each] for each in joints])
+            numbers = [self._number[robot, each] for each in joints]
+            found = self._commanded[robot, joints] = np.array(numbers, np.int64)
         self.setpoint[found], self.speed[found], self.change[found] = setpoint, speed, change
 
     def grip(self, robot: str, bodies: Sequence[str] = (), force: float | None = None) -> None:
@@ -226,7 +229,7 @@ class Physics:
         turn = data.xmat[carrier].reshape(3, 3)
         offsets = (data.xipos[self.model.body(body).id] - data.xpos[carrier] for body in bodies)
         hand.bodies = tuple(self.model.body(body).id for body in bodies)
-        self._note_pressing()
+        self._presses[[*self._hands].index(robot)] = 1
         hand.held = [(offset @ turn, self._expected[body]) for offset, body in zip(offsets, bodies, strict=True)]
 
     def release(self, robot: str) -> None:
@@ -234,11 +237,8 @@ class Physics:
         hand = self._hands[robot]
         hand.pressing, hand.held = None, []
         self.model.dof_armature[hand.joint_rates] = hand.armatures
-        self._note_pressing()
+        self._presses[[*self._hands].index(robot)] = 0
         self.setpoint[hand.motors] = self.data.qpos[self._values[hand.motors]]
-
-    def _note_pressing(self) -> None:
-        self._presses[:] = [hand.pressing is not None for hand in self._hands.values()]
 
     def pressing(self, robot: str) -> float | None:
         """The force with which a hand presses [N]; None: it does not."""
@@ -279,11 +279,11 @@ class Physics:
         each = self._torques[self._rates]
         for hand in self._hands.values():
             if hand.pressing is not None:
-                damped = self._levers(hand), hand.force(data.time), hand.dampings, hand.rates, moving.velocity
-                press(hand.acting, *damped, self._bias, self._passive, each)
-        self._drive(each)
+                self._press(hand, each)
+        drive(joints, each, *self._outputs)
         if not self.settings.welds and self._presses.any():
-            self._complete_friction()
+            found = data.contact
+            self._complete_friction(Contacts(found.geom, found.pos, found.frame, found.efc_address, found.dim))
         library.mj_step2(model, data)
         self._stale = True
 
@@ -318,28 +318,23 @@ class Physics:
         found = levers_in_contact(self._mujoco, self.model, self.data, hand.turning, touching)
         return np.where(found > 0.0, np.sign(hand.levers) * found, hand.levers)
 
-    def _drive(self, each: Array) -> None:
-        """Motors give joints their torques, as far as they can.
-
-        What drives coupled joints reaches each by itself: a mechanism does not give way under the force of a hand, whereas
-        the coupling of the simulation would, and one finger would press what it holds off the hand's middle.
-        """
-        drive(self._driven, each, *self._outputs)
+    def _press(self, hand: Hand, torques: Array) -> None:
+        """Writes the torques (K,) of the driven joints with which a hand presses."""
+        damped = self._levers(hand), hand.force(self.time), hand.dampings, hand.rates, self._moving.velocity
+        press(hand.acting, *damped, self._bias, self._passive, torques)
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
-        given = carrier, offset, mass, self._wanted, self._gravity, self._tree, self._moving, self._scratch
-        add_point_mass(*given, self._torques)
+        given = self._wanted, self._gravity, self._tree, self._moving, self._scratch, self._torques
+        add_point_mass(carrier, offset, mass, *given)
 
-    def _complete_friction(self) -> None:
+    def _complete_friction(self, contacts: Contacts) -> None:
         """Adds what MuJoCo leaves out of the acceleration at which contacts in a hand do not slip: that of J in J q'.
 
         Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
         """
-        data, found = self.data, self.data.contact
-        contacts = Contacts(found.geom, found.pos, found.frame, found.efc_address, found.dim)
-        given = contacts, self._touches, self._presses, self._tree, self._moving, data.efc_aref
-        complete_friction(*given, data.efc_KBIP, self.settings.timestep)
+        given = contacts, self._touches, self._presses, self._tree, self._moving
+        complete_friction(*given, self.data.efc_aref, self.data.efc_KBIP, self.settings.timestep)
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""

@@ -1,5 +1,7 @@
 """The kernels of physics beside MuJoCo's own functions, and beside the same in numpy."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -116,3 +118,32 @@ def test_origins_of_links_are_those_of_pinocchio() -> None:
     assert np.allclose(own.at(rows), expected, atol=1e-12)
     assert np.allclose(origins_of.py_func(rows[:2], own.tree, own.joints, own.offsets), expected[:2], atol=1e-12)
     assert own.farthest(rows[0], rows[1]) == pytest.approx(np.linalg.norm(expected[0] - expected[1], axis=1).max())
+
+
+def test_what_is_called_while_robots_move_is_loaded_before() -> None:
+    """On a machine where nothing was compiled, a robot server was silent for too long when its hand closed first."""
+    program = """
+import sys
+from pathlib import Path
+import kabo
+from kabo.execution import KnownTruth, execute
+from kabo.simulation import SimulatedRobot
+
+def loaded():
+    rooms = [room for name, room in sys.modules.items() if name.startswith("kabo.simulation.kernels.")]
+    return {(name, str(each)) for room in rooms for name, made in vars(room).items()
+            for each in getattr(made, "signatures", ())}
+
+problem = kabo.load_problem(Path("domains/stacked/n2.yaml"))
+plan, scene = kabo.solve(problem).plan, kabo.load_scene(problem.scene)
+robot = SimulatedRobot(scene)
+robot.wait(0.01)
+before = loaded()
+assert execute(plan, scene, robot, KnownTruth(poses=robot.poses)).reached_goal
+print(len(before) > 0, loaded() == before)
+"""
+    repository = DOMAINS.parent
+    made = subprocess.run(
+        [sys.executable, "-c", program], cwd=repository, capture_output=True, text=True, check=True
+    )
+    assert made.stdout.split() == ["True", "True"], made.stderr

@@ -1,12 +1,16 @@
 """What MuJoCo leaves out of contacts in a hand: see `Physics`."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.arrays import Array, Integers
 from kabo.compilation import kernel
 from kabo.simulation.kernels.bias import TURNS, bias
+
+Shorts = NDArray[np.int32]
 
 
 class Touches(NamedTuple):
@@ -23,11 +27,19 @@ class Contacts(NamedTuple):
     `size` (C,) is how many rows each has: along three axes, then turns about them.
     """
 
-    geom: Array
+    geom: Shorts
     place: Array
     frame: Array
-    row: Array
-    size: Array
+    row: Shorts
+    size: Shorts
+
+
+def no_contacts() -> Iterator[Contacts]:
+    """Two contacts without rows in each layout of arrays that MuJoCo gives: those of a single contact are contiguous."""
+    for step in (1, 2):
+        pairs, rows = np.full((2 * step, 2), -1, np.int32), np.full(2 * step, -1, np.int32)
+        places, frames = np.zeros((2 * step, 3)), np.zeros((2 * step, 9))
+        yield Contacts(pairs[::step], places[::step], frames[::step], rows[::step], rows[::step])
 
 
 @kernel  # Contacts, Touches, (H,) i8, Tree, Moving, (R,) f8, (R, 4) f8, f8 [s] -> changes reference (R,)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from kabo.arrays import Array, Integers
 from kabo.compilation import kernel
 
-COMES_BACK = 1.0  # [rad/s or m/s]
+COMES_BACK = 1.0  # [rad/s or m/s], of a joint that is far from its setpoint
 
 
 class Joints(NamedTuple):
@@ -56,7 +56,9 @@ def wanted_accelerations(joints, setpoints, positions, velocities, stiffness, wa
 def drive(joints, torques, limits, gains, control, applied):
     """Gives joints their torques, less where a motor with all that follow it is beyond its limit.
 
-    What a motor's joint gets is its control; followers get theirs as forces that are applied.
+    What a motor's joint gets is its control; followers get theirs as forces that are applied. So what drives coupled joints
+    reaches each by itself: a mechanism does not give way under the force of a hand, whereas the coupling of the simulation
+    would, and one finger would press what it holds off the hand's middle.
     """
     motors = limits.shape[0]
     control[:] = 0.0
