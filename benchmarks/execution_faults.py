@@ -51,7 +51,7 @@ LONGEST = 400.0  # [s] of simulated time; a run that lasts longer never ends
 PLACED, TURNED = 3e-3, np.deg2rad(1.0)
 STANDS = 0.02  # [rad/s or m/s]
 AFTERWARDS = 0.5  # [s] that robots have to stand still, after the end
-SETTINGS = ExecutionSettings(log_rate=50.0)  # the watcher reads what is logged
+SETTINGS = ExecutionSettings(log_rate=100.0)  # of every look: the watcher reads what is logged
 
 
 @dataclass
