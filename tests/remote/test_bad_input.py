@@ -19,7 +19,10 @@ from kabo.service import client_config, keys, open_session, server_config
 from tests.remote.conftest import PROBLEM, Started, until
 from tests.service.conftest import free_endpoint
 
-WAITING = "kabo: working", "kabo: compiling"  # what is said meanwhile, on slow machines and where nothing is compiled
+WAITING = (
+    "kabo: working",
+    "kabo: compiling",
+)  # what is said meanwhile, on slow machines and where nothing is compiled
 
 GARBAGE = (b"", b"\xff\xfe", b"null", b"[]", b"{}", b'{"count": "1"}', b"[" * 3000, b'{"code": 3}')
 
