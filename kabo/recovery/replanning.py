@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from functools import partial
+from threading import Event
 from typing import Literal
 
 from kabo.errors import InputError
@@ -129,12 +130,20 @@ class Replanner:
             state = replace(state, done=(*state.done, event))
         if self.memo.scene is None and self.memo.problem is self.problem:
             self.memo.scene = self.scene
-        first: Future[Answer] = Future()
-        self._solving = whole = in_a_thread(partial(self._solved, state, interruption.plan, first))
-        wait((first, whole), return_when=FIRST_COMPLETED)
+        first, given_up = Future[Answer](), Event()
+        self._solving = whole = in_a_thread(
+            partial(self._solved, state, interruption.plan, first, given_up.is_set)
+        )
+        try:
+            wait((first, whole), return_when=FIRST_COMPLETED)
+        except BaseException:  # by Ctrl-C: the process ends with its threads
+            given_up.set()
+            raise
         return replace(first.result(), rest=whole.result) if first.done() else whole.result()
 
-    def _solved(self, state: State, earlier: Plan, first: "Future[Answer]") -> Answer:
+    def _solved(
+        self, state: State, earlier: Plan, first: "Future[Answer]", given_up: Callable[[], bool] = lambda: False
+    ) -> Answer:
         """A plan that is proven, or why there is none; `first` has its begin, as soon as the first motion is proven."""
 
         def begun(plan: Plan, surroundings: SceneSurroundings) -> None:
@@ -145,7 +154,9 @@ class Replanner:
         options: SolveOptions = {"timeout": TIMEOUT}
         options.update(self.options)
         try:
-            result = solve(self.problem, start=state, memo=self.memo, on_first=begun, **options)
+            result = solve(
+                self.problem, start=state, memo=self.memo, cancelled=given_up, on_first=begun, **options
+            )
         except InputError as error:
             return Answer("none", None, str(error).rstrip("\n"))
         plan = result.plan

@@ -5,12 +5,15 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
+from time import sleep
 from typing import Any
 
 import numpy as np
 import pytest
 
 import kabo
+from kabo.errors import InputError
 from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run, execute
 from kabo.geometry_server import GeometryServer
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -172,14 +175,12 @@ def test_a_motion_into_which_the_next_one_begins_is_proven_with_the_whole_plan()
     first = kabo.solve(problem).plan
     assert first is not None and problem.scene is not None
     state, scene = kabo.after(problem, first, []), kabo.load_scene(problem.scene)
-    plan = kabo.solve(problem, start=state, quality="good").plan
-    assert plan is not None
-    following = plan.nodes[str(plan.nodes[plan.root].next)]
-    assert following.overlap > 0.0 and first_motion(plan, scene) is None
     begun: Future[Answer] = Future()
     answer = Replanner(problem, scene, {"quality": "good", "timeout": 600.0})._solved(state, first, begun)
-    assert answer.plan is not None and answer.report is not None and answer.report.ok, answer.reason
-    assert not begun.done() and answer.plan.nodes == plan.nodes
+    plan = answer.plan
+    assert plan is not None and answer.report is not None and answer.report.ok, answer.reason
+    following = plan.nodes[str(plan.nodes[plan.root].next)]
+    assert following.overlap > 0.0 and first_motion(plan, scene) is None and not begun.done()
 
 
 class Shifting(KinematicRobot):
@@ -290,3 +291,24 @@ def test_an_error_of_a_proof_is_raised_where_it_is_waited_for() -> None:
 
     with pytest.raises(OSError, match="no such file"):
         in_a_thread(check).result()
+
+
+def test_a_search_ends_when_the_run_that_waits_for_it_is_interrupted(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = Event()
+
+    def solve(*_: object, cancelled: Callable[[], bool], **__: object) -> kabo.Result:
+        while not cancelled():
+            sleep(0.001)
+        ended.set()
+        raise InputError([])
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(replanning, "solve", solve)
+    monkeypatch.setattr(replanning, "wait", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        carried_out(stacked, Replanner(*stacked[:2]))
+    assert ended.wait(10.0)
