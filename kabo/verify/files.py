@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from kabo.language import recorded_files
 from kabo.plan import Plan
 from kabo.verify.report import Finding
 
@@ -19,6 +20,8 @@ def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -
     """
     if plan.problem != name:
         yield Finding(None, f'made for another problem: "{plan.problem}", not "{name}"')
+    # Older plans of kabo name installed files by their path.
+    named = recorded_files([(folder / path, "") for path in plan.files], folder)
     for path, recorded in sorted(plan.files.items()):
         now = files.get(path) or _hash(folder / path)
         if now is None:
@@ -26,7 +29,7 @@ def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -
         elif now != recorded:
             yield Finding(None, f"made for other files: {path} has changed since")
     yield from _models(plan)
-    for path in sorted(files.keys() - plan.files.keys()):
+    for path in sorted(files.keys() - plan.files.keys() - named.keys()):
         yield Finding(None, f"made for other files: {path} is not recorded in the plan")
 
 
