@@ -37,3 +37,4 @@ from kabo.language.yaml.task_file import STAGE_KEYS as STAGE_KEYS
 from kabo.language.yaml.task_file import TASK_KEYS as TASK_KEYS
 from kabo.language.yaml.task_file import find_task as find_task
 from kabo.language.yaml.truth_file import load_truth as load_truth
+from kabo.language.yaml.truth_file import question_of as question_of
