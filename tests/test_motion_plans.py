@@ -269,6 +269,12 @@ def test_a_plan_with_an_installed_robot_is_the_same_in_any_folder_and_verified_t
         name.replace("package://toy", "../../../environment/share/toy"): each for name, each in here.files.items()
     }
     assert kabo.verify(scene, replace(here, files=old)).ok  # as plans were once written
+    more = {**here.files, "package://toy/gone.stl": "sha256:0", "package://toy/slider.urdf": "sha256:0"}
+    said = str(kabo.verify(scene, replace(here, files=more)))
+    assert "package://toy/gone.stl does not exist any more" in said and "slider.urdf has changed since" in said
+    other = there.with_name("other.yaml")
+    other.write_text("scene: rail\nepsilon: 0.01\n")
+    assert "slider.urdf does not exist" not in str(kabo.verify(kabo.load_scene(other), here))
     (toy / "slider.urdf").write_text(SLIDER + "<!-- another -->")
     assert "package://toy/slider.urdf has changed since" in str(kabo.verify(scene, here))
 

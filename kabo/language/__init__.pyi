@@ -9,6 +9,7 @@ from kabo.language.problem import Problem as Problem
 from kabo.language.reading import check_files as check_files
 from kabo.language.reading import is_imported as is_imported
 from kabo.language.reading import load_problem as load_problem
+from kabo.language.recorded_paths import file_of as file_of
 from kabo.language.recorded_paths import recorded_files as recorded_files
 from kabo.language.scene_description import SceneDescription as SceneDescription
 from kabo.language.sensors_description import CameraDescription as CameraDescription

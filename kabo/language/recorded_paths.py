@@ -28,6 +28,14 @@ def recorded_files(files: Iterable[tuple[Path | str, str]], folder: Path) -> dic
     return {_named(Path(path).resolve(), start, shares): digest for path, digest in files}
 
 
+def file_of(name: str, folder: Path) -> Path:
+    """Where a file is now that a plan names; the opposite of `recorded_files`."""
+    if not name.startswith(SCHEME):
+        return folder / name
+    package, _, rest = name.removeprefix(SCHEME).partition("/")
+    return (installed_folder(package) or folder / package) / rest
+
+
 def _named(path: Path, start: Path, shares: Sequence[Path]) -> str:
     for share in shares:
         if path.is_relative_to(share):
