@@ -6,7 +6,7 @@ What no proof covers ends in a planned stop, and in the exception `Stopped`; `ex
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from math import ceil
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -38,12 +38,19 @@ MOST_PERIODS = 10  # of the watch for each look that may be needed, since a came
 SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
+class Stop(NamedTuple):
+    """Why a run does not go on from here, in a sentence; and what no proof covers, if that is it."""
+
+    reason: str
+    surprise: Surprise | None = None
+
+
 class Stopped(Exception):  # noqa: N818 - it is no error
-    """The run does not go on from here, for a reason; robots stand, or are asked to."""
+    """The run does not go on from here; robots stand, or are asked to."""
 
     def __init__(self, reason: str, surprise: Surprise | None = None) -> None:
         super().__init__(reason)
-        self.surprise = surprise
+        self.stop = Stop(reason, surprise)
 
 
 class Carrier:
