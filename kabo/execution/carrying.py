@@ -336,7 +336,9 @@ class Carrier:
 
     def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
         seen = self._poses()
-        found = self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+        done = frozenset((each.node, each.segment) for each in self.executed if each.until is None)
+        found = self.watch.bodies(seen, state, self.belief, node, part=self.part, done=done)
+        found = found or self.watch.gone(seen, state.time, node)
         for record in self.watch.tolerated:
             self._enter("tolerated", **record)
         self.watch.tolerated.clear()
