@@ -13,10 +13,17 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import InputError
-from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stop, Stopped
-from kabo.execution.interruptions import SAME_PLACE, Answer, Interruption, Recovery, hand_within_limits, observed
+from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stopped
+from kabo.execution.interruptions import (
+    SAME_PLACE,
+    Answer,
+    Interruption,
+    Recovery,
+    Stop,
+    hand_within_limits,
+    observed,
+)
 from kabo.execution.log import Log
-from kabo.execution.margins import Margins
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
@@ -112,7 +119,7 @@ class _Executor(Carrier):
         self.recoveries = 0
         self.recovered: list[_Recovered] = []
         self.answered: Surprise | None = None  # the last of these
-        self.rest: Answer | None = None  # whose plan's proof is being made
+        self.rest: Answer | None = None  # with what a plan begins, whose whole is being made
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
@@ -140,23 +147,23 @@ class _Executor(Carrier):
             self.name = self._after(node)
 
     def _require_proven(self) -> None:
-        """Waits for the proof of the rest of a plan of which only the first motion was proven before it began.
+        """Waits for the rest of a plan of which only the first motion was made and proven before it began.
 
         Raises:
             Stopped: it is not proven, or has less proven clearance than the robots' tracking error.
         """
         if self.rest is None or self.rest.rest is None or self.rest.plan is not self.plan:
             return
-        report, self.rest = self.rest.rest(), None
-        text = None if report.ok else report.findings[0].message
-        if report.ok:
-            self.margins = self.watch.margins = Margins(self.plan, report)
+        whole, self.rest = self.rest.rest(), None
+        text = whole.reason
+        if whole.plan is not None:
             try:
-                self._require_margins()
+                self._take(whole.plan, whole.report)
+                self.watch.margins, text = self.margins, ""
             except InputError as error:
                 text = str(error).rstrip("\n")
-        self._enter("proven", node=self.name, rest=text is None)
-        if text is not None:
+        self._enter("proven", node=self.name, rest=not text)
+        if text:
             text = f"the rest of the plan is not proven: {text}"
             raise Stopped(text, Surprise("unproven", text, self.name, 0.0, 0.0))
 
@@ -208,7 +215,7 @@ class _Executor(Carrier):
             try:
                 if answer.kind not in ("finish", "undo"):
                     self.followed += self.history
-                    self._take(answer)
+                    self._begin_with(answer)
                     self.rest = None if answer.rest is None else answer
                     return
                 ended = self._detour(answer)
@@ -260,7 +267,7 @@ class _Executor(Carrier):
             raise Stopped(f"{stop.reason}; {answer.reason}", stop.surprise)
         return answer
 
-    def _take(self, answer: Answer) -> None:
+    def _begin_with(self, answer: Answer) -> None:
         """Begins with the plan of an answer."""
         assert answer.plan is not None
         self._begin(answer.plan, answer.report)
@@ -326,7 +333,7 @@ class _Executor(Carrier):
 
     def _follow_way(self, way: Answer, *, again: bool = True) -> None:
         """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
-        self._take(way)
+        self._begin_with(way)
         try:
             self._walk()
         except Stopped as stopped:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +22,13 @@ WELL_HELD = 3e-3  # [m]: nearer to its place in a hand, a body is held as planne
 STILL_HELD = 0.03  # [m]: a body that is farther from its place in a hand is not held any more
 AJAR = 0.02  # share of its range by which a finger's joint stays off its stops
 SAME_HEIGHT, SAME_TURN = 1e-3, 0.02  # [m], [rad]: what is less is no other pose, but an error of measuring
+
+
+class Stop(NamedTuple):
+    """Why a run does not go on from here, in a sentence; and what no proof covers, if that is it."""
+
+    reason: str
+    surprise: Surprise | None = None
 
 
 @dataclass(frozen=True)
@@ -68,17 +75,18 @@ class Answer:
     Attributes:
         kind: `finish` makes the rest of the node's motion, and `undo` goes back to where the node began, after which it is
             asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
-        plan: what is to be carried out.
+        plan: what is to be carried out; with `rest` only its first node has a motion yet.
         reason: why, in a sentence.
-        report: of the check of the plan, from which margins are taken; with `rest` only of its first motion.
-        rest: waits for the report of the check of the whole plan, which goes on while its first motion is carried out.
+        report: of the check of the plan, from which margins are taken.
+        rest: waits for the answer with the whole plan, which is made and proven while its first motion is carried out: the
+            same nodes and the same first motion, or no plan.
     """
 
     kind: Literal["finish", "undo", "repair", "replan", "none"]
     plan: Plan | None
     reason: str
     report: Report | None = None
-    rest: Callable[[], Report] | None = None
+    rest: "Callable[[], Answer] | None" = None
 
 
 class Recovery(Protocol):
