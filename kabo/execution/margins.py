@@ -65,9 +65,9 @@ class Tolerance:
         """Without the rows of some gaps."""
         keep = [row for row, number in enumerate(self.numbers) if number not in gaps]
         arrays = self.axes[keep], self.gaps[keep], self.directed[keep]
-        columns = self.names, self.nodes, self.robots, self.numbers
-        lists: list[Any] = [[each[k] for k in keep] for each in columns]
-        return Tolerance(self.near, self.moves, *lists[:2], *arrays, *lists[2:])
+        columns: list[Sequence[Any]] = [self.names, self.nodes, self.robots, self.numbers]
+        names, nodes, robots, numbers = ([each[k] for k in keep] for each in columns)
+        return Tolerance(self.near, self.moves, names, nodes, *arrays, robots, numbers)
 
     @cached_property
     def _index(self) -> dict[str, int]:

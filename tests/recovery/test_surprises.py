@@ -175,7 +175,7 @@ class PushedOnWays(KinematicRobot):
         moving, own = self.state().moving, self.world.objects["o2"]
         if self.left and moving and self.time >= self.when and own.parent == "world":
             x, y, z = own.position
-            side = 0.012 if self.left % 2 else -0.012
+            side = 0.022 if self.left % 2 else -0.022
             self.world = self.world.replace({"o2": Attachment("world", (x + side, y, z), own.quaternion)})
             self.left, self.when = self.left - 1, np.inf
 
