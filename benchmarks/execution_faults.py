@@ -121,8 +121,17 @@ def judged(fault: Fault) -> Judged:
 
 
 def _run(fault: Fault, found: Judged) -> None:
-    problem, scene, plan, memo = solved(fault.problem)
+    _, scene, plan, _ = solved(fault.problem)
     disturbance = Disturbance(fault, plan, scene)
+    try:
+        _run_with(disturbance, found)
+    finally:
+        disturbance.end()
+
+
+def _run_with(disturbance: Disturbance, found: Judged) -> None:
+    fault = disturbance.fault
+    problem, scene, plan, memo = solved(fault.problem)
     robot = SimulatedRobot(scene, disturb=disturbance)
     disturbance.robot = robot
     judge = ContactJudge(scene)

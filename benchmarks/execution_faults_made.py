@@ -67,9 +67,11 @@ class Disturbance:
 
     def __init__(self, fault: Fault, plan: Plan, scene: Scene) -> None:
         self.fault, self.plan, self.scene = fault, plan, scene
-        self.came, self.robot, self.removed = False, None, frozenset[str]()
+        self.came, self.removed = False, frozenset[str]()
+        self.robot: SimulatedRobot | None = None
         self.undo: tuple[float, Callable[[], None]] | None = None
         self._queue: deque[tuple[float, tuple[object, ...]]] = deque()
+        self._direct: Callable[..., None] | None = None  # the physics' command, while it is late
         name, lasts = plan.root, 0.0
         while (node := plan.nodes[name]).kind != "goal":
             lasts += max((each.times[-1] for each in node.motion), default=0.0)
@@ -89,6 +91,13 @@ class Disturbance:
             return
         if physics.time >= self.time:
             self._make(physics)
+
+    def end(self) -> None:
+        """Lets go of the robot, which knows the disturbance: such a ring would keep the physics of each run."""
+        if self._direct is not None and self.robot is not None:
+            del self.robot.physics.command
+        self.robot = self.undo = self._direct = None
+        self._queue.clear()
 
     def _make(self, physics: Physics) -> None:
         kind = self.fault.kind

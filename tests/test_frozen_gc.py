@@ -96,3 +96,31 @@ def test_it_lasts_until_the_last_thread_has_left() -> None:
     thread.join()
     assert counts[0] > 0
     assert gc.get_freeze_count() == 0
+
+
+def test_what_has_become_garbage_since_it_was_frozen_does_not_pile_up() -> None:
+    """Each freeze sets Python's counts to zero, so that it would never make a full collection by itself."""
+    seen = []
+    for _ in range(20):
+        rings = [Ring() for _ in range(50_000)]
+        seen.append(weakref.ref(rings[0]))
+        with frozen_gc():
+            pass  # from here on they are as old as objects can be
+        del rings
+    assert seen[0]() is None
+    assert sum(each() is not None for each in seen) < 15
+
+
+def test_nothing_is_collected_where_the_caller_wants_no_collections() -> None:
+    seen = []
+    gc.disable()
+    try:
+        for _ in range(20):
+            rings = [Ring() for _ in range(50_000)]
+            seen.append(weakref.ref(rings[0]))
+            with frozen_gc():
+                pass
+            del rings
+        assert all(each() is not None for each in seen)
+    finally:
+        gc.enable()

@@ -88,7 +88,7 @@ def table_of(margins: Margins, found: Sequence[BodyMargin]) -> list[str]:
         told[each.body] = what
         nearest = "" if each.other is None else f"{each.other} at {each.at}"
         does = " ".join([node.action or node.kind, *map(str, node.arguments.values())])
-        sizes = [_millimetres(value, margins.near) for value in (each.radius, *each.along)]
+        sizes = [_millimetres(value, margins.far) for value in (each.radius, *each.along)]
         rows.append((each.node, does, each.body + (" in hand" if each.handled else ""), *sizes, nearest))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [

@@ -14,7 +14,7 @@ from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.fitting import require_fit
-from kabo.execution.interruptions import Executed
+from kabo.execution.interruptions import Executed, Stop
 from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margins import Margins
@@ -39,11 +39,11 @@ SETTLED_AFTER = 0.1  # [s] after a body was let go of, until it is looked at
 
 
 class Stopped(Exception):  # noqa: N818 - it is no error
-    """The run does not go on from here, for a reason; robots stand, or are asked to."""
+    """The run does not go on from here; robots stand, or are asked to."""
 
     def __init__(self, reason: str, surprise: Surprise | None = None) -> None:
         super().__init__(reason)
-        self.surprise = surprise
+        self.stop = Stop(reason, surprise)
 
 
 class Carrier:
@@ -331,7 +331,9 @@ class Carrier:
 
     def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
         seen = self._poses()
-        found = self.watch.bodies(seen, state, self.belief, node) or self.watch.gone(seen, state.time, node)
+        done = frozenset((each.node, each.segment) for each in self.executed if each.until is None)
+        found = self.watch.bodies(seen, state, self.belief, node, part=self.part, done=done)
+        found = found or self.watch.gone(seen, state.time, node)
         for record in self.watch.tolerated:
             self._enter("tolerated", **record)
         self.watch.tolerated.clear()

@@ -6,6 +6,7 @@ States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,15 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import InputError
 from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stopped
-from kabo.execution.interruptions import SAME_PLACE, Answer, Interruption, Recovery, hand_within_limits, observed
+from kabo.execution.interruptions import (
+    SAME_PLACE,
+    Answer,
+    Interruption,
+    Recovery,
+    Stop,
+    hand_within_limits,
+    observed,
+)
 from kabo.execution.log import Log
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.settings import USUAL, ExecutionSettings
@@ -81,13 +90,12 @@ def execute(
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 
-class _Planned(NamedTuple):
-    """An answer that has a plan."""
+class _Recovered(NamedTuple):
+    """A surprise after which the run went on: nodes done before, the thing, and whether it was on a way out of a node."""
 
-    kind: str
-    plan: Plan
-    report: Report | None
-    rest: Callable[[], Answer] | None
+    done: int
+    thing: str
+    on_way: bool
 
 
 class _Executor(Carrier):
@@ -109,26 +117,21 @@ class _Executor(Carrier):
         self.recovery = recovery
         self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
         self.recoveries = 0
-        self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
+        self.recovered: list[_Recovered] = []
         self.answered: Surprise | None = None  # the last of these
-        self.rest: tuple[Plan, Callable[[], Answer]] | None = None  # what a plan begins with, and all of it
+        self.rest: Answer | None = None  # with what a plan begins, whose whole is being made
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
         while True:
-            try:
-                self._walk()
+            stop = _stop_of(self._walk)
+            if stop is None:
                 self._enter("goal", node=self.name)
                 return self._ended(True, "the goal is reached", None)
-            except Stopped as end:
-                stopped = end
-            except RobotFailed as lost:
-                stopped = Stopped(str(lost))
-            try:
-                self._recover(stopped)
-            except (Stopped, RobotFailed) as end:
-                self._enter("stopped", node=self.name, reason=str(end))
-                return self._ended(False, str(end), end.surprise if isinstance(end, Stopped) else None)
+            stop = _stop_of(partial(self._recover, stop))
+            if stop is not None:
+                self._enter("stopped", node=self.name, reason=stop.reason)
+                return self._ended(False, *stop)
 
     def _walk(self) -> None:
         """Carries out the plan to its goal."""
@@ -149,9 +152,9 @@ class _Executor(Carrier):
         Raises:
             Stopped: it is not proven, or has less proven clearance than the robots' tracking error.
         """
-        if self.rest is None or self.rest[0] is not self.plan:
+        if self.rest is None or self.rest.rest is None or self.rest.plan is not self.plan:
             return
-        whole, self.rest = self.rest[1](), None
+        whole, self.rest = self.rest.rest(), None
         text = whole.reason
         if whole.plan is not None:
             try:
@@ -199,52 +202,61 @@ class _Executor(Carrier):
         change, lost = observed(self.scene, self.plan, belief, self._seen(), empty, exact=exact)
         return state_after(self.plan, self.history, robots=change.robots, objects=change.objects), lost
 
-    def _recover(self, stopped: Stopped) -> None:
+    def _recover(self, stop: Stop) -> None:
         """Goes on after a surprise, if there is a plan from where all is now.
 
         Raises:
             Stopped: there is none; it says why.
         """
-        if self.recovery is None or stopped.surprise is None or self.recoveries >= self.settings.most_recoveries:
-            raise stopped
-        self.recoveries += 1
-        if stopped.surprise is not self.answered:  # after a way out of a node it is still the same
-            self.answered = stopped.surprise
-            now = len(self.followed) + len(self.history), stopped.surprise.thing
-            if self.recovered.count(now) >= MOST_ALIKE:
-                raise Stopped(f"{stopped}, again and again", stopped.surprise)
-            self.recovered.append(now)
-        answer = self._answer(stopped)
-        try:
-            if answer.kind in ("finish", "undo"):
-                stopped = self._detour(answer) or stopped
-            else:
-                self.followed += self.history
-                self._begin(answer.plan, answer.report)
-                self.rest = None if answer.rest is None else (answer.plan, answer.rest)
-                return
-        except InputError as error:
-            raise Stopped(f"{stopped}; {error}", stopped.surprise) from None
-        self._recover(stopped)
+        on_way = False
+        while True:
+            self._require_progress(stop, on_way=on_way)
+            answer = self._answer(stop)
+            try:
+                if answer.kind not in ("finish", "undo"):
+                    self.followed += self.history
+                    self._begin_with(answer)
+                    self.rest = None if answer.rest is None else answer
+                    return
+                ended = self._detour(answer)
+            except InputError as error:
+                raise Stopped(f"{stop.reason}; {error}", stop.surprise) from None
+            stop, on_way = ended or stop, ended is not None
 
-    def _answer(self, stopped: Stopped) -> "_Planned":
-        """How to go on from where all rests, as the recovery says.
+    def _require_progress(self, stop: Stop, *, on_way: bool) -> None:
+        """Checks that it may go on after a surprise, and counts it; one on a way out of a node ends only the way.
+
+        Raises:
+            Stopped: it may not, or the same thing has surprised at the same node again and again.
+        """
+        if self.recovery is None or stop.surprise is None or self.recoveries >= self.settings.most_recoveries:
+            raise Stopped(*stop)
+        self.recoveries += 1
+        if stop.surprise is not self.answered:  # after a way out of a node it is still the same
+            self.answered = stop.surprise
+            now = _Recovered(len(self.followed) + len(self.history), stop.surprise.thing, on_way)
+            if not on_way and self.recovered.count(now) >= MOST_ALIKE:
+                raise Stopped(f"{stop.reason}, again and again", stop.surprise)
+            self.recovered.append(now)
+
+    def _answer(self, stop: Stop) -> Answer:
+        """How to go on from where all rests, as the recovery says; it has a plan.
 
         Raises:
             Stopped: not at all; it says why.
         """
-        assert self.recovery is not None and stopped.surprise is not None
-        self._come_to_rest(stopped)
-        surprise = self._gone() or stopped.surprise
+        assert self.recovery is not None and stop.surprise is not None
+        self._come_to_rest(stop)
+        surprise = self._gone() or stop.surprise
         if surprise.kind == "gone":  # it may be anywhere: nothing that moves is proven
-            raise Stopped(
-                str(stopped) if stopped.surprise.kind == "gone" else f"{stopped}; {surprise.sentence}", surprise
-            )
-        again = len(self.recovered) > 1 and self.recovered[-1] in self.recovered[:-1]
+            known = stop.surprise.kind == "gone"
+            raise Stopped(stop.reason if known else f"{stop.reason}; {surprise.sentence}", surprise)
+        *before, last = [each[:2] for each in self.recovered]
+        again = last in before
         state, lost = self._state(exact=again)  # what was taken out may be what surprised
         if lost:
             self._let_go_of(lost)
-            self._come_to_rest(stopped)
+            self._come_to_rest(stop)
             state, _ = self._state(exact=again)
         expected = state_after(self.plan, self.history).geometry
         answer = self.recovery.answer(
@@ -252,8 +264,13 @@ class _Executor(Carrier):
         )
         self._enter("answer", kind=answer.kind, reason=answer.reason)
         if answer.plan is None:
-            raise Stopped(f"{stopped}; {answer.reason}", stopped.surprise)
-        return _Planned(answer.kind, answer.plan, answer.report, answer.rest)
+            raise Stopped(f"{stop.reason}; {answer.reason}", stop.surprise)
+        return answer
+
+    def _begin_with(self, answer: Answer) -> None:
+        """Begins with the plan of an answer."""
+        assert answer.plan is not None
+        self._begin(answer.plan, answer.report)
 
     def _let_go_of(self, lost: tuple[tuple[str, str], ...]) -> None:
         """Hands press no more on what they do not hold as planned: it stays, or falls from where it is."""
@@ -265,7 +282,7 @@ class _Executor(Carrier):
             self.belief.move(robot, own.gripper_joints, np.array([hand[joint] for joint in own.gripper_joints]))
             self.belief.let_go(body)
 
-    def _come_to_rest(self, stopped: Stopped) -> None:
+    def _come_to_rest(self, stop: Stop) -> None:
         """Waits until no body moves that is seen, and robots are where they were sent; not for ever.
 
         Raises:
@@ -278,14 +295,14 @@ class _Executor(Carrier):
             now = self._seen()
             moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
             self._gone()
-            tracked = stopped.surprise is not None and stopped.surprise.kind == "tracking"
+            tracked = stop.surprise is not None and stop.surprise.kind == "tracking"
             late = self.watch.not_at_rest(self._robot.state(), self.belief) if tracked else None
             still = self.looks.are_enough(SAME_PLACE) and max(moved, default=0.0) < self.looks.still(AT_REST)
             if still and late is None and not self._unseen(now):
                 return
             before = now
         if late is not None:
-            raise Stopped(f"{stopped}; {late}, and does not come back", stopped.surprise)
+            raise Stopped(f"{stop.reason}; {late}, and does not come back", stop.surprise)
 
     def _gone(self) -> Surprise | None:
         return self.watch.gone(self._poses(), self.time, self.name)
@@ -294,7 +311,7 @@ class _Executor(Carrier):
         """Whether a body is not seen, and it is not yet time to say that it is gone."""
         return any(name not in seen for name in self.seen_at) and self._gone() is None
 
-    def _detour(self, way: "_Planned") -> Stopped | None:
+    def _detour(self, way: Answer) -> Stop | None:
         """Follows a way out of the middle of the node, to its end, or back to where it began.
 
         Returns:
@@ -304,9 +321,9 @@ class _Executor(Carrier):
         try:
             self._follow_way(way)
         except Stopped as stopped:
-            if stopped.surprise is None:
+            if stopped.stop.surprise is None:
                 raise
-            return stopped
+            return stopped.stop
         finally:  # what was done is told by the plan, whatever becomes of the way
             self.plan, self.name, self.history, self.executed = plan, name, history, []
             self.margins = self.watch.margins = margins
@@ -314,15 +331,26 @@ class _Executor(Carrier):
             self.name = self._left(name)
         return None
 
-    def _follow_way(self, way: "_Planned", *, again: bool = True) -> None:
+    def _follow_way(self, way: Answer, *, again: bool = True) -> None:
         """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
-        self._begin(way.plan, way.report)
+        self._begin_with(way)
         try:
             self._walk()
         except Stopped as stopped:
-            if not again or stopped.surprise is None or not self.executed:
+            if not again or stopped.stop.surprise is None or not self.executed:
                 raise
-            rest = self._answer(stopped)
+            rest = self._answer(stopped.stop)
             if rest.kind != "finish":
                 raise
             self._follow_way(rest, again=False)
+
+
+def _stop_of(act: Callable[[], None]) -> Stop | None:
+    """Does something; how it was stopped, or None. An exception that is kept would keep all of the run, in a ring."""
+    try:
+        act()
+    except Stopped as stopped:
+        return stopped.stop
+    except RobotFailed as lost:
+        return Stop(str(lost))
+    return None

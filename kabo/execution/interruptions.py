@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +22,13 @@ WELL_HELD = 3e-3  # [m]: nearer to its place in a hand, a body is held as planne
 STILL_HELD = 0.03  # [m]: a body that is farther from its place in a hand is not held any more
 AJAR = 0.02  # share of its range by which a finger's joint stays off its stops
 SAME_HEIGHT, SAME_TURN = 1e-3, 0.02  # [m], [rad]: what is less is no other pose, but an error of measuring
+
+
+class Stop(NamedTuple):
+    """Why a run does not go on from here, in a sentence; and what no proof covers, if that is it."""
+
+    reason: str
+    surprise: Surprise | None = None
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil, inf
+from typing import Any
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -17,10 +18,11 @@ from kabo.arrays import Array, Integers
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.displacements import Displacement
 from kabo.plan import Plan, ProvenGap, topological_order
-from kabo.verify import Report
+from kabo.verify import FAR, Report
 
 FEW_CLAIMS = 24  # of a pair in a stretch, of which all are kept
 ROUNDING = 1e-9  # share of a gap
+Running = frozenset[tuple[str, int]]  # segments, by node and number
 _Key = tuple[str, str, bool, bool]  # two things, and of which of them directions count
 
 
@@ -57,6 +59,15 @@ class Tolerance:
     gaps: Array = field(default_factory=lambda: np.zeros(0))
     directed: Array = field(default_factory=lambda: np.zeros((0, 2), bool))
     robots: Sequence[tuple[str, ...]] = ()
+    numbers: Sequence[int] = ()  # of each row the proven gap from which it is
+
+    def without(self, gaps: Collection[int]) -> "Tolerance":
+        """Without the rows of some gaps."""
+        keep = [row for row, number in enumerate(self.numbers) if number not in gaps]
+        arrays = self.axes[keep], self.gaps[keep], self.directed[keep]
+        columns: list[Sequence[Any]] = [self.names, self.nodes, self.robots, self.numbers]
+        names, nodes, robots, numbers = ([each[k] for k in keep] for each in columns)
+        return Tolerance(self.near, self.moves, names, nodes, *arrays, robots, numbers)
 
     @cached_property
     def _index(self) -> dict[str, int]:
@@ -181,7 +192,9 @@ class Margins:
             self._segments[each.node, each.segment] = self.near if each.clearance is None else each.clearance
         checked = None if report is None else report.certificate
         self.gaps = checked.gaps if report is not None and report.ok and checked is not None else None
+        self.far = self.near if self.gaps is None else FAR * self.near  # what has no gap stays farther apart [m]
         self._tolerances: dict[str, Tolerance] = {}
+        self._ahead: dict[tuple[str, Running], Tolerance] = {}  # after segments that have ended
         self._essential: dict[int, tuple[tuple[Array, float], ...]] = {}
 
     def of_segment(self, node: str, segment: int) -> float:
@@ -218,11 +231,10 @@ class Margins:
         for gap in self.gaps:
             needed = sum(errors.get(robot, 0.0) for robot in robots_of(gap))
             if gap.least < needed and (worst is None or gap.least - needed < worst.proven - worst.needed):
-                where = f" between {gap.names[0]} and {gap.names[1]} in {gap.node}"
-                worst = Lacking(gap.least, needed, where)
+                worst = Lacking(gap.least, needed, f" between {gap.names[0]} and {gap.names[1]} in {gap.node}")
         together = sum(sorted(errors.values())[-2:])
-        if worst is None and self._rest[self.plan.root] < inf and self.near < together:
-            return Lacking(self.near, together)
+        if worst is None and self._rest[self.plan.root] < inf and self.far < together:
+            return Lacking(self.far, together)
         return worst
 
     def require(self, errors: Mapping[str, float]) -> None:
@@ -244,14 +256,23 @@ class Margins:
         raise InputError([Diagnostic("plan", 1, 1, text, hint)])
 
     # ----------------------------------------------------------------------------------------------- by pair
-    def rest(self, node: str) -> Tolerance | None:
-        """What may be displaced from a node on, whatever is sensed; None without the report of a check."""
+    def rest(self, node: str, done: Running = frozenset()) -> Tolerance | None:
+        """What may be displaced from a node on, of which segments are `done`; None without the report of a check."""
         if self.gaps is None:
             return None
         if node not in self._tolerances:
-            rows = [(key, numbers) for key, numbers in self._keys[node].items()]
-            self._tolerances[node] = self._made(rows, self._rest[node] < inf)
-        return self._tolerances[node]
+            self._tolerances[node] = self._made(self._keys[node].items(), self._rest[node] < inf)
+        if done and (node, done) not in self._ahead:
+            self._ahead[node, done] = self._tolerances[node].without(self._ended(done))
+        return self._ahead[node, done] if done else self._tolerances[node]
+
+    def _ended(self, done: Running) -> set[int]:
+        """The numbers of the gaps that are about nothing but segments that have ended."""
+        gaps, own = (
+            self.gaps or (),
+            [k for node in {node for node, _ in done} for k in self._of_node.get(node, ())],
+        )
+        return {k for k in own if not gaps[k].before and {(gaps[k].node, n) for n in gaps[k].segments} <= done}
 
     def during(self, running: Collection[tuple[str, int]]) -> Tolerance | None:
         """What may be displaced while segments, named by node and number, are followed; None as above."""
@@ -335,20 +356,19 @@ class Margins:
 
     def _made(self, rows: Iterable[tuple[_Key, Collection[int]]], moves: bool) -> Tolerance:
         gaps = self.gaps or ()
-        made: list[tuple[tuple[str, str], str, Array, float, tuple[bool, bool], tuple[str, ...]]] = []
+        made: list[tuple[tuple[str, str], str, Array, float, tuple[bool, bool], tuple[str, ...], int]] = []
         for (first, second, a, b), numbers in rows:
             for number in sorted(numbers):
                 gap = gaps[number]
                 claims = self._claims(number) if a or b else ((np.zeros(3), gap.least),)
                 directed = (a, b) if gap.claims else (False, False)
                 for axis, size in claims:
-                    made.append(((first, second), gap.node, axis, size, directed, robots_of(gap)))
+                    made.append(((first, second), gap.node, axis, size, directed, robots_of(gap), number))
         if not made:
-            return Tolerance(self.near, moves)
-        names, nodes, axes, sizes, directed, robots = zip(*made, strict=True)
-        return Tolerance(
-            self.near, moves, names, nodes, np.array(axes), np.array(sizes), np.array(directed), robots
-        )
+            return Tolerance(self.far, moves)
+        names, nodes, axes, sizes, directed, robots, numbers = zip(*made, strict=True)
+        arrays = np.array(axes), np.array(sizes), np.array(directed)
+        return Tolerance(self.far, moves, names, nodes, *arrays, robots, numbers)
 
 
 def essential(claims: tuple[tuple[Array, float], ...]) -> tuple[tuple[Array, float], ...]:

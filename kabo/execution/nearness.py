@@ -10,11 +10,9 @@ from kabo.arrays import Array
 from kabo.execution.belief import Belief
 from kabo.execution.displacements import Displacement
 from kabo.execution.link_corners import Corners, Held
-from kabo.execution.margins import Margins, Tolerance
+from kabo.execution.margins import Margins, Running, Tolerance
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, world_T
-
-Running = frozenset[tuple[str, int]]  # segments, by node and number
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ together may use up no gap that is proven of two things. Nothing is a surprise t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from kabo.execution.belief import Belief
 from kabo.execution.displacements import Displacement, box_corners, moves
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
-from kabo.execution.margins import Margins, Slack
+from kabo.execution.margins import Margins, Running, Slack
 from kabo.execution.motions import HandAction, Motion
 from kabo.execution.nearness import Moving, Nearness
 from kabo.execution.off_path import OffPath, off_path
@@ -39,6 +40,15 @@ class Surprise:
     thing: str
     off: float
     permitted: float
+
+
+class _Following(NamedTuple):
+    """Where a plan is: a node that has not ended, its segments that have, those that run, and what hands close on."""
+
+    node: str
+    done: Running
+    running: Running
+    taken: frozenset[str]
 
 
 @dataclass
@@ -156,14 +166,26 @@ class Watch:
         return {name: self._off_path(name, state.positions[name], robots[name]) for name in self.scene.robots}
 
     def bodies(
-        self, seen: Mapping[str, Array], state: RobotState, belief: Belief, node: str, *, held: bool = True
+        self,
+        seen: Mapping[str, Array],
+        state: RobotState,
+        belief: Belief,
+        node: str,
+        *,
+        held: bool = True,
+        part: Motion | None = None,
+        done: Running = frozenset(),
     ) -> Surprise | None:
         """Whether each body is near enough to its place, on its support or in a hand, where it is seen or was seen last.
+
+        A hand that closes on a body moves it, and nobody knows where to: until it has closed, what is followed meanwhile
+        has to be proven with the body where it is; the rest is judged before it begins.
 
         Args:
             seen: the poses (4, 4) of bodies. state: what is measured of robots. belief: where all should be.
             node: the node from which on proofs are needed.
             held: whether bodies in hands are judged, too.
+            part: what is followed now. done: segments that have ended, of nodes that have not.
         """
         looked = self.look(seen, state, belief)
         holders = {name: belief.holder(name) for name in {**self.displaced, **seen}}
@@ -175,14 +197,15 @@ class Watch:
         self.undecided.difference_update(looked)
         if not self._is_to_judge(judged, node):
             return None
-        farther = self._slacks(looked, node, 1.0)
-        nearer = self._slacks(looked, node, -1.0) if self.looks.noise is not None else farther
+        following = _Following(node, done, *self._closing(part))
+        farther = self._slacks(looked, following, 1.0)
+        nearer = self._slacks(looked, following, -1.0) if self.looks.noise is not None else farther
         unseen = {name: Seen(own, own.size) for name, own in self.displaced.items() if name not in looked}
         judged |= {name: own for name, own in unseen.items() if held or holders[name] is None}
         for name, own in sorted(judged.items(), key=lambda each: -each[1].size):
             holder, off = holders[name], own.size
             permitted = max(0.0, off + 0.5 * (farther[name].least + nearer[name].least))
-            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, own, node)):
+            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, own, following)):
                 is_off = f"was seen last {1000 * off:.1f} mm" if name in unseen else f"is {1000 * off:.1f} mm"
                 where = "where it was put" if holder is None else f"its place in the hand of {holder}"
                 text = f"{name} {is_off} from {where}, {1000 * permitted:.1f} mm are proven to be free"
@@ -224,18 +247,31 @@ class Watch:
         others = max((each.size for each in self.displaced.values()), default=0.0)
         return most + max(most, others) + 2.0 * sum(self.errors.values()) >= tolerance.least
 
-    def _never_told(self, name: str, own: Seen, node: str) -> bool:
+    def _never_told(self, name: str, own: Seen, following: "_Following") -> bool:
         """Whether a body was looked at as often as it may be, and may still be a surprise by itself."""
-        return own.looks >= MOST_LOOKS and self._slacks({name: own}, node, 1.0)[name].least < 0.0
+        return own.looks >= MOST_LOOKS and self._slacks({name: own}, following, 1.0)[name].least < 0.0
 
-    def _slacks(self, looked: Mapping[str, Seen], node: str, sign: float) -> dict[str, Slack]:
+    def _closing(self, part: Motion | None) -> tuple[Running, frozenset[str]]:
+        """The segments that are followed now, and the bodies on which hands close."""
+        followed = () if part is None else part.at(self.path.time)
+        running = frozenset((each.node, each.segment) for each in followed)
+        nodes = self.margins.plan.nodes
+        return running, frozenset(b for node, k in running for b, _ in nodes[node].motion[k].attach)
+
+    def _slacks(self, looked: Mapping[str, Seen], following: "_Following", sign: float) -> dict[str, Slack]:
         """How much more bodies may be off from a node on, if looks err to one side: 1, they are farther off; -1, nearer."""
         displaced = self.displaced | {name: own.with_error(sign) for name, own in looked.items()}
+        node, done, running, taken = following
         tolerance = self.margins.rest(node)
-        if tolerance is not None:
-            return tolerance.slacks(displaced, self.errors)
-        permitted = self.margins.of_rest(node)
-        return {name: Slack(permitted - each.size) for name, each in displaced.items()}
+        if tolerance is None:
+            permitted = self.margins.of_rest(node)
+            return {name: Slack(permitted - each.size) for name, each in displaced.items()}
+        found = tolerance.slacks(displaced, self.errors)
+        for name in [name for name, slack in found.items() if slack.least < 0.0]:
+            ahead = self.margins.during(running) if name in taken else self.margins.rest(node, done)
+            if ahead is not None:
+                found[name] = ahead.slacks(displaced, self.errors)[name]
+        return found
 
     def saw(self, seen: Mapping[str, Array], time: float) -> None:
         """Notes when bodies were seen, on the robots' clock [s]."""

@@ -25,7 +25,7 @@ class Clearance:
 
 @dataclass(frozen=True)
 class ProvenGap:
-    """What is proven of two bodies in one stretch of a node's motion, in which they come nearer than `near`.
+    """What is proven of two bodies in one stretch of a node's motion, in which they come near each other.
 
     Attributes:
         node, segments, before: the stretch, as the certificate names it.

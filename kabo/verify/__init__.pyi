@@ -1,3 +1,4 @@
+from kabo.verify.certificate.clearance import FAR as FAR
 from kabo.verify.knowledge import validate_worlds as validate_worlds
 from kabo.verify.report import Finding as Finding
 from kabo.verify.report import Least as Least

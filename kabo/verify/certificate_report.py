@@ -57,7 +57,7 @@ class CertificateReport:
 
     The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated,
     and of `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is
-    None if the plan has too many branches. `gaps` are all margins below `near`, pair by pair.
+    None if the plan has too many branches. `gaps` are all margins below `FAR` times `near`, pair by pair.
     """
 
     proven: bool

@@ -1,7 +1,10 @@
 """Surprises of all kinds without forces: hands that lose what they hold, robots that do not come back, ways that fail."""
 
+import gc
+import weakref
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -155,31 +158,32 @@ def test_from_where_no_robot_was_sent_nothing_goes_on(
 
 
 # ------------------------------------------------------------------------------------------------- surprises on ways
-class TwicePushed(KinematicRobot):
-    """A robot in whose world a body is pushed, and again while the way out of the node is followed."""
+class PushedOnWays(KinematicRobot):
+    """A robot in whose world a body is pushed to and fro: in so many plans, and on the way out of the node after each."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, rounds: int = 1) -> None:
         super().__init__(scene)
-        self.pushes = [0.9]
+        self.left = 2 * rounds
+        self.when = 0.9
 
     def follow(self, motion: object) -> None:
         super().follow(motion)  # type: ignore[arg-type]
-        if self.pushes == [np.inf]:  # this is the way
-            self.pushes = [self.time + 0.1]
+        self.when = self.time + (0.1 if self.left % 2 else 0.9)
 
     def wait(self, seconds: float) -> None:
         super().wait(seconds)
-        if self.pushes and self.time >= self.pushes[0] and self.world.objects["o2"].parent == "world":
-            own = self.world.objects["o2"]
+        moving, own = self.state().moving, self.world.objects["o2"]
+        if self.left and moving and self.time >= self.when and own.parent == "world":
             x, y, z = own.position
-            self.world = self.world.replace({"o2": Attachment("world", (x + 0.012, y, z), own.quaternion)})
-            self.pushes = [np.inf] if self.pushes[0] == 0.9 else []
+            side = 0.022 if self.left % 2 else -0.012  # on a way more is proven
+            self.world = self.world.replace({"o2": Attachment("world", (x + side, y, z), own.quaternion)})
+            self.left, self.when = self.left - 1, np.inf
 
 
 def test_a_surprise_on_a_way_out_of_a_node_is_answered_from_there(
     stacked: tuple[kabo.Problem, Scene, Plan],
 ) -> None:
-    robot = TwicePushed(stacked[1])
+    robot = PushedOnWays(stacked[1])
     run = carried_out(stacked, robot)
     assert run.reached_goal, run.reason
     stops = [record["reason"] for record in run.log.of("stopping")]
@@ -187,6 +191,36 @@ def test_a_surprise_on_a_way_out_of_a_node_is_answered_from_there(
     assert answers(run)[0] in ("finish", "undo") and answers(run)[-1] in ("repair", "replan")
     poses = {name: world_T(stacked[1], robot.world, name) for name in stacked[1].movable}
     assert np.allclose(poses["o2"][:2, 3], poses["o1"][:2, 3], atol=3e-3)
+
+
+def test_surprises_on_ways_out_of_a_node_do_not_count_as_no_progress(
+    stacked: tuple[kabo.Problem, Scene, Plan],
+) -> None:
+    run = carried_out(stacked, PushedOnWays(stacked[1], rounds=2))
+    assert run.reached_goal, run.reason
+    assert len(list(run.log.of("stopping"))) == 4
+
+
+# ------------------------------------------------------------------------------------------------- what stays in memory
+@pytest.mark.parametrize("rounds", [0, 1])
+def test_nothing_of_a_run_is_kept_when_it_has_ended(
+    stacked: tuple[kabo.Problem, Scene, Plan], rounds: int
+) -> None:
+    """A ring of objects would be kept until garbage is collected, with megabytes of physics in it."""
+    problem, scene, plan = stacked
+    gc.disable()
+    try:
+        robot = PushedOnWays(scene, rounds)
+        helper = Replanner(problem, scene, memo=kabo.Memo.of_plan(problem, plan))
+        looks = count()
+        stop = lambda: rounds == 0 and next(looks) > 50  # noqa: E731
+        run = execute(plan, scene, robot, KnownTruth(poses=robot.poses), stop=stop, recovery=helper)
+        assert any(True for _ in run.log.of("stopping"))
+        kept = [weakref.ref(each) for each in (robot, run, run.log)]
+        del robot, run
+        assert [each() for each in kept] == [None] * 3
+    finally:
+        gc.enable()
 
 
 # ------------------------------------------------------------------------------------------------- what is observed

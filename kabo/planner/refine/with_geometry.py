@@ -184,8 +184,9 @@ def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricPr
 
 
 def _told_first(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> None:
-    assert run.on_first is not None
-    run.on_first(_assembled(run, variants, server), server.server.surroundings)
+    tell, run.on_first = run.on_first, None  # whoever is told is not kept by the run
+    assert tell is not None
+    tell(_assembled(run, variants, server), server.server.surroundings)
 
 
 def _uncertified(run: SolveRun, plan: Plan) -> Plan:

@@ -16,7 +16,7 @@ from kabo.arrays import Array
 from kabo.phases import phase
 from kabo.plan import Certificate, PairProof, Plan, ProvenGap, StretchProof
 from kabo.scene import Element
-from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
+from kabo.verify.certificate.clearance import FAR, Margins, of_branches, of_objects
 from kabo.verify.certificate.exact import ExactFrames, ExactSide
 from kabo.verify.certificate.kept import KeptDistances
 from kabo.verify.certificate.meeting_stretches import stretch_of
@@ -206,7 +206,7 @@ class _Checker:
         side = self._sides()
         gaps = self._box_gaps(things, len(stretch.moving), frames, side)
         spared = self.kept.spared(stretch) if self.kept.greatest else frozenset()
-        for i, k in np.argwhere(gaps <= max(self.near, self.kept.greatest)).tolist():
+        for i, k in np.argwhere(gaps <= max(FAR * self.near, self.kept.greatest)).tolist():
             first, second = things[i], things[k]
             names = first.name, second.name
             if k <= i or not self.world.may_meet(*names) or frozenset(names) in stretch.permitted:
@@ -282,7 +282,7 @@ class _Checker:
         for proof in proofs:
             turned = proof.first != first.name
             try:
-                margin = (pair.turned() if turned else pair).check(proof, self.near, finest)
+                margin = (pair.turned() if turned else pair).check(proof, FAR * self.near, finest)
                 held.append(replace(margin, claims=[(-u, gap) for u, gap in margin.claims]) if turned else margin)
             except Refuted as error:
                 told = told or error

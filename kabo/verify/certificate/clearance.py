@@ -15,6 +15,7 @@ from kabo.plan import Plan, ProvenGap, plan_statistics
 from kabo.scene import Scene
 from kabo.verify.certificate_report import BranchClearance, ObjectClearance
 
+FAR = 2.0  # times `near`: the distance below which gaps are told, though plans give no proofs for them
 MAX_BRANCHES = 64  # of a plan whose branches are reported one by one
 
 LeastMargins = dict[str, tuple[float, str]]  # object -> its least margin [m], and to what
@@ -31,16 +32,15 @@ class Margins:
 
     def add(self, gap: ProvenGap) -> None:
         """Records what is proven of two bodies, and their margin unless a smaller one is recorded already."""
+        self.gaps.append(gap)
         if gap.least >= self.near:
             return
-        self.gaps.append(gap)
         least = self.nodes.setdefault(gap.node, {})
         for name, other in (gap.names, gap.names[::-1]):
-            if gap.least < least.get(name, (np.inf, ""))[0]:
-                least[name] = gap.least, other
+            least[name] = min(least.get(name, (np.inf, "")), (gap.least, other), key=lambda each: each[0])
         for i in gap.segments:
-            if gap.least < self.segments.get((gap.node, i), (np.inf, gap.names))[0]:
-                self.segments[gap.node, i] = gap.least, gap.names
+            own = gap.least, gap.names
+            self.segments[gap.node, i] = min(self.segments.get((gap.node, i), own), own, key=lambda each: each[0])
 
 
 def of_objects(scene: Scene, margins: Margins, order: Sequence[str]) -> tuple[ObjectClearance, ...]:
