@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from kabo.language.scene_description import Stroke
 from kabo.scene import Body
 from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.motion.directions import direction_of
@@ -102,7 +103,7 @@ def _least(bodies: Sequence[Body], name: str | None) -> float:
     grasps = [family for body in bodies for family in body.grasps.values()]
     approaches, lifts = [family.approach for family in grasps], [family.lift or LIFT for family in grasps]
     retreats = [family.retreat for body in bodies for family in body.placements.values()]
-    strokes = {
+    strokes: dict[str, Sequence[Stroke | None]] = {
         "approach": approaches,
         "lift": lifts,
         "lower": lifts,
